@@ -1,0 +1,14 @@
+"""Compiled functions that follow motions from switch to switch.
+
+Terms of this package; docs/glossary.md has the others:
+
+* motion, trajectory: the solution for one point, that is for one set of parameters and initial values
+* lane i: the memory of one trajectory, in the arrays w (float64) and k (int64) of lane.py
+* batch: the trajectories that are computed together, one in each lane
+* wait: sticking or resting. slide: sliding up or down. segment: the motion between two switches, in closed form
+* record: the excitation periods after the transient, whose section points and switches are results
+* h: the time since the last switch. A cursor is the h up to which a search has found no zero
+* where: a mask; a function does not change lane i if it is false
+* fast part: the part of a quantity that oscillates with the disturbance, ητ. The rest is the slow part
+* literal: an argument whose value is inserted when a function is compiled
+"""

@@ -1,7 +1,7 @@
-"""Arguments of the kernels that follow motions. They are passed as one address, so these kernels have one signature.
+"""Arguments of the kernels that compute motions.
 
-Therefore a loop of `numba.prange` can call each kernel by its address, and is compiled once for all
-(batch/parallel.py).
+A kernel receives all its arguments as one address, so all kernels have the same signature. Therefore the parallel loop
+in batch/parallel.py can call each kernel by the address of its function, and is compiled only once.
 """
 
 from __future__ import annotations
@@ -17,31 +17,33 @@ from numba import types
 from numba.extending import intrinsic, overload
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
-"""Row of `Trajectory.switches`, as kernels write it. `xi` and `dxi` are the values just before the switch."""
+"""Format of a row of `Trajectory.switches`. `xi` and `dxi` are the values just before the switch."""
 
 
 class Arguments(NamedTuple):
-    """Arrays that a kernel of `batch` (engine.py) or `single` (single.py) reads and writes.
+    """Arrays that a kernel of `batch` (engine.py) or `single` (single.py) reads and writes, for n points.
 
     An array that the kernel does not use may be None.
 
     lanes_w float64 (2, ROWS_W STRIDE), lanes_k int64 (2, ROWS_K STRIDE): memory of the lanes in row 0, memory for
     tables and lists in row 1 (lane.py)
     halt int64 (1,): the kernel returns early if this is not 0
-    points float64 (n, columns), order int64 (m,), counter int64 (1,): the kernel takes numbers c from the counter and
-    follows points[order[c]]; the results are written into the rows of that point
-    numbers int64 (5,): settings (outputs.py); 1 for a literal scan of the grid, number of lanes to use
-    section float64 (n, periods, 2), or (1, periods, 2) if it is not recorded
-    status int8 (n,), margin float64 (n,), counts int64 (n, 5)
-    work float64 (n,): evaluations of switching functions
+    points float64 (n, columns): parameters and initial values of each point
+    order int64 (m,), counter int64 (1,): the kernel takes numbers c from the counter, computes the motions from
+    points[order[c]], and writes the results into row order[c] of the arrays below
+    numbers int64 (5,): settings (`numbers_of` in outputs.py)
+    section float64 (n, periods, 2): section points; (1, periods, 2) if they are not recorded
+    status int8 (n,), margin float64 (n,): status and margin of each motion
+    counts int64 (n, 5): number of switches into each state
+    work float64 (n,): number of evaluations of switching functions
     impacts float64 (n, 2 periods, 4): main impacts (record.py), NaN after the last; (n, 0, 4) if they are not recorded
     history float64 (LANES, APART, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
     summary float64 (n, OUT): summary of each motion; not computed if totals is (LANES, 0)
     rows SWITCH (cap,), for one motion: the last switch before the record, then the first cap - 1 switches of the record
-    stored int64 (1,): number of rows for all switches, which may exceed cap
-    off float64 (cap, 3): bounds of the errors (time, ξ, ξ') of each switch in `rows`
-    bounds float64 (n, instants, 2): bounds of the errors of the section; until float64 (n,): the first period in which
-    a decision may be wrong (certainty.py)
+    stored int64 (1,): number of rows that all switches need, which may exceed cap
+    off float64 (cap, 3): bounds of the errors of time, ξ and ξ' of each switch in `rows`
+    bounds float64 (n, periods, 2): bounds of the errors of ξ and ξ' at the section points; (n, 1, 2): the largest ones
+    until float64 (n,): the first period in which a decision may be wrong (certainty.py)
     """
 
     lanes_w: np.ndarray
@@ -78,14 +80,14 @@ _DIMENSIONS = {
 }
 _KINDS = [(name, np.dtype(_DTYPES.get(name, np.float64)), _DIMENSIONS.get(name, 1)) for name in Arguments._fields]
 CELLS = sum(1 + dimensions for _, _, dimensions in _KINDS)
-"""Number of integers of one set of arguments: the address and the shape of each array."""
+"""Number of integers that describe one set of arguments, that is the address and the shape of each array."""
 
 
 def packed(sets: Sequence[Arguments]) -> np.ndarray:
-    """Return addresses and shapes of the arrays of each set, int64 (sets, CELLS).
+    """Return the addresses and shapes of the arrays of each set, int64 (sets, CELLS).
 
-    The caller must hold references to the arrays as long as the result is used. Raises TypeError if an array has
-    another dtype or number of dimensions, or is not contiguous.
+    The caller must hold references to the arrays as long as the result is used. Raises TypeError if an array is not
+    contiguous, or has another dtype or number of dimensions than `Arguments` states.
     """
     rows: list[list[int]] = []
     for arguments in sets:
@@ -135,7 +137,9 @@ def _at_address(typingctx, address):
 
 
 def arguments_at(address):
-    """Return the arguments of a kernel from their address in a row of `packed`; without the JIT, `address` itself."""
+    """Return the arguments of a kernel; `address` is that of a row of `packed`. Without the JIT, return `address`,
+    which is then an `Arguments`.
+    """
     return address
 
 

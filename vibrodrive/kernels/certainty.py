@@ -2,18 +2,18 @@
 
 The acceleration of a slide, ξ'' = H(τ) - s, depends only on the time τ. So the error E of ξ' is constant along a slide,
 except for the rounding of the closed form. If ξ has the error X at the start of the slide, its error is X + E h at the
-time h later. E and X have two parts each. The first part is the effect of a common cause, the error of the instant of
-the last impact. It has a sign (V_SHARE, X_SHARE), because the effects of this cause may cancel. The second part is a
-bound of all other errors (V_MORE, X_MORE).
+time h later. E and X have two parts each. The first part is the effect of a common cause, the error of the time of the
+last impact. This part has a sign (V_SHARE, X_SHARE), because several effects of the common cause may cancel. The second
+part is a bound of all other errors (V_MORE, X_MORE).
 
-The error of the instant at which a slide ends is the error of the function that is zero there (ξ or ξ') over its slope.
-After an impact only the error of its instant remains. A wait (sticking or resting) ends when H reaches 1 or -1, so the
-error of this instant does not depend on earlier errors.
+A slide ends at a zero of ξ or ξ'. The error of the time of this end is the error of ξ or ξ' over its slope. After an
+impact, ξ and ξ' are exactly 0, so only the error of its time remains. A wait (sticking or resting) ends when H reaches
+1 or -1, so the error of the time of this end does not depend on earlier errors.
 
-If the error may have changed a decision, the motion is not certain after it. Its status changes from OK to TOO_CLOSE,
-and all bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).
+A motion is uncertain from the first decision on that the errors may have changed. Its status changes from OK to
+TOO_CLOSE. All bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).
 
-These functions never change the motion. Kernels without bounds pass None for `errors` and compile without this code.
+These functions never change the motion. In kernels without bounds `errors` is None, and this code is not compiled.
 """
 
 from __future__ import annotations
@@ -28,23 +28,22 @@ from vibrodrive.kernels import margins, motion, switch
 from vibrodrive.kernels.codes import CERTIFIED, IMPACT, INFINITY, OK, S1, S2, S4, STRETCHED, TOO_CLOSE, UP
 
 HALF_LAST_BIT = 2.0**-51
-"""Half the last bit of a phase: the error of rounding φ."""
+"""Half the last bit of a phase: the largest rounding error of φ."""
 
 
 UNDERFLOW = 1e-300
-"""Upper bound of the rounding error of a gap or velocity that is so small that its double has fewer bits."""
+"""Upper bound of the rounding error of a subnormal ξ or ξ', which has fewer bits."""
 
 
 class End(NamedTuple):
-    """Errors of the end of a segment.
+    """Errors at the end of a segment.
 
-    late : bound of the error of its instant
-    share, more : the two parts of this error, the effect of the common cause and a bound of the rest; if the segment
-    continues with new initial values, those of the error of ξ'
+    late : bound of the error of the time of the end
+    share, more : the two parts of this error, that is the effect of the common cause and a bound of the rest. If the
+    state continues in a new segment, these are the two parts of the error of ξ' instead
     x, v : bounds of the errors of ξ and ξ' just before the end
     x_share, x_more : the two parts of the error of ξ after the end
-    jump : bound of an additional error of ξ' at an instant within `late` of the end, which may belong to the other
-    state
+    jump : bound of an additional error of ξ' within the time `late` of the end, where the computed state may be wrong
     """
 
     late: float
@@ -85,7 +84,7 @@ def start_errors(w, k, i):
 
 @inline
 def lose_certainty(w, k, i):
-    """Mark the motion as uncertain after the last switch. Returns infinite errors for the end of the present state."""
+    """Mark the motion as uncertain from the last switch on. Return infinite errors for the end of the present state."""
     if certain(w, i):
         w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
     if k[r.STATUS + i] == OK:
@@ -102,10 +101,9 @@ def heed_status(w, k, i):
 
 @inline
 def delay(value, slope, bend):
-    """Return a bound of the distance to a zero of a function, or inf if the function may have no zero.
+    """Return a bound of the distance to a zero of a function f, or inf if f may have no zero.
 
-    The modulus of the function is at most `value`, of its slope at least `slope`, of its second derivative at most
-    `bend`.
+    Requires |f| <= value, |f'| >= slope and |f''| <= bend.
     """
     square = fma(slope, slope, -2.0 * bend * value)
     if slope > 0.0 and square > 0.0:
@@ -121,7 +119,7 @@ def change_of_force(w, i):
 
 @inline
 def change_nearby(w, i, p, pf, d):
-    """Return a bound of |H'| within d of an instant at which A cos φ = p and AF cos θ = pf."""
+    """Return a bound of |H'| within the time d of an instant at which A cos φ = p and AF cos θ = pf."""
     eta, most = w[r.ETA + i], change_of_force(w, i)
     here = fma(margins.ROUNDING, most, abs(fma(eta, pf, p)))
     return switch.smaller(most, fma(fma(w[r.AF + i] * eta, eta, w[r.A + i]), d, here))
@@ -129,10 +127,10 @@ def change_nearby(w, i, p, pf, d):
 
 @inline
 def rounding_of_slide(w, i, h):
-    """Return the rounding errors (ξ, ξ') of the closed form at h.
+    """Return (gap, velocity): bounds of the rounding errors of ξ and ξ' by the closed form at h.
 
-    The bound of margins.py contains the full amplitude A if ηh is large. With a disturbance h may be small then. The
-    slow part is of the order of h, and the bound computed here is smaller.
+    If ηh is large, the bounds of margins.py contain the full amplitude A. With a disturbance, h may be small although
+    ηh is large. The slow part is then of the order of h, and the bounds computed here are smaller.
     """
     if (1.0 + w[r.ETA + i]) * h < 0.7 or w[r.AF + i] == 0.0:
         return margins.gap_rounding_beside(w, i, h, 0.0) + UNDERFLOW, margins.velocity_rounding_beside(
@@ -148,10 +146,10 @@ def rounding_of_slide(w, i, h):
 
 @inline
 def velocity_error(w, k, i, h):
-    """Return the two parts of the error of ξ' at h after the last switch, while the mass slides.
+    """Return the two parts of the error of ξ' in a slide, h after the last switch.
 
-    A slide after a wait is computed from the instant at which H is ±1 (`begin` in switch.py). This instant has an error
-    of at most SHIFT. On a grid `begin` may correct ξ'' by a change of the slope L, which is `bent` here.
+    A slide after a wait is computed from the instant at which H is ±1 (`begin` in switch.py). The time of this instant
+    has an error of at most SHIFT. On a grid, `begin` may correct ξ'' by a change of the slope L. `bent` is this change.
     """
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
@@ -164,7 +162,7 @@ def velocity_error(w, k, i, h):
 
 @inline
 def gap_error(w, k, i, h):
-    """Return the two parts of the error of ξ at h after the last switch, while the mass slides."""
+    """Return the two parts of the error of ξ in a slide, h after the last switch."""
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
         * w[r.SHIFT + i]
@@ -177,9 +175,10 @@ def gap_error(w, k, i, h):
 
 @part
 def judge_tangency(w, k, i):
-    """Mark the motion as uncertain if ξ' comes so close to 0 before the end of a slide that the slide may end there.
+    """Mark the motion as uncertain if a minimum of |ξ'| before the end of a slide is so small that the slide may end
+    there.
 
-    The limit is twice the error of ξ', because the value at the minimum is extrapolated from an instant near it.
+    The limit is twice the error of ξ', because the minimum is extrapolated from an instant near it.
     """
     under = w[r.DIP_DENOMINATOR + i]
     if certain(w, i) and under > 0.0 and not switch.waits(k[r.STATE + i]) and k[r.SEARCH + i] != S1:
@@ -190,7 +189,7 @@ def judge_tangency(w, k, i):
 
 @part
 def end_of_record(w, k, i):
-    """Return the errors of the end of the record. They are 0 unless the state may have ended just before it."""
+    """Return the errors at the end of the record. They are 0 unless the state may have ended just before."""
     heed_status(w, k, i)
     if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
@@ -201,7 +200,7 @@ def end_of_record(w, k, i):
     near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
     if abs(v) > wrong and (k[r.STATE + i] == UP or x > near):
         return NO_END
-    if w[r.V0 + i] == 0.0:  # the slide began from rest at most `late` ago: the bound holds whatever state followed
+    if w[r.V0 + i] == 0.0:  # a slide from rest that began at most `late` ago: this bound holds in any next state
         late = h + w[r.BEGUN_LATE + i]
         return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * margins.magnitude_scale(w, i) * late)
     return lose_certainty(w, k, i)
@@ -239,10 +238,10 @@ def pass_on(w, k, i, method, event, end, errors):
 
 @part
 def end_of_segment(w, k, i, method, event, h, side, there):
-    """Return the errors of the present state at its end, h after the last switch; `there` has the computed ξ and ξ'.
+    """Return the errors at the end of the present state, h after the last switch; `there` is the computed arrival.
 
-    It must be called before the results of the switch are stored. The motion becomes uncertain if the state may not end
-    there or the next state may be a different one.
+    Mark the motion as uncertain if the state may not end there, or if the next state may be another one. Call this
+    function before the results of the switch are stored.
     """
     heed_status(w, k, i)
     if not certain(w, i):
@@ -266,14 +265,14 @@ def end_of_segment(w, k, i, method, event, h, side, there):
 
 @inline
 def end_by_impact(w, k, i, v_off, x_off, force, there):
-    """Return the errors of an impact. The errors of ξ and ξ' before it become an error of its instant."""
+    """Return the errors at an impact. They are the error of its time, which follows from the errors of ξ and ξ'."""
     x, v, wrong = there.x, there.v, abs(v_off.share) + v_off.more
     off = abs(x_off.share) + x_off.more + abs(x)
     speed = abs(v) - wrong
     usual = margins.magnitude_scale(w, i)
     bend = usual
     if speed > 0.0:
-        # if |ξ''| is at most `bend`, the zero is within 2 off / speed
+        # the zero is within the time 2 off / speed, in which |ξ''| is at most `bend`
         bend = switch.smaller(
             usual, fma(change_of_force(w, i), 2.0 * off / speed, abs(force + 1.0) + margins.ROUNDING * usual)
         )
@@ -286,13 +285,13 @@ def end_by_impact(w, k, i, v_off, x_off, force, there):
 
 @inline
 def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
-    """Return the errors of the end of a slide with ξ' = 0, in the air."""
+    """Return the errors at the end of a slide in the air, where ξ' = 0."""
     x, v = there.x, there.v
     (v_share, v_more), (x_share, x_more) = v_off, x_off
     a = force - switch.direction(k[r.STATE + i])
     steep = abs(a) - margins.ROUNDING * margins.magnitude_scale(w, i)
     off = abs(v_share) + v_more + abs(v)
-    # if |H'| is at most `bend`, the zero is within 2 off / steep
+    # the zero is within the time 2 off / steep, in which |H'| is at most `bend`
     bend = change_nearby(w, i, there.p, there.pf, choose(steep > 0.0, 2.0 * off / choose(steep > 0.0, steep, 1.0), 1.0))
     before = delay(off, steep, bend)
     late = before + choose(w[r.AF + i] > 0.0, 0.0, HALF_LAST_BIT)
@@ -308,14 +307,14 @@ def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
 
 @inline
 def is_decided(w, i, distance, late, there):
-    """Return whether H, at `distance` from its boundary, is on the same side of it at all instants within `late`."""
+    """Return whether H, at `distance` from a boundary, certainly does not reach this boundary within `late`."""
     change = change_nearby(w, i, there.p, there.pf, late)
     return late < INFINITY and distance > fma(change, late, margins.ROUNDING * margins.magnitude_scale(w, i))
 
 
 @inline
 def difference(a, b):
-    """Return (a - b rounded, its rounding error). The sum of both is exactly a - b."""
+    """Return (d, error): d is a - b rounded, and d + error is exactly a - b."""
     d = a - b
     back = a - d
     return d, (a - (d + back)) + (back - b)
@@ -325,7 +324,7 @@ def difference(a, b):
 def lost_bits(a, b, down):
     """Return a bound of the rounding error of A - 1 - B or, if `down`, of A - |1 - B|.
 
-    The phases at which waits end are computed from these differences (release.py).
+    release.py computes the phases at which waits end from these differences.
     """
     short, first = difference(choose(down, 1.0, a), choose(down, b, 1.0))
     _, second = difference(choose(down, a, short), choose(down, abs(short), b))
@@ -334,11 +333,11 @@ def lost_bits(a, b, down):
 
 @inline
 def end_of_wait(w, k, i, method, event, h, side, there):
-    """Return the errors of the end of a wait at H = ±1, independent of the earlier motion.
+    """Return the errors at the end of a wait, where H = ±1. They do not depend on the earlier motion.
 
-    For a certified motion at ε = 0 the wait ends at a known phase. Its arcsine and the root in it add an error of at
-    most three last bits of φ to the error by `lost_bits` (release.py). Otherwise the wait ends at the zero that was
-    found.
+    In a certified motion at ε = 0 the wait ends at a known phase (release.py). The arcsine and the square root in this
+    phase have a rounding error of at most three last bits of φ; `lost_bits` bounds the remaining error. In other
+    motions the wait ends at a zero that a search has found.
     """
     x_share, x_more = w[r.X_SHARE + i], w[r.X_MORE + i]
     if event < S4:
@@ -363,7 +362,7 @@ def end_of_wait(w, k, i, method, event, h, side, there):
 
 @part
 def pass_errors_on(w, k, i, method, event, end):
-    """Set the errors of the state that has just begun from those of the end of the state before."""
+    """Set the errors of the state that has just begun. `end` has the errors at the end of the state before."""
     w[r.X_SHARE + i], w[r.X_MORE + i] = end.x_share, end.x_more
     w[r.BEGUN_LATE + i], w[r.BEGUN_JUMP + i] = end.late, end.jump
     w[r.SHIFT + i] = 0.0
@@ -380,7 +379,7 @@ def pass_errors_on(w, k, i, method, event, end):
     w[r.V_MORE + i] = second + choose(event >= S4, 0.0, margins.ROUNDING * margins.magnitude_scale(w, i) * late)
     if event >= S4:
         w[r.SHIFT + i] = choose(method == CERTIFIED, late, 0.0)
-    elif event == S1:  # the new common cause is the error of this instant
+    elif event == S1:  # the new common cause is the error of the time of this impact
         w[r.V_SHARE + i] = a * late
         w[r.X_MORE + i] += 0.5 * abs(a) * late * late
     else:
@@ -392,7 +391,10 @@ def pass_errors_on(w, k, i, method, event, end):
 
 @part
 def write_section_error(w, k, i, count, hs, h, end, errors):
-    """Write the bounds of section point `count`, hs after the last switch. At h the state or the record ends."""
+    """Write the bounds of the errors of section point number `count`, hs after the last switch.
+
+    The state or the record ends at h, with the errors `end`.
+    """
     x = v = INFINITY
     if certain(w, i):
         x, v = abs(w[r.X_SHARE + i]) + w[r.X_MORE + i], 0.0
@@ -400,7 +402,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
         if not switch.waits(k[r.STATE + i]):
             x_share, x_more = gap_error(w, k, i, hs)
             v_share, v_more = velocity_error(w, k, i, hs)
-            # a small hs does not reduce the rounding errors of `section_at` and of hs itself
+            # the rounding errors of `section_at` and of hs itself do not become smaller with hs
             fast = w[r.AF + i] * w[r.INVERSE + i]
             wave = w[r.A + i] + fast
             speed = abs(w[r.V0 + i]) + wave + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * hs
@@ -421,7 +423,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
 
 @inline
 def write_switch_error(w, i, row, before, end, errors):
-    """Write the bounds of the errors of a switch into row `row`; `end` has the errors of the end of its first state."""
+    """Write the bounds of the errors of a switch into row `row`; `end` has the errors at the end of state `before`."""
     off = errors.rows
     if row < off.shape[0]:
         known = certain(w, i)
@@ -432,7 +434,7 @@ def write_switch_error(w, i, row, before, end, errors):
 
 @inline
 def end_errors(w, k, i, periods, errors):
-    """Set the bounds of section points that were not reached to NaN."""
+    """Set the bounds of section points that the motion has not reached to NaN, and store CERTAIN_UNTIL."""
     rows, row = errors.section, k[r.POINT + i]
     for m in range(k[r.SECTIONS + i], periods):
         slot = min(m, rows.shape[1] - 1)

@@ -17,13 +17,13 @@ OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
 
 
 MULLER_BRACKETED, FIXED_BRACKETED = -1, -2
-"""Values of `method` inside the engine for a motion on a grid at ε = 0 whose grid is not scanned (switch_grid.py).
-Sweeps use these values unless the user chooses the literal scan."""
+"""Values of `method` in a sweep on a grid at ε = 0 if the grid is not scanned (switch_grid.py). With a literal scan
+`method` remains MULLER or FIXED."""
 
 
 CONTINUE, STRETCHED, END = 0, -1, -2
-"""Ends of a search other than a zero of S1 ... S5, in this order: another search follows, the segment continues with
-new initial values, the record ends."""
+"""Ends of a search other than a zero of S1 ... S5. CONTINUE: another search follows. STRETCHED: the state continues in
+a new segment. END: the record ends."""
 
 
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5
@@ -33,23 +33,25 @@ INFINITY, UNKNOWN = float("inf"), float("nan")
 
 
 STEPPED, BRACKETED, AT_ONCE = 0.0, 1.0, 2.0
-"""Search modes for the end of a state: by steps (first_zero.py), in a bracket (undisturbed.py), or without a search."""
+"""Search modes for the end of a state. STEPPED: by steps (first_zero.py). BRACKETED: in a bracket (undisturbed.py).
+AT_ONCE: without a search, because the end is known."""
 
 
 NOTHING, ZERO, LIMIT_MET, FALLEN, BOTH = 0.0, 1.0, 2.0, 3.0, 4.0
-"""Outcomes of a search, in this order: none yet; a zero; the limit of the search is reached; ξ is below 0 (without a
-grid: by more than the smallest margin so far); on a grid, both ξ and the switching function are below 0."""
+"""Outcomes of a search. NOTHING: none yet. ZERO: a zero. LIMIT_MET: no zero up to the limit of the search. FALLEN: ξ is
+below 0 (without a grid: by more than the smallest margin so far). BOTH: on a grid, both ξ and the switching function
+are below 0."""
 
 
 NONE_BEGUN, COMPLETE, LEAVING, CLOSING_IN = 0.0, 1.0, 2.0, 3.0
-"""Stages of the refinement of a zero (muller.py), in this order: not begun; complete; bisecting away from the zero at
-which the slide began; iterating towards the next zero."""
+"""Stages of the refinement of a zero (muller.py). NONE_BEGUN: not begun. COMPLETE: complete. LEAVING: bisection moves
+away from the zero at which the slide began. CLOSING_IN: Muller's method approaches the next zero."""
 
 
 DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE, KEEP_SWITCH = 0, 1, 2, 4, 8
-"""Work left in a lane after a batch of switches. DONE: none. UNUSUAL: the switch, which event.py applies. Otherwise a
-sum of the others: write a section point, check for a recurrence (recurrence.py), store the switch (`keep_switch` in
-history.py)."""
+"""Work that remains in a lane after a batch of switches. DONE: none. UNUSUAL: event.py must apply the switch. Other
+values are a sum of WRITE_POINT (write a section point), CHECK_RECURRENCE (recurrence.py) and KEEP_SWITCH (store the
+switch: `keep_switch` in history.py)."""
 
 
 ENDED_EARLY = -1.0

@@ -1,15 +1,15 @@
 """Main loop of a sweep: search, apply the switch, record, continue, for a batch of trajectories.
 
-A kernel of `batch` advances up to `LANES` trajectories, one in each lane (lane.py). Each pass advances the search in
-every lane (first_zero.py; undisturbed.py at ε = 0) and applies the ordinary switches that were found
-(switch_undisturbed.py, switch_disturbed.py; on a grid switch_grid.py, switch_grid_disturbed.py). A switch is ordinary
-if its decision is clear beyond rounding, if it is within the record and the budget, and if at most one section point
-precedes it. The search and the application of ordinary switches are loops over lanes that vectorise. All other switches
-are processed one lane at a time (event.py).
+The kernel that `batch` returns advances up to `LANES` trajectories, one in each lane (lane.py). Each pass of its loop
+advances the search in every lane (first_zero.py; undisturbed.py at ε = 0). Then the pass applies the ordinary switches
+that the searches have found (switch_undisturbed.py, switch_disturbed.py; on a grid switch_grid.py,
+switch_grid_disturbed.py). A switch is ordinary if three conditions hold: rounding cannot change its decision, it is
+within the record and the budget, and at most one section point precedes it. The searches and the application of
+ordinary switches are loops over lanes that vectorise. All other switches are processed one lane at a time (event.py).
 
-The cycles of a motion that repeats itself are copied (recurrence.py). A lane whose trajectory ends takes the next point
-in the same pass. Lanes are independent, so the bits of a trajectory depend only on its point. Single trajectories and
-literal scans have another loop (single.py).
+The cycles of a motion that repeats itself are copied (recurrence.py). If the trajectory of a lane ends, the lane begins
+the next point in the same pass. Lanes are independent, so the bits of a trajectory depend only on its point. Single
+trajectories and literal scans have another loop (single.py).
 """
 
 from __future__ import annotations
@@ -40,13 +40,14 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.outputs import Outcome, Recorder, extent_of
 
 STEPS, STEPS_ON_GRID, EVALUATIONS = 3, 4, 2
-"""Number of steps of a search before its outcome is checked: with a disturbance without a grid, with a disturbance on a
-grid, and without a disturbance. Most searches have ended by then, and the check costs more than a step."""
+"""Numbers of steps of a search before its outcome is checked, in this order: with a disturbance without a grid, with a
+disturbance on a grid, without a disturbance. Most searches end within these steps, and a check costs more than a step.
+"""
 
 
 @part_each("grid")
 def search_undisturbed(w, k, n, grid):
-    """Advance the searches in the lanes 0..n-1 at ε = 0: those with a bracket as a batch, the others one by one."""
+    """Advance the searches in the lanes 0..n-1 at ε = 0: searches in a bracket together, the others one by one."""
     if undisturbed.search_brackets(w, k, n, EVALUATIONS) < n:
         for i in range(n):
             if w[r.SEARCH_MODE + i] == codes.STEPPED:
@@ -60,9 +61,9 @@ def search_undisturbed(w, k, n, grid):
 
 @part_each("fast")
 def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
-    """Complete a batch of switches: write passed section points, store impacts and switches, check for recurrences.
+    """Complete a batch of switches: write section points, store impacts and switches, check for recurrences.
 
-    Returns the number of trajectories that have ended, because all their results follow from a recurrence.
+    Return the number of trajectories that end because all their results follow from a recurrence.
     """
     ended = 0
     points = recorder is None or switch.has_rows(section, recorder.summary)
@@ -86,7 +87,7 @@ def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
 
 @inline
 def list_unusual(k, todo, n):
-    """Write the numbers of the lanes that `process_event` must process into `todo`."""
+    """Write the numbers of the lanes that `process_event` must process into the list `todo`."""
     m = 0
     for i in range(n):
         todo[m] = i
@@ -95,7 +96,7 @@ def list_unusual(k, todo, n):
 
 @part_each("grid", "disturbed", "fixed")
 def apply_switches(w, k, n, grid, disturbed, fixed, extent):
-    """Apply the ordinary switches found in the lanes 0..n-1. Returns the number of lanes left for `event.py`."""
+    """Apply the ordinary switches in the lanes 0..n-1. Return the number of lanes that `event.py` must process."""
     wide()
     if grid and disturbed and not fixed:
         muller.refine_abreast(w, n)
@@ -118,7 +119,7 @@ def apply_switches(w, k, n, grid, disturbed, fixed, extent):
 def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
     """Advance the searches in the lanes 0..n-1, and apply the ordinary switches.
 
-    Returns the number of lanes left for `event.py`.
+    Return the number of lanes that `event.py` must process.
     """
     if disturbed:
         if grid:
@@ -134,10 +135,10 @@ def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
 
 @inline
 def close_gaps(w, k, n, todo, ended):
-    """Move the last lanes in use into the lanes of ended trajectories. Returns the number of lanes in use.
+    """Move the trajectories of the last lanes into the lanes of ended trajectories. Return the number of lanes in use.
 
-    The numbers of the lanes of ended trajectories are the first `ended` elements of `todo`.
-    The loop begins with the last of them, so that it never moves a trajectory that has ended.
+    The first `ended` elements of `todo` are the numbers of the lanes of ended trajectories, in ascending order. The
+    loop runs over them in descending order, so that it never moves a trajectory that has ended.
     """
     for j in range(ended - 1, -1, -1):
         i = todo[j]
@@ -154,10 +155,10 @@ def close_gaps(w, k, n, todo, ended):
 
 @cache
 def batch(method: int, disturbed: bool, recorded: bool):
-    """Return the kernel of sweeps for `method`, for points with a disturbance or for points without one.
+    """Return the kernel of sweeps for `method`, for points with a disturbance (if `disturbed`) or without.
 
-    Each kernel is compiled at its first call and contains only the code that it needs. If `recorded`, it contains the
-    code for impacts and summaries, which makes it slower.
+    Each kernel is compiled at its first call and contains only the code that it needs. If `recorded`, it also computes
+    impacts and summaries, which makes it slower.
     """
     grid, fixed = method != codes.CERTIFIED, method == codes.FIXED
     if grid and not disturbed:
@@ -167,7 +168,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
 
     @jit(_nrt=False)
     def run(address):
-        """Follow points, numbered by the counter, until all are done or `halt` is set (arguments.py)."""
+        """Compute the trajectories of the points, taken from the counter, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
         w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
         points, order, lanes = a.points, a.order, a.numbers[4]
@@ -195,7 +196,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
             for j in range(m):
                 i = todo[j]
                 if bracketed and w[r.SEARCH_MODE + i] != codes.STEPPED and w[r.LEFT + i] != codes.ENDED_EARLY:
-                    # evaluations in a discarded bracket are not charged to the budget
+                    # repeat the search by steps; the evaluations in the bracket are not charged to the budget
                     w[r.WORK + i] = w[r.WORK_BOOKED + i]
                     event.begin_search(w, k, i, k[r.STATE + i], False, method)
                     undisturbed.set_search_mode(w, i, True, codes.STEPPED)

@@ -1,7 +1,7 @@
 """Processing of one lane at the end of its search, for every outcome: record the switch, decide, begin the next state.
 
-The batched loops (`switch_*`) apply the ordinary switches of all lanes (engine.py says which are ordinary). All other
-switches, and those of a single trajectory, are processed here. Both ways use the formulas of switch.py.
+The modules `switch_*` apply ordinary switches (engine.py) in all lanes together. This module processes all other
+switches, and those of single trajectories. All of these modules use the formulas of switch.py.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ class Start(NamedTuple):
 
 @inline_each("method")
 def begin_search(w, k, i, state, from_rest, method):
-    """Begin the search for the end of `state`, at its beginning.
+    """Begin the search for the end of `state`, which has just begun (at rest if `from_rest`).
 
-    The limit of the search is the end of the record, or an earlier instant at which the segment continues with new
-    initial values.
+    The limit of the search is the end of the record, or an earlier instant at which a new segment of the same state
+    begins (`longest` in motion.py).
     """
     which, slides = switch.terminating_function(state), from_rest and not switch.waits(state)
     if method == codes.CERTIFIED:
@@ -55,7 +55,7 @@ def begin_search(w, k, i, state, from_rest, method):
 
 @part_each("method")
 def begin_state(w, k, i, state, start, force, at_boundary, method):
-    """Begin `state` at the present time, where the adhesive force is `force`, and the search for its end."""
+    """Begin `state` at the present time, where H = `force`, and begin the search for its end."""
     switch.commit_state(k, i, True, state)
     s = switch.direction(state)
     field = motion.Field(w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i])
@@ -85,7 +85,7 @@ def begin_state(w, k, i, state, start, force, at_boundary, method):
 
 @part
 def finish_at_rest(w, k, i, transient, section, errors):
-    """Finish a motion that never moves again."""
+    """Write the results of a motion whose mass never moves again."""
     margins.record_margin_of_rest(w, k, i, k[r.STATE + i] == codes.STICK)
     certainty.heed(w, k, i, errors)
     record.emit_rest(w, k, i, transient, section, errors, certainty.NO_END)
@@ -93,7 +93,10 @@ def finish_at_rest(w, k, i, transient, section, errors):
 
 @inline
 def certified_event(w, k, i, x):
-    """Return (event, h) of a search without a grid, where x is ξ at the cursor."""
+    """Return (event, h) for the outcome of a search without a grid; x is ξ at the cursor.
+
+    `event` is the switching function that is zero at h, or CONTINUE, STRETCHED or END (codes.py).
+    """
     h = w[r.CURSOR + i]
     met = w[r.OUTCOME + i]
     which = k[r.SEARCH + i]
@@ -111,14 +114,14 @@ def certified_event(w, k, i, x):
                 margins.record_margin(w, k, i, 0.0 - x, margins.gap_rounding(w, i, h))
                 undisturbed.search_impact(w, k, i, h, x)
                 return codes.CONTINUE, h
-            # an impact precedes the end of the slide: search for it from the last instant with ξ >= 0
+            # an impact precedes the end of the slide: search for this impact from the last instant with ξ >= 0
             if met == codes.ZERO:
                 margins.record_margin(w, k, i, 0.0 - x, margins.gap_rounding(w, i, h))
             start = w[r.LAST_NONNEGATIVE + i]
             if w[r.X0 + i] < first_zero.LEAST_GAP:
                 start = first_zero.fall_from_nothing(w, i, h)
             first_zero.restart_search(w, k, i, codes.S1, h, start)
-            # ξ <= 0 was seen at h: if rounding hides the zero, the impact is at h
+            # ξ <= 0 at h: if the search finds no zero because of rounding, the impact is at h
             first_zero.set_limit(w, i, True, h)
             return codes.CONTINUE, h
         if met == codes.ZERO:
@@ -132,10 +135,9 @@ def certified_event(w, k, i, x):
 
 @part
 def grid_event(w, k, i, fixed):
-    """Return (event, h) of a search on the grid.
+    """Return (event, h) for the outcome of a search on a grid; `event` as from `certified_event`.
 
-    If `fixed`, h is the time of the grid point that eq. (10) finds; otherwise that of the zero refined by Muller's
-    method.
+    If `fixed`, h is the time of the grid point by eq. (10). Otherwise it is the zero refined by Muller's method.
     """
     cursor = w[r.CURSOR + i]
     dtau = w[r.DTAU + i]
@@ -144,7 +146,7 @@ def grid_event(w, k, i, fixed):
     met = w[r.OUTCOME + i]
     which = k[r.SEARCH + i]
     if which == codes.S4 and met == codes.LIMIT_MET:
-        # one side has reached the limit without a zero: check the last grid point of the other side
+        # one side of S4 has no zero up to the limit: check the last grid point for the other side
         first_zero.turn_side(w, i)
         if muller.value(w, i, h) < 0.0:
             met = codes.ZERO
@@ -152,7 +154,7 @@ def grid_event(w, k, i, fixed):
         return codes.END if h >= w[r.LEFT + i] else codes.STRETCHED, h
     hit = which == codes.S1 or met == codes.FALLEN
     if met == codes.FALLEN and cursor - w[r.LAST_NONNEGATIVE + i] > 1.0:
-        # ξ fell below 0 in an interval without other switches: search it for the first such grid point
+        # ξ fell below 0 in an interval of several steps without other switches: search for the first such grid point
         above = w[r.LAST_NONNEGATIVE + i]
         first_zero.restart_search(w, k, i, codes.S1, h, above + 1.0)
         return codes.CONTINUE, h
@@ -174,7 +176,10 @@ def grid_event(w, k, i, fixed):
 
 @inline
 def end_of_wait(w, i, state):
-    """Return (event, h, side, arrival) of the end of a wait at ε = 0, which is known without a search."""
+    """Return (event, h, side, arrival) at the end of a wait at ε = 0, which is known without a search.
+
+    `event` is S4 or S5, and `side` is 1 if H falls to -1 there, or -1 if H rises to 1.
+    """
     h, phase, later, down = undisturbed.wait_end(w, i, state, w[r.PHI + i])
     side, p = (1.0 if down else -1.0), (w[r.P_DOWN + i] if down else w[r.P_UP + i])
     there = motion.Arrival(w[r.X0 + i], 0.0, 1.0 if later else 0.0, phase, 0.0, p, w[r.B + i] - side, 0.0, 0.0, 0.0)
@@ -183,7 +188,12 @@ def end_of_wait(w, i, state):
 
 @inline
 def end_of_search(w, k, i, errors):
-    """Return (event, h, side, arrival, LATE) of the outcome of a search without a grid."""
+    """Return (event, h, side, arrival, LATE) for the outcome of a search without a grid.
+
+    event, h : as from `certified_event`
+    side : if event is S4, the side: 1 if H falls to -1 there, or -1 if H rises to 1
+    arrival, LATE : as from `propagate` in motion.py
+    """
     state, level = k[r.STATE + i], -1.0 if w[r.SIG + i] > 0.0 else 1.0
     there, late = motion.propagate(w, k, i, switch.waits(state) and w[r.OUTCOME + i] == codes.ZERO, level)
     margins.record_margin_of_tangency(w, k, i, w[r.CURSOR + i])
@@ -199,7 +209,10 @@ def end_of_search(w, k, i, errors):
 
 @inline_each("method")
 def end_of_state(w, k, i, method, errors):
-    """Return (event, h, side, arrival, LATE) of the outcome in lane i; on a grid the arrival is computed later."""
+    """Return (event, h, side, arrival, LATE) for the outcome in lane i, as `end_of_search` does.
+
+    On a grid the arrival is computed later.
+    """
     if method == codes.CERTIFIED:
         if w[r.AF + i] == 0.0 and switch.waits(k[r.STATE + i]):
             event, h, side, there = end_of_wait(w, i, k[r.STATE + i])
@@ -211,7 +224,10 @@ def end_of_state(w, k, i, method, errors):
 
 @inline
 def book_cost(w, k, i, extent):
-    """Add the cost of the switch and its search to the used budget of its period. Returns False if it is exceeded."""
+    """Charge the cost of the switch and its search to the budget of the present period.
+
+    Return False if the cost of this period exceeds the budget.
+    """
     cost = switch.number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * extent.price)
     switch.commit_cost(w, k, i, True, k[r.PERIOD + i], cost)
     if cost > extent.budget:
@@ -222,9 +238,9 @@ def book_cost(w, k, i, extent):
 
 @inline
 def offsets_at_end(w, k, i, event, h):
-    """Return bounds of the rounding errors of ξ and ξ' at the end of a state.
+    """Return (gap, velocity): bounds of the rounding errors of ξ and ξ' at the end of a segment.
 
-    The bound of ξ' is 0 unless the segment continues, because the next state starts with ξ' = 0.
+    `velocity` is 0 if a new state begins, because this state starts with exactly ξ' = 0.
     """
     if event == codes.S1:
         return 0.0, 0.0
@@ -235,7 +251,7 @@ def offsets_at_end(w, k, i, event, h):
 
 @inline_each("method")
 def go_to_end(w, k, i, method, x, v, side, there, late, extent):
-    """Advance lane i to the end of its state; on a fixed grid compute the arrival first. Returns H there."""
+    """Advance lane i to the end of its state, and return H there. For `fixed`, compute the arrival first."""
     known = method == codes.CERTIFIED and w[r.AF + i] == 0.0 and switch.waits(k[r.STATE + i])
     if known:
         bound = margins.ROUNDING * margins.magnitude_scale(w, i)
@@ -251,7 +267,7 @@ def go_to_end(w, k, i, method, x, v, side, there, late, extent):
 
 @inline_each("method")
 def begin_next(w, k, i, method, searched, state, to, start, force):
-    """Begin `to` after `state`, and the search for its end if `searched`."""
+    """Begin state `to` after `state`. If `searched`, also begin the search for the end of `to`."""
     if not searched:
         switch.commit_wait(w, k, i, to, start.x, start.x_off)
         return
@@ -266,7 +282,7 @@ def begin_next(w, k, i, method, searched, state, to, start, force):
 
 @inline
 def reverse(w, k, i, certified, h, to, x, force):
-    """Return (next state, ξ) after a slide that ended in the air after h."""
+    """Return (next state, ξ) after a slide of duration h that ends in the air. `to` is the next state by Fig. 2."""
     state = k[r.STATE + i]
     margins.record_margin_of_reversal(w, k, i, h, force, force - (1.0 if state == codes.UP else -1.0))
     if certified and to == state:
@@ -276,9 +292,9 @@ def reverse(w, k, i, certified, h, to, x, force):
 
 @inline_each("method")
 def process_event(w, k, i, method, extent, section, impacts, recorder, log, errors):
-    """Process the outcome in lane i: record it, decide, begin the next search. Returns False if the trajectory ends.
+    """Process the outcome in lane i: record it, decide, and begin the next search. Return False if the trajectory ends.
 
-    An impact leaves ξ = ξ' = 0, eq. (7). If the mass leaves the obstacle, LEFT_OVER requests a check for recurrences.
+    After an impact ξ = ξ' = 0, eq. (7). If the mass leaves the obstacle, LEFT_OVER requests a check for recurrences.
     """
     if w[r.LEFT + i] == codes.ENDED_EARLY:
         return False

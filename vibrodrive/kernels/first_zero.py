@@ -5,41 +5,45 @@ Each switching function is positive while its state lasts and is searched for it
     S1 =  ξ          sliding down ends in an impact
     S2 = -ξ'         sliding down ends in the air
     S3 =  ξ'         sliding up ends
-    S4 = 1 ∓ H       sticking ends (two sides, searched in turn)
+    S4 = 1 ∓ H       sticking ends: two sides, 1 - H and 1 + H
     S5 = 1 - H       resting at the obstacle ends
 
-Written as shapes (motion.py), they are BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast).
+In terms of the shapes of motion.py, each function is BASE + SIG · (c0 + c1 h + c2 h² + α sin h + β vers h + fast part).
 
-**Why no zero is missed.** Let g >= 0 be a switching function at the cursor, g', g'' its derivatives there and
-|g'''| <= M3 ahead. The functions are sums of a polynomial of degree two and two sinusoids, so M3 is the sum of the
-amplitudes of their third derivatives. Taylor's theorem with a bounded remainder gives, for any S > 0,
+**Why no zero is missed.** Let g >= 0 be the value of a switching function at the cursor, let g' and g'' be its
+derivatives there, and let |g'''| <= M3 after the cursor. A switching function is the sum of a polynomial of degree two
+and two sinusoids, so M3 is the sum of the amplitudes of the third derivatives of the sinusoids. Taylor's theorem with a
+bounded remainder gives, for any S > 0,
 
     g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for 0 < s <= S
 
-The right side is a parabola. Up to S or its first positive root, whichever is smaller, it is positive and so is g: this
-is the step. S is arbitrary. The code sets it to the last step; then, near a transversal zero, the root of the parabola
-falls short of the zero by an error that shrinks faster than the square of the distance. If a fast ripple of amplitude a
-dominates M3, there is a second bound, g_slow + g_slow's + b s²/2 - a, from the slow part and the small bound M2 of its
-own derivatives. Here b is -M2 or, if that is larger, g_slow'' - M2 S/3 with a large S. If this second bound is positive
-beyond the S of the first bound, the code takes the step of the second bound.
+The right side is a parabola in s. It is positive, and so is g, up to S or up to its first positive root, whichever is
+smaller. This length is the step of the search. S is arbitrary; the code uses the length of the last step. Near a
+transversal zero, the root of the parabola is then before the zero, by an error that shrinks faster than the square of
+the distance.
+
+If a fast ripple of amplitude a dominates M3, a second bound may give a longer step: g_slow + g_slow's + b s²/2 - a. It
+uses the slow part of g, and the small bound M2 of the second and third derivatives of the slow part. b is the larger of
+-M2 and g_slow'' - M2 S/3 with a large S. The code takes the step of the second bound if this bound is positive beyond
+the S of the first.
 
 **Starts on a zero.** A slide from rest has g = 0 and g' >= 0 at its beginning, and g/s >= g' + g''s/2 - M3 s²/6. The
 search begins at the positive root of this bound, so the start is not mistaken for the next switch. At ε = 0 a slide
-from rest accelerates until H returns to the boundary 1 or -1. There |ξ'| has its peak, at a known phase, and the search
+from rest accelerates until H returns to the boundary 1 or -1. |ξ'| has its peak there, at a known phase, and the search
 begins at this peak.
 
-**Ends.** Near a simple zero the code uses the series of undisturbed.py. Let d be its step. If g' certainly changes by
-less than a quarter over d, |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, a zero within d is unique and the series ends close to
-it. The cursor moves to the end of the series, which may be on either side of the zero. If the terms of the series
-decrease fast, its end is the zero to the last bit.
+**Ends.** Near a simple zero the code uses the series of undisturbed.py. Let d be the step that the series gives. If
+|g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, then g' changes by less than a quarter over d. A zero within d is then unique, and
+the series ends close to it. The cursor moves to the end of the series, which may be on either side of the zero. If the
+terms of the series decrease fast, its end is the zero to the last bit.
 
-**Rounding.** A step by the bounds ends past a zero by no more than the rounding error of g over its slope. If g touches
-0 more closely than its rounding error, the tangency cannot be distinguished from two zeros or none. The search ends
-there and the margin reports it (margins.py).
+**Rounding.** A step by the bounds may end after a zero, by at most the rounding error of g over its slope. If a minimum
+of g differs from 0 by less than the rounding error, two zeros cannot be distinguished from none. The search ends there,
+and the margin reports the distance (margins.py).
 
-**Grids.** The methods `fixed` and `muller` skip grid points by the same bound, with the rounding error subtracted from
-g. At no skipped point could g have shown a change of sign. These searches begin at the first grid point after the
-switch, and also use the series as far as g certainly remains above its rounding error.
+**Grids.** The methods `fixed` and `muller` skip grid points by the same bound, after the rounding error is subtracted
+from g. So the computed g would be positive at each skipped point. These searches begin at the first grid point after
+the switch. They also use the series, as far as g certainly remains above its rounding error.
 """
 
 from __future__ import annotations
@@ -57,18 +61,22 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BOTH, FALLEN, INFINITY, LEAVING, LIMIT_MET, NOTHING, S1, S2, S3, S4, UNKNOWN, ZERO
 
 NOISE_SHARE = 1e-13
-"""When grid points are skipped, the sign of a switching function is not trusted if its value is below this share of its
-terms. The share is four hundred times the rounding of one term. A larger share costs only a few more evaluations."""
+"""Smallest share of its terms that a switching function must exceed at a skipped grid point, so that its sign is
+certain. It is four hundred times the rounding of one term. A larger share costs only a few more evaluations."""
 
 LATE_SHARE = 4e-3
-"""Effect of the rounding of a grid point's time on the fast part, a η ulp(h), in units of NOISE_SHARE."""
+"""Share of NOISE_SHARE by which the noise grows with a η h, because the time h of a grid point is rounded."""
 
 
 class Search(NamedTuple):
-    """A switching function as a shape, sig · (…) + base, and the data of its search.
+    """A switching function as a shape, and the data of its search.
 
-    The data are the amplitude of the fast part, bounds of the second derivative (without the fast part) and of the
-    third, the first span S, and the noise. A grid point is not skipped if the function may be below the noise there.
+    form, alf, bef, base, sig : the function is base + sig · shape; `form` has the coefficients of the slow part of the
+    shape, alf and bef are those of its fast part
+    fast : amplitude of the fast part
+    m2, m3 : bounds of the second derivative without the fast part, and of the third derivative
+    span : the first S
+    noise : bound of the rounding error. A grid point is skipped only if the function is larger than this there
     """
 
     form: motion.Form
@@ -84,7 +92,7 @@ class Search(NamedTuple):
 
 
 class Taylor(NamedTuple):
-    """A switching function and its first four derivatives at an instant."""
+    """Value of a switching function and its first four derivatives at one instant."""
 
     g: float
     dg: float
@@ -94,7 +102,11 @@ class Taylor(NamedTuple):
 
 
 class Ripple(NamedTuple):
-    """Fast part of a switching function: its slope, its second derivative over η², and g'' of the slow part."""
+    """Parts of the derivatives of a switching function.
+
+    slope, second : first derivative of the fast part, and its second derivative over η²
+    slow : second derivative of the slow part
+    """
 
     slope: float
     second: float
@@ -133,14 +145,14 @@ def search_shape(w, i, which, limit):
 
 @inline
 def set_search(w, k, i, where, which, search, cursor):
-    """Begin the search for the first zero of S1 ... S5 from `cursor` on in lane i.
+    """Begin the search for the first zero of switching function `which` (S1 ... S5) in lane i, at `cursor`.
 
-    Both sides of S4 = 1 - |H| are searched; the next step is taken on the side whose cursor is earlier.
+    Both sides of S4 = 1 - |H| are searched. Each step is taken on the side whose cursor is earlier.
 
-    While the mass slides down, the search for S2 also watches ξ, which decreases strictly while ξ' < 0. S1 has a zero
-    before the first zero of S2 if and only if ξ is not positive at this zero of S2. The zero of S1 is then unique. The
-    search ends early if ξ is below 0 by more than the smallest margin so far: then the impact is certain, and the
-    margin of this decision does not change the smallest one.
+    The search for S2 also computes ξ, which decreases strictly while ξ' < 0. S1 has a zero before the first zero of S2
+    if and only if ξ is not positive at this zero of S2. The zero of S1 is then unique. The search ends early if ξ is
+    below 0 by more than the smallest margin so far. In this case the impact is certain, and the margin of this decision
+    does not change the smallest margin.
     """
     falling = which == S2
     w[r.C0 + i] = choose(where, search.form.c0, w[r.C0 + i])
@@ -190,14 +202,17 @@ def unknown_values(w, i, where):
 
 @inline
 def restart_search(w, k, i, which, limit, cursor):
-    """Begin the search for the first zero of `which` at `cursor` after the present switch, in one lane."""
+    """Begin the search for the first zero of `which`, `cursor` after the last switch. For a single lane."""
     set_search(w, k, i, True, which, search_shape(w, i, which, limit), cursor)
     unknown_values(w, i, True)
 
 
 @inline
 def start_on_grid(w, i, where, which):
-    """Adapt a search that has just begun to a grid: both sides of S4 start at grid point 1, any ξ < 0 is an impact."""
+    """Adapt a search that has just begun to a grid.
+
+    Both sides of S4 start at grid point 1. Any ξ < 0 is an impact.
+    """
     unknown_values(w, i, where)
     w[r.FALL_TOLERANCE + i] = choose(where & (which == S2), 0.0, w[r.FALL_TOLERANCE + i])
     w[r.OTHER + i] = choose(where & (which == S4), 1.0, w[r.OTHER + i])
@@ -205,36 +220,39 @@ def start_on_grid(w, i, where, which):
 
 @inline
 def turn_side(w, i):
-    """Change to the other side of S4, on a grid."""
+    """Continue a search on a grid with the other side of S4."""
     w[r.SIG + i] = -w[r.SIG + i]
     unknown_values(w, i, True)
 
 
 BENT = 0.25
-"""Largest relative change of g' over a step d of the series. The series uses four derivatives, so its end misses the
-zero by the change of the fourth derivative, at most M4 d⁴/12 in g, which is a sixth of d in time. If the series ends
-past the zero, the step back fulfils the same condition: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of
-g' at that end."""
+"""Largest relative change of g' over a step d of the series.
+
+The series uses four derivatives. So g at the end of the series differs from 0 only by the change of the fourth
+derivative, at most M4 d⁴/12. In time this is at most d/6. If the series ends after the zero, the step back fulfils the
+same condition: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of |g'| at that end."""
 
 LEAP = 2.0
-"""Largest step by the slow part if its actual second derivative is used instead of its bound."""
+"""Largest step by the second bound, if the second derivative of the slow part is used instead of its bound M2."""
 
 SURELY_FREE = 0.95
-"""Share of the zero-free interval after a start from rest in which grid points are skipped. At the end of the interval
-g may be below the noise."""
+"""Share of the zero-free interval after a start from rest in which grid points are skipped. Near the end of this
+interval g may be below the noise."""
 
 LEAST_GAP = 1e-30
-"""With a disturbance, an impact from a gap smaller than this is found by bisection, not by steps."""
+"""Smallest gap at the start of a slide down from which an impact is searched by steps if there is a disturbance. From
+smaller gaps it is searched by bisection."""
 
 PATIENCE = 1e5
-"""Steps of a search after which it ends as if at its limit, so that the budget is checked."""
+"""Number of steps after which a search ends as if it had reached its limit, so that the budget is checked."""
 
 
 @inline
 def parabola(g, dg, bend, span):
-    """Return (s, minus the slope there) for the first positive root s < span of g + dg s + bend s²/2, with g >= 0.
+    """Return (root, slope) of the parabola g + dg s + bend s²/2, where g >= 0.
 
-    Without such a root return (span, 0).
+    `root` is the first positive root s, and `slope` is minus the slope there. If there is no root below `span`, return
+    (span, 0).
     """
     q2 = dot(dg, dg, -2.0 * g, bend)
     q = math.sqrt(q2 if q2 > 0.0 else 0.0)
@@ -248,19 +266,25 @@ def parabola(g, dg, bend, span):
 
 @inline
 def curvature_bound(ddg, m3, span):
-    """Return the second derivative of a parabola below a function with |g'''| <= m3, up to S = span."""
+    """Return the second derivative of a parabola that is below g up to S = span. ddg = g'' and |g'''| <= m3."""
     return fma(-(1.0 / 3.0) * m3, span, ddg)
 
 
 @inline
 def safe_step(g, dg, ddg, m3, span):
-    """Return (step, slope): the step for S = span, and minus the slope of the parabola at its root."""
+    """Return (step, slope): the step for S = span, and minus the slope of the parabola at its root (0 without a root).
+
+    ddg = g'' and |g'''| <= m3.
+    """
     return parabola(g, dg, curvature_bound(ddg, m3, span), span)
 
 
 @inline
 def zero_free_span(rise, bend, m3):
-    """Return S > 0 with g > 0 on (0, S) for g = 0, g' = rise >= 0, g'' = bend at 0: g/s >= g' + g''s/2 - M3 s²/6."""
+    """Return S such that g > 0 on (0, S), if g = 0, g' = rise >= 0 and g'' = bend at 0.
+
+    S is the positive root of the bound g/s >= g' + g''s/2 - M3 s²/6.
+    """
     free, _ = parabola(rise, 0.5 * bend, -(1.0 / 3.0) * m3, INFINITY)
     return free
 
@@ -274,7 +298,7 @@ def first_cursor(search, limit):
 
 @inline
 def first_grid_point(search, dtau, limit):
-    """Return the first grid point to evaluate for a slide from rest. Before it the function is above its noise.
+    """Return the first grid point to evaluate for a slide from rest. At earlier points the function exceeds its noise.
 
     The lower bound of g/s is a concave function of s, so its minimum is at one end of the interval.
     """
@@ -291,7 +315,10 @@ def first_grid_point(search, dtau, limit):
 
 @inline
 def peak_cursor(w, i, s, limit):
-    """Return the cursor at the peak of |ξ'| at ε = 0, where H returns to s. The search can begin there."""
+    """Return the cursor at the peak of |ξ'| of a slide from rest in direction s at ε = 0, where H falls or rises to s.
+
+    The search for the end of the slide can begin there.
+    """
     h = (PI - w[r.PHI_UP + i] if s > 0.0 else 3.0 * PI - w[r.PHI_DOWN + i]) - w[r.PHI + i]
     if h >= TWO_PI:
         h -= TWO_PI
@@ -300,9 +327,9 @@ def peak_cursor(w, i, s, limit):
 
 @inline
 def stay_inside(w, k, i, force):
-    """Move the cursor past the start of a wait, if |H| exceeds 1 there by rounding and decreases.
+    """Move the cursor away from the start of a wait if |H| exceeds 1 by rounding there, and decreases.
 
-    Otherwise the start would be taken for the end of the wait.
+    Otherwise the search would take the start for the end of the wait.
     """
     rise, bend = w[r.D1 + i], 2.0 * w[r.D2 + i]
     if force > 1.0 and rise < 0.0:
@@ -313,10 +340,10 @@ def stay_inside(w, k, i, force):
 
 @part
 def fall_from_nothing(w, i, h):
-    """Return an instant at which a gap that starts below LEAST_GAP has fallen to 0. At h it certainly has.
+    """Return the instant at which a gap that starts below LEAST_GAP falls to 0. This instant is not later than h.
 
-    The instant is found by bisection of its exponent. For such gaps the rounding errors of the higher derivatives are
-    large, and a search by steps would make no progress.
+    It is found by bisection of its logarithm. A search by steps would make no progress, because for such gaps the
+    rounding errors of the higher derivatives are large.
     """
     low, high = 1e-300, h
     for _ in range(64):
@@ -332,10 +359,11 @@ def fall_from_nothing(w, i, h):
 def series(h, u, half, third, fourth, m3, scale, rate):
     """Return (h - δ, close) for the sum δ of the series; `close` is true if h - δ is a zero to the last bit.
 
-    u = g/g'; half, third and fourth: half the second, the third and the fourth derivative over g'. With m3 = M3/g', the
-    derivatives over g' are at most m3 · scale (second), m3 (third), m3 · rate (fourth) and m3 · rate² (fifth). The
-    terms of the series decrease like powers of t and of rate · u. The bound used here exceeds the first omitted term.
-    If it is below the last bit of h, t and rate · u are far below 1, so no other zero is near.
+    u = g/g', half = g''/2g', third = g'''/g', fourth = g''''/g'. With m3 = M3/g', the moduli of the derivatives over g'
+    are at most m3 · scale (second), m3 (third), m3 · rate (fourth) and m3 · rate² (fifth).
+
+    The terms of the series decrease like powers of t and of rate · u. The bound used here exceeds the first omitted
+    term. If this bound is below the last bit of h, then t and rate · u are far below 1, so no other zero is near.
     """
     ahead = h - motion.householder_series(u, half, third * (1.0 / 6.0), fourth * (1.0 / 24.0))
     t = fma(abs(m3), scale, abs(half)) * u
@@ -348,20 +376,22 @@ def series(h, u, half, third, fourth, m3, scale, rate):
 
 @inline
 def bends_little(way, dg, ddg, m3, rate):
-    """Return whether g' < 0, and |g'''| <= m3 and |g''''| <= m3 rate prove that g' changes by less than BENT |g'|.
+    """Return whether g' < 0 and g' certainly changes by less than BENT |g'| within the time `way`.
 
-    The change is that within the time `way`.
+    dg = g', ddg = g'', |g'''| <= m3, and |g''''| <= m3 · rate.
     """
     return fma(fma(fma((1.0 / 6.0) * rate * m3, way, 0.5 * m3), way, abs(ddg)), way, BENT * dg) < 0.0
 
 
 @inline
 def step_to_zero(taylor, m3, rate, noise):
-    """Return a step to just before the zero that the series predicts, where g > `noise`; 0 if that is not certain.
+    """Return a step to an instant shortly before the zero that the series predicts. At this instant g exceeds `noise`.
 
-    Over the step |g'| is at least 3/4 of its value, so g falls. The value of the Taylor polynomial at the end of the
-    series, plus the remainder M5 s⁵/120 and the noise, is divided by this slope. The step ends before the end of the
-    series by more than this quotient.
+    Return 0 if this is not certain.
+
+    Over the step |g'| is at least 3/4 of its present value, so g falls. The modulus of the Taylor polynomial at the end
+    of the series, plus the remainder M5 s⁵/120 and the noise, is divided by this slope. The step ends before the end of
+    the series by more than this quotient.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -375,9 +405,9 @@ def step_to_zero(taylor, m3, rate, noise):
 
 @inline
 def advance(h, taylor, m3, scale, rate, step, limit):
-    """Return (next cursor, zero) from g and four derivatives at h; `zero` is true if this cursor is the zero.
+    """Return (next cursor, zero) from g and its derivatives at h; `zero` is true if this cursor is the zero of g.
 
-    There is no zero within `step`. m3 bounds the third derivative, m3 · scale the second and m3 · rate the fourth.
+    g has no zero within `step`. The second derivative is at most m3 · scale, the third m3, the fourth m3 · rate.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -397,7 +427,7 @@ def advance(h, taylor, m3, scale, rate, step, limit):
 
 @inline_each("fast")
 def evaluate(w, i, h, fast):
-    """Return (Taylor, ξ, Ripple) at h: the function searched in lane i with its derivatives, the gap, the fast part."""
+    """Return (Taylor, ξ, Ripple) at h, where Taylor and Ripple are those of the switching function of lane i."""
     form, sig = form_of(w, i), w[r.SIG + i]
     s, v, ds, dv, near = arc(h)
     if fast:
@@ -413,7 +443,6 @@ def evaluate(w, i, h, fast):
     fast_slope = fast_second = 0.0
     if fast:
         g += motion.fast_part(near, alf, bef, sf, vf, dsf, dvf)
-        # the second derivative of the ripple over η² is minus its value, up to a constant
         cf = 1.0 - vf
         fast_slope, fast_second = eta * dot(alf, cf, bef, sf), dot(bef, cf, -alf, sf)
         square = eta * eta
@@ -430,8 +459,8 @@ def evaluate(w, i, h, fast):
 def free_step(w, i, taylor, ripple, trusted, fast):
     """Return (step, slope, far): step and slope as from `safe_step` for the span S of lane i.
 
-    `far` is true if the step follows from the slow part. If the parabola below the slow part is still positive at S, it
-    gives the longer step.
+    `far` is true if the step follows from the second bound (see the head). This bound gives the longer step if it is
+    positive at S. `slope` is 0 then.
     """
     m3, span = w[r.M3 + i], w[r.SPAN + i]
     if not fast:
@@ -451,10 +480,10 @@ def free_step(w, i, taylor, ripple, trusted, fast):
 
 @inline
 def note_dip(w, i, h, taylor, x):
-    """Store the smallest distance of a minimum of the function from 0.
+    """Store the distance of a minimum of the switching function from 0, if it is the smallest so far.
 
-    The minimum is that of the parabola of second order at h, |g - g'²/2g''|, if the third derivative cannot invalidate
-    it. The distance is stored as a fraction, so that no step needs a division.
+    The distance is |g - g'²/2g''|, that of the minimum of the parabola of second order at h. It is stored only if the
+    third derivative is too small to invalidate this minimum. It is stored as a fraction, to avoid a division.
     """
     g, dg, ddg = taylor.g, taylor.dg, taylor.ddg
     over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg
@@ -468,7 +497,7 @@ def note_dip(w, i, h, taylor, x):
 
 @inline
 def next_on_grid(w, i, taylor, x, step, rate, trusted):
-    """Return (next grid point, outcome at the cursor). There is no zero within `step`."""
+    """Return (next grid point, outcome at the cursor) of a search on a grid. There is no zero within `step`."""
     cursor, limit = w[r.CURSOR + i], w[r.LIMIT + i]
     further = step_to_zero(taylor, w[r.M3 + i], rate, w[r.NOISE + i])
     step = choose(further > step, further, step)
@@ -479,15 +508,15 @@ def next_on_grid(w, i, taylor, x, step, rate, trusted):
     ahead = whole if whole > cursor + 1.0 else cursor + 1.0
     zero, fallen = taylor.g < 0.0, x < 0.0
     met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if cursor >= limit else NOTHING))
-    # ξ and ξ' have both changed sign: `fixed` takes an impact; `muller` refines the zero of ξ' and takes an impact only
-    # if ξ <= 0 there
+    # BOTH: ξ and ξ' have changed sign. For `fixed` this is an impact. For `muller` it is one if ξ <= 0 at the refined
+    # zero of ξ'
     met = BOTH if zero & fallen else met
     return cursor if met != NOTHING else ahead, met
 
 
 @inline
 def next_instant(w, i, h, taylor, x, step, rate):
-    """Return (next h, outcome there) without a grid. There is no zero within `step`."""
+    """Return (next h, outcome there) of a search without a grid. There is no zero within `step`."""
     limit = w[r.LIMIT + i]
     tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
     ahead, zero = advance(h, taylor, w[r.M3 + i], w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))
@@ -499,10 +528,11 @@ def next_instant(w, i, h, taylor, x, step, rate):
 
 @inline_each("fast", "grid")
 def search(w, i, fast, grid):
-    """Do one step of the search in lane i. `fast` and `grid` are literals: each pair is compiled to a separate loop.
+    """Do one step of the search in lane i, with a disturbance if `fast`, on a grid if `grid`.
 
-    Without a grid the cursor is a time h after the last switch. On a grid it is an integer number of steps, and a zero
-    is found if eq. (10) holds for the step that ends there. A lane with an outcome remains unchanged.
+    `fast` and `grid` are literals: each pair is compiled to a separate loop. Without a grid the cursor is a time h. On
+    a grid it is a number of grid steps, and a zero is found if eq. (10) holds for the step that ends there. If lane i
+    already has an outcome, it remains unchanged.
     """
     cursor, sig = w[r.CURSOR + i], w[r.SIG + i]
     h = cursor * w[r.DTAU + i] if grid else cursor
@@ -511,16 +541,16 @@ def search(w, i, fast, grid):
     trusted = g - w[r.NOISE + i] if grid else g
     trusted = trusted if trusted > 0.0 else 0.0
     step, slope, far = free_step(w, i, taylor, ripple, trusted, fast)
-    # the next S: this step if the parabola had a root, otherwise a longer one
+    # the next S: this step if the parabola had a root, otherwise a longer S
     span = choose(slope > 0.0, step, choose(far, w[r.SPAN0 + i], 3.0 * w[r.SPAN + i]))
     rate = choose(w[r.ETA + i] > 1.0, w[r.ETA + i], 1.0) if fast else 1.0
     if grid:
-        span += 1e-9 * w[r.SPAN0 + i]  # an untrusted value gives the step 0, and S must not remain 0
+        span += 1e-9 * w[r.SPAN0 + i]  # S must not remain 0 after a step of length 0, where g is below the noise
         ahead, met = next_on_grid(w, i, taylor, x, step, rate, trusted)
     else:
         note_dip(w, i, h, taylor, x)
         ahead, met = next_instant(w, i, h, taylor, x, step, rate)
-    # a search of two sides continues with the side whose cursor is earlier
+    # S4: continue with the side whose cursor is earlier
     other = w[r.OTHER + i]
     turn = ahead > other
     if grid:
@@ -539,9 +569,10 @@ def search(w, i, fast, grid):
 
 @part_each("fast")
 def search_on_grid(w, n, fast, steps):
-    """Do as `search_stepwise` on a grid, with a disturbance (`fast`) or without.
+    """Do `steps` steps of the searches on a grid in the lanes 0..n-1, with a disturbance (`fast`) or without.
 
-    A lane whose zero is being refined (muller.py) keeps its outcome.
+    Outcomes are cleared first, except in lanes whose zero is being refined (muller.py). Lanes with an outcome remain
+    unchanged.
     """
     wide()
     m = full(n)
@@ -554,9 +585,10 @@ def search_on_grid(w, n, fast, steps):
 
 @part
 def search_stepwise(w, n, steps):
-    """Do `steps` steps of the searches in the lanes 0..n-1, without a grid; lanes with an outcome remain unchanged.
+    """Do `steps` steps of the searches without a grid in the lanes 0..n-1.
 
-    Outcomes of earlier calls are cleared first. `steps` is not a literal: the compiler would unroll the loop.
+    Outcomes are cleared first. Lanes with an outcome remain unchanged. `steps` is not a literal, because the compiler
+    would unroll the loop.
     """
     wide()
     m = full(n)

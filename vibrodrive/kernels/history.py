@@ -1,12 +1,12 @@
 """Storage of the switches of each trajectory in a batch, as far back as its summary needs them (summary.py).
 
-A lane has room for ROWS switches. If it is full, the first half is added to the totals of the lane and discarded. The
-rows equal those of `simulate`. After a batch of switches they are written from the values stored by `note_end`
-(switch.py).
+A lane has room for ROWS switches, in rows. If all rows are in use, the first half of the switches is added to the
+totals of the lane and discarded. The rows equal those of `simulate`. After a batch of switches the rows are written
+from the values that `note_end` (switch.py) has stored.
 
-A motion that repeats itself to the bit is compared with a reference, an earlier state (recurrence.py). Its summary
-follows from one cycle of its switches, and is written when the cycle is complete. A sweep that records only summaries
-then ends the trajectory. For such motions switches before the record are also stored.
+A motion may return to the bits of an earlier state, the reference (recurrence.py). The summary then follows from one
+cycle of its switches, and is written when the cycle is complete. A sweep that records only summaries then ends the
+trajectory. For such motions the switches before the record are stored, too.
 """
 
 from __future__ import annotations
@@ -24,17 +24,16 @@ ROWS = 2 * summary.REACH
 """Number of switches for which a lane has room."""
 
 APART = ROWS + 11
-"""Distance in rows from one lane to the next. If it were a multiple of a page, the lanes would compete for the same
-cache lines."""
+"""Distance from one lane to the next, in rows. It is not a multiple of a page, because the lanes would then compete for
+the same cache lines."""
 
 END_OF_RECORD = 1e-9
-"""Least distance of the switches of a cycle from the phase at which a record begins and ends, for a summary from this
-cycle. If a switch is closer, only the motion up to the end of the record decides whether the switch belongs to the
-record."""
+"""Least distance of each switch of a cycle from the phase at which a record begins and ends. If a switch is closer, its
+rounding decides whether it belongs to the record, so the motion must be computed up to the end of the record."""
 
 
 def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return memory (history, totals) for the lanes of each thread: switches and totals; empty if not `wanted`."""
+    """Return (history, totals): memory for switches and totals of the lanes of each thread; empty if not `wanted`."""
     if not wanted:
         return np.empty((threads, r.LANES, 0, summary.COLUMNS)), np.empty((threads, r.LANES, 0))
     return np.empty((threads, r.LANES, APART, summary.COLUMNS)), np.empty((threads, r.LANES, summary.TOTALS))
@@ -42,14 +41,14 @@ def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
 
 @part
 def assign_slots(k):
-    """Let lane i store its switches in slot i, until trajectories are moved to other lanes."""
+    """Let lane i store its switches in slot i of the memory. `leave_slot` changes this."""
     for i in range(r.LANES):
         k[r.HISTORY_SLOT + i] = i
 
 
 @inline
 def clear_history(k, i, keeps):
-    """Discard the switches of lane i. From now on it stores those of the record (OF_THE_RECORD) or all (ALL)."""
+    """Discard the switches of lane i. `keeps` states which switches it stores from now on (codes.py)."""
     k[r.HISTORY_KEEPS + i] = keeps
     k[r.HISTORY_COUNT + i] = 0
     k[r.HISTORY_ADDED + i] = 0
@@ -57,14 +56,14 @@ def clear_history(k, i, keeps):
 
 @inline
 def keeps(w, k, i, period, phi, transient):
-    """Return whether lane i must store a switch at (period, φ)."""
+    """Return whether lane i must store a switch at (period, phi)."""
     of_all = k[r.HISTORY_KEEPS + i]
     return of_all == ALL or (of_all == OF_THE_RECORD and switch.in_record(w, k, i, period, phi, transient))
 
 
 @inline
 def write_switch(w, k, i, period, phi, event, recorder):
-    """Store a switch. If there is no room for it, first add half of the switches to the totals and discard them."""
+    """Store a switch. If there is no room for it, first add half of the stored switches to the totals."""
     slot, row = k[r.HISTORY_SLOT + i], k[r.HISTORY_COUNT + i]
     rows = recorder.history[slot]
     if row == ROWS:
@@ -86,7 +85,7 @@ def drive_of(w, i):
 
 @part
 def make_room(w, k, i, rows, totals):
-    """Add the first half of the switches to the totals and move the others to the front. Returns their number."""
+    """Add the first half of the switches to the totals, and move the second half to the front. Return its length."""
     half = ROWS // 2
     summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i), totals)
     drop_rows(k, i, half, rows)
@@ -107,10 +106,10 @@ def drop_rows(k, i, first, rows):
 
 @inline
 def keep_switch(w, k, i, on_grid, transient, recorder):
-    """Store the switches of lane i in a batch: the end of a state, an impact before it, the end of a wait after it.
+    """Store the switches that a batch has applied in lane i.
 
-    A wait with a known end ends within the same batch (switch_undisturbed.py). It begins at the time that `note_end`
-    has stored.
+    These are the end of a state, with two switches if this end is an impact, and the end of a wait that follows. A wait
+    with a known end ends in the same batch (switch_undisturbed.py). It begins at the time that `note_end` has stored.
     """
     which, ended, at = k[r.ENDED + i], k[r.END_PERIOD + i], w[r.END_PHI + i]
     period, phi, x, after = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i], k[r.STATE + i]
@@ -133,22 +132,22 @@ def keep_switch(w, k, i, on_grid, transient, recorder):
 
 @inline
 def set_reference_history(k, i):
-    """Set the number of switches before the reference state (recurrence.py)."""
+    """Store the number of switches up to the present state, which becomes the reference (recurrence.py)."""
     k[r.REFERENCE_HISTORY + i] = k[r.HISTORY_COUNT + i]
 
 
 @inline
 def may_follow_from_a_cycle(cycle, periods):
-    """Return whether the summary of a motion that returns after `cycle` periods follows from these periods.
+    """Return whether the summary of a motion that returns after `cycle` periods may follow from one cycle.
 
-    The record must be long enough to contain each period that is a candidate for the period of the motion twice.
+    This requires that the record contains each possible period of the motion twice.
     """
     return cycle <= summary.LONGEST and 2 * cycle + 2 <= periods
 
 
 @inline
 def keep_all(k, i, cycle, periods, recorder):
-    """From now on store all switches of a motion that has returned before its record, if they give its summary."""
+    """Store all switches from now on, if the summary may follow from one cycle. The record has not yet begun."""
     keeping = recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] == OF_THE_RECORD
     if keeping and may_follow_from_a_cycle(cycle, periods):
         clear_history(k, i, ALL)
@@ -156,22 +155,22 @@ def keep_all(k, i, cycle, periods, recorder):
 
 @inline
 def lies_behind(period, phase, until, phi):
-    """Return whether a switch at (period, phase) comes after (until, φ)."""
+    """Return whether (period, phase) is after (until, phi)."""
     return period > until or (period == until and phase > phi)
 
 
 @inline
 def last_return(rows, row, cycle, until, phi):
-    """Return the largest number of cycles by which the switch of a row can be shifted without exceeding (until, φ)."""
+    """Return the largest number of cycles by which the switch in `row` can be shifted and is not after (until, phi)."""
     return (until - int(rows[row, summary.PERIOD]) - (1 if rows[row, summary.PHASE] > phi else 0)) // cycle
 
 
 @part
 def has_cycle(w, k, i, cycle, extent, history):
-    """Return whether the stored switches give the summary of a motion that equals its reference after `cycle` periods.
+    """Return whether the summary follows from the switches since the reference, `cycle` periods ago.
 
-    This requires the last two cycles of the record to be after the reference. If true, the switches since the reference
-    become the first rows. If false, only the switches of the record are stored from now on.
+    This requires that the last two cycles of the record are after the reference. If the result is true, the switches
+    since the reference become the first rows. If it is false, the lane stores only switches of the record from now on.
     """
     rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
     kept_all = k[r.HISTORY_KEEPS + i] == ALL
@@ -194,9 +193,9 @@ def has_cycle(w, k, i, cycle, extent, history):
 
 @part
 def summarise_cycle(w, k, i, cycle, end, recorder):
-    """Write the summary of a motion whose cycle is in the first rows, and whose record ends in period `end`.
+    """Write the summary of a motion from one cycle, which is in the first rows. The record ends in period `end`.
 
-    The rows of the cycle are followed by two more cycles, up to the last switch of the record.
+    Two copies of the cycle are appended, up to the last switch of the record.
     """
     rows, more, phi = recorder.history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i], w[r.PHI0 + i]
     later = last_return(rows, 0, cycle, end, phi) * cycle
@@ -215,7 +214,7 @@ def summarise_cycle(w, k, i, cycle, end, recorder):
 
 @part
 def count_cycles(w, k, i, cycle, extent, history):
-    """Count the switches of the record that follow the cycle in the first rows."""
+    """Count the switches of the record that are copies of the switches in the first rows, which are one cycle."""
     rows, phi, start = history[k[r.HISTORY_SLOT + i]], w[r.PHI0 + i], k[r.PERIOD0 + i] + extent.transient
     end = start + extent.periods
     before, most = last_return(rows, 0, cycle, start, phi), last_return(rows, 0, cycle, end, phi)
@@ -228,7 +227,7 @@ def count_cycles(w, k, i, cycle, extent, history):
 
 @part
 def keep_those_of_the_record(w, k, i, transient, rows):
-    """Discard the switches before the record."""
+    """Discard the switches before the record. Store only switches of the record from now on."""
     k[r.HISTORY_KEEPS + i] = OF_THE_RECORD
     first, count = 0, k[r.HISTORY_COUNT + i]
     while first < count and not switch.in_record(
@@ -240,7 +239,7 @@ def keep_those_of_the_record(w, k, i, transient, rows):
 
 @inline
 def write_summary_of(w, k, i, recorder):
-    """Write the summary of the trajectory in lane i. From now on the lane stores no switches."""
+    """Write the summary of the trajectory in lane i. The lane stores no more switches."""
     slot = k[r.HISTORY_SLOT + i]
     summary.summarise(
         recorder.history[slot], k[r.HISTORY_ADDED + i], k[r.HISTORY_COUNT + i], k[r.STATE + i], w[r.X0 + i],
@@ -251,7 +250,7 @@ def write_summary_of(w, k, i, recorder):
 
 @part
 def end_history(w, k, i, transient, recorder):
-    """Write the summary of the trajectory that ends in lane i, unless it has been written."""
+    """Write the summary of the trajectory that ends in lane i, if it has not been written yet."""
     if recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] != NONE:
         if k[r.HISTORY_KEEPS + i] == ALL:
             keep_those_of_the_record(w, k, i, transient, recorder.history[k[r.HISTORY_SLOT + i]])
@@ -260,5 +259,5 @@ def end_history(w, k, i, transient, recorder):
 
 @inline
 def leave_slot(k, n, slot):
-    """Assign `slot` to lane n. The trajectory of lane n has moved, with its own slot, to the lane that had `slot`."""
+    """Assign `slot` to lane n. The trajectory of lane n has moved, with its own slot, to the lane that used `slot`."""
     k[r.HISTORY_SLOT + n] = slot

@@ -1,12 +1,14 @@
-"""Literal scan: evaluation at every grid point, as in the paper and in most contact codes, but fast.
+"""Literal scan: evaluation of the switching function at every grid point, as in the paper and in most contact codes.
 
-Over a block of grid points h_b + x the sines and versines of x are in tables, and a shape (motion.py) becomes
+The grid points of a block are h_b + x, with a constant h_b. Tables contain the sines and versines of x. In a block, a
+shape (motion.py) becomes
 
-    c0' + c1 x + α' sin x + β' vers x + fast
+    c0' + c1 x + α' sin x + β' vers x + fast part
 
-with constants of the block. S1, which has a square, is never scanned, because the scan for S2 watches ξ. A value that
-exceeds the rounding of this form has the correct sign. The few other values are computed again by the form that is also
-used when grid points are skipped. So a literal scan and a scan with skipping give the same results to the bit.
+with coefficients that are constant in the block. S1, which has a quadratic term, is never scanned, because the scan for
+S2 also computes ξ. A value that exceeds the rounding error of this form has the correct sign. The few other values are
+computed again, by the form that is also used if grid points are skipped. So a literal scan and a search that skips grid
+points give the same results to the bit.
 """
 
 from __future__ import annotations
@@ -21,12 +23,14 @@ from vibrodrive.kernels import motion, muller
 from vibrodrive.kernels.codes import BOTH, FALLEN, LIMIT_MET, S1, S2, S4, ZERO
 
 BLOCK = 896
-"""Grid points of a block: the five tables take 36 kB and remain in the first-level cache."""
+"""Number of grid points of a block. The five tables take 36 kB and remain in the first-level cache."""
 
 
 @part
 def fill_tables(table, dtau, eta):
-    """Write sin x, vers x, sin ηx, vers ηx, x at x = Δτ, 2Δτ, … in succession into `table`, float64 (5 BLOCK,)."""
+    """Write five tables, one after the other, into `table`, float64 (5 BLOCK,): sin x, vers x, sin ηx, vers ηx and x at
+    x = Δτ, 2Δτ, …
+    """
     for j in range(BLOCK):
         x = float(j + 1) * dtau
         s, v, _, _, _ = arc(x)
@@ -40,14 +44,14 @@ def fill_tables(table, dtau, eta):
 
 @inline
 def turned(a, b, rate, h):
-    """Return (value at h, a', b'): a sin k(h + x) + b vers k(h + x) = value + a' sin kx + b' vers kx; k = `rate`."""
+    """Return (value, a', b') with a sin k(h + x) + b vers k(h + x) = value + a' sin kx + b' vers kx; k = `rate`."""
     s, v, _, _, _ = arc_of_product(rate, h)
     c = 1.0 - v
     return dot(a, s, b, v), dot(a, c, b, s), dot(b, c, -a, s)
 
 
 class Block(NamedTuple):
-    """Coefficients of a switching function over a block: c0', c1, α', β', and those of its fast part."""
+    """Coefficients of a switching function in a block: c0', c1, α', β', and α_f', β_f' of its fast part."""
 
     c0: float
     c1: float
@@ -59,19 +63,22 @@ class Block(NamedTuple):
 
 @inline
 def tabled(table, j, f):
-    """Return the slow part of value j of a block; `f` is a Block."""
+    """Return the slow part of the switching function f, a Block, at point j of the block."""
     return fma(f.al, table[j], fma(f.be, table[BLOCK + j], fma(f.c1, table[4 * BLOCK + j], f.c0)))
 
 
 @inline
 def tabled_ripple(table, j, f):
-    """Return value j of a block with the fast part."""
+    """Return the switching function f, a Block, at point j of the block, including the fast part."""
     return fma(f.alf, table[2 * BLOCK + j], fma(f.bef, table[3 * BLOCK + j], tabled(table, j, f)))
 
 
 @part
 def suspects(table, n, bound, two_sided, f, fast):
-    """Count suspect values among the first n of a block: values below `bound` or, if `two_sided`, |values| above it."""
+    """Return the number of suspect values among the first n of a block: values whose sign may be negative.
+
+    A value is suspect if it is below `bound` or, if `two_sided`, if its modulus is above `bound`.
+    """
     count = 0
     if two_sided:
         for j in range(n):
@@ -86,14 +93,14 @@ def suspects(table, n, bound, two_sided, f, fast):
 
 
 CLOSE = 16
-"""Number of values that are evaluated one by one near a suspect value."""
+"""Largest number of values before a suspect value that are evaluated one by one."""
 
 
 @inline
 def clear_values(table, n, bound, two_sided, f, fast):
-    """Return, by bisection, a number of values at the beginning of a block of which none is suspect.
+    """Return a number of values at the beginning of a block that are not suspect.
 
-    The first suspect value follows within CLOSE values.
+    Bisection finds a number such that the first suspect value is one of the next CLOSE values.
     """
     clear = 0
     while n - clear > CLOSE:
@@ -107,10 +114,10 @@ def clear_values(table, n, bound, two_sided, f, fast):
 
 @inline
 def least_clear_gap(w, i, first, n, dtau):
-    """Return a bound: if ξ exceeds it at a grid point, then ξ > 0 at the n points before.
+    """Return a bound such that ξ > 0 at n successive grid points if ξ exceeds the bound at the last of them.
 
-    The bound is the rounding error of ξ plus the possible rise of ξ over these points. If ξ' is negative at two
-    neighbouring points, it may be positive between them by no more than Δτ²/8 times the bound of its second derivative.
+    The bound is the rounding error of ξ plus the largest rise of ξ over these points. If ξ' is negative at two
+    neighbouring points, ξ' between them is at most Δτ²/8 times the bound of its second derivative.
     """
     h = (first + float(n)) * dtau
     rounding = 1e-12 * (w[r.X0 + i] + w[r.A + i] + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h)
@@ -120,7 +127,10 @@ def least_clear_gap(w, i, first, n, dtau):
 
 @inline
 def clear_gaps(w, i, first, n, dtau, fast):
-    """Return, by bisection, a number of grid points at the beginning of a block at which ξ is certainly above 0."""
+    """Return a number of grid points at the beginning of a block at which ξ is certainly positive.
+
+    Bisection finds a number that is at most CLOSE too small.
+    """
     margin = least_clear_gap(w, i, first, n, dtau)
     clear = 0
     while n - clear > CLOSE:
@@ -135,7 +145,10 @@ def clear_gaps(w, i, first, n, dtau, fast):
 
 @part
 def scan(w, k, i, table):
-    """Search lane i by evaluating every grid point. Sets OUTCOME, and CURSOR to the grid point of the outcome."""
+    """Do the complete search in lane i by evaluation at every grid point.
+
+    Set OUTCOME, and set CURSOR to the grid point of the outcome.
+    """
     which = k[r.SEARCH + i]
     dtau, limit, noise = w[r.DTAU + i], w[r.LIMIT + i], w[r.NOISE + i]
     eta, base = w[r.ETA + i], w[r.BASE + i]
@@ -144,7 +157,7 @@ def scan(w, k, i, table):
     sig = 1.0 if two_sided else w[r.SIG + i]
     offset = 0.0 if two_sided else base
     bound = 1.0 - noise if two_sided else noise
-    first = w[r.CURSOR + i] if which == S1 else 1.0  # the cursor of other functions may have skipped points
+    first = w[r.CURSOR + i] if which == S1 else 1.0  # searches for other functions may begin at a later cursor
     while first <= limit:
         left = limit - first + 1.0
         n = BLOCK if left > float(BLOCK) else int(left)
@@ -157,7 +170,7 @@ def scan(w, k, i, table):
         count = suspects(table, n, bound, two_sided, f, fast)
         fallen = False
         if which == S2:
-            # ξ decreases throughout a block with ξ' < 0, so its last value suffices
+            # in a block with ξ' < 0, ξ decreases, so its last value suffices
             x, _ = motion.state_at(w, i, (first + float(n - 1)) * dtau, fast)
             fallen = x < least_clear_gap(w, i, first, n, dtau)
         start = n
@@ -165,7 +178,7 @@ def scan(w, k, i, table):
             if count > 0:
                 start = clear_values(table, n, bound, two_sided, f, fast)
             if which == S2:
-                start = clear_gaps(w, i, first, start, dtau, fast)  # up to there ξ' is negative
+                start = clear_gaps(w, i, first, start, dtau, fast)  # ξ' < 0 at the points before `start`
         for j in range(start, n):
             cursor = first + float(j)
             met = exact(w, i, cursor * dtau, which, fast)
@@ -183,7 +196,7 @@ def scan(w, k, i, table):
 
 @inline
 def exact(w, i, h, which, fast):
-    """Return the outcome at h by eq. (10), computed as for skipping: none (0), a zero, ξ below 0, or both."""
+    """Return the outcome at h by eq. (10), NOTHING, ZERO, FALLEN or BOTH, computed as if points are skipped."""
     g = muller.value(w, i, h)
     if which == S4 and g >= 0.0:
         w[r.SIG + i] = -w[r.SIG + i]

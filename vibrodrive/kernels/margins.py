@@ -1,12 +1,15 @@
-"""Margin of a trajectory: the smallest distance of its decisions from the opposite decision.
+"""Margin of a trajectory: the smallest distance of any of its decisions from the opposite decision.
 
-The distance of a decision from the opposite decision is ξ at a reversal in the air. At an impact it is the depth below
-0 of the reversal that would follow without the obstacle. At a decision by H it is ||H| - 1| in the air and |H - 1| at
-the obstacle, which supports the mass for H < -1. At a tangency it is the distance of the extremum of a switching
-function from 0, on either side. `margin` is the smallest of these distances. If a distance is below its own rounding
-error, the trajectory is TOO_CLOSE: it continues, but the opposite decision is equally justified. Margins and TOO_CLOSE
-assume that each state starts exactly. The errors of the starts are propagated by certainty.py, if `errors` are
-computed.
+The distance of a decision from the opposite decision is:
+
+* at a reversal in the air: ξ
+* at an impact: the depth below 0 of the reversal that would follow without the obstacle
+* at a decision by H: ||H| - 1| in the air, |H - 1| at the obstacle, which supports the mass for H < -1
+* at a tangency: the distance of the extremum of the switching function from 0, on either side
+
+If a distance is below its own rounding error, the status of the trajectory is TOO_CLOSE. The trajectory continues, but
+the opposite decision is equally justified. Margins and TOO_CLOSE assume that each state starts exactly. If `errors` are
+computed, certainty.py propagates the errors of the starts.
 """
 
 from __future__ import annotations
@@ -18,27 +21,29 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import NEVER_LEAVES, OK, S4, TOO_CLOSE
 
 ROUNDING = 2.0**-49
-"""Eight units in the last place. A difference below this share of its terms may be zero."""
+"""Bound of the relative rounding error: eight units in the last place. A difference below this share of its terms may
+be zero."""
 
 SUSPECT = 1e-4
-"""A distance in H or ξ' above this share of its terms exceeds its rounding error by far, so no bound is computed."""
+"""Share of its terms above which a distance in H or ξ' exceeds its rounding error by far, so that no bound of this
+error is computed."""
 
 
 @inline
 def suspect(w, i):
-    """Return the distance in H and ξ' above which rounding cannot matter in the present segment."""
+    """Return the distance in H or ξ' above which rounding cannot change a decision in the present segment."""
     return SUSPECT * (magnitude_scale(w, i) + abs(w[r.V0 + i]))
 
 
 @inline
 def set_margin(w, i, where, margin):
-    """Set the smallest distance so far. It exceeds its rounding error, so the status is unchanged."""
+    """Set the margin so far to `margin`, which exceeds its rounding error. So the status is unchanged."""
     w[r.MARGIN + i] = choose(where, margin, w[r.MARGIN + i])
 
 
 @inline
 def record_margin(w, k, i, distance, bound):
-    """Record a decision at `distance` from the opposite decision. `bound` bounds the rounding error of `distance`."""
+    """Record a decision at `distance` from the opposite one. The rounding error of `distance` is at most `bound`."""
     if distance < w[r.MARGIN + i]:
         w[r.MARGIN + i] = distance
     if distance <= bound and k[r.STATUS + i] == OK:
@@ -49,14 +54,14 @@ def record_margin(w, k, i, distance, bound):
 def gap_rounding(w, i, h):
     """Return a bound of the rounding error of ξ at h after the last switch.
 
-    It is the error of the start plus the rounding of the terms added since then, which is small for small h.
+    This bound is the error at the start plus the rounding of the terms added since then, which is small for small h.
     """
     return gap_rounding_beside(w, i, h, fma(w[r.V_OFF + i], h, w[r.X_OFF + i]))
 
 
 @inline
 def gap_rounding_beside(w, i, h, off):
-    """Return `gap_rounding` with `off` as the error at h that comes from the rounding errors at the start."""
+    """Return `gap_rounding` if the rounding errors at the start cause the error `off` of ξ at h."""
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     second, third = start_terms(w, i)
     sums = fma(fma(fma(third, h, second), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
@@ -67,10 +72,10 @@ def gap_rounding_beside(w, i, h, off):
 
 @inline
 def start_terms(w, i):
-    """Return the sums of the magnitudes of the terms of ξ'' and of its derivative at the start of a segment.
+    """Return (second, third): sums of the magnitudes of the terms of ξ'' and of ξ''' at the start of a segment.
 
-    After a wait ξ'' is exactly 0, so its sum is 0. Elsewhere, with ξ' ≠ 0, ξ'' may round to 0. With a disturbance,
-    rounding shifts the end of the wait by up to ROUNDING · LATE, which adds LATE · |H''| to the second sum.
+    After a wait ξ'' is exactly 0, so `second` is 0. If ξ' ≠ 0, ξ'' may be rounded to 0, so `second` is not 0. With a
+    disturbance, rounding shifts the end of a wait by up to ROUNDING · LATE. This adds LATE · |H''| to `third`.
     """
     eta = w[r.ETA + i]
     rate = w[r.A + i] + w[r.AF + i] * eta
@@ -95,7 +100,7 @@ def velocity_rounding(w, i, h):
 
 @inline
 def velocity_rounding_beside(w, i, h, off):
-    """Return `velocity_rounding` with `off` as the rounding error at the start."""
+    """Return `velocity_rounding` if the rounding error of ξ' at the start is `off`."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
         second, third = start_terms(w, i)
@@ -108,13 +113,13 @@ def velocity_rounding_beside(w, i, h, off):
 
 @inline
 def magnitude_scale(w, i):
-    """Return the sum of the magnitudes of the terms of H and ξ': the scale of their rounding."""
+    """Return the sum of the magnitudes of the terms of H and ξ'. Their rounding errors are proportional to this sum."""
     return 1.0 + w[r.A + i] + w[r.AF + i] + w[r.B + i]
 
 
 @inline
 def record_margin_of_force(w, k, i, distance, late):
-    """Record a decision by H at `distance` from its boundary, if rounding can delay the switch by ROUNDING * late."""
+    """Record a decision by H at `distance` from its boundary. Rounding shifts the switch by at most ROUNDING · late."""
     slope = abs(w[r.P + i] + w[r.ETA + i] * w[r.PF + i])
     record_margin(w, k, i, distance, ROUNDING * (magnitude_scale(w, i) + slope * late))
 
@@ -123,8 +128,9 @@ def record_margin_of_force(w, k, i, distance, late):
 def record_margin_of_start(w, k, i, v, force):
     """Record the start of a motion with ξ' = v as a decision, if |H| is 1 within rounding and v is tiny.
 
-    Then ξ'' may oppose v and reverse it. Let δ be the rounding error of H, so |ξ''| < δ. Until H' changes the sign of
-    ξ'', |ξ'| falls by at most δ²/2|H'| or, if H' is also that small, by about δ² over the square root of δ |H''|.
+    In this case ξ'' may reverse the motion. Let δ be the rounding error of H, so |ξ''| < δ. Until H' changes the sign
+    of ξ'', |ξ'| falls by at most δ²/2|H'|. If H' is as small as δ, |ξ'| falls by about δ² over the square root of
+    δ |H''|.
     """
     slope = w[r.P + i] + w[r.ETA + i] * w[r.PF + i]
     bend = w[r.A + i] + w[r.AF + i] * w[r.ETA + i] * w[r.ETA + i]
@@ -135,9 +141,9 @@ def record_margin_of_start(w, k, i, v, force):
 
 @inline
 def record_margin_of_reversal(w, k, i, h, force, acceleration):
-    """Record the decision by H at the end of a slide in the air, h after the last switch: its distance is ||H| - 1|.
+    """Record the decision by H at the end of a slide in the air, h after the last switch. Its distance is ||H| - 1|.
 
-    The error of this instant is the error of ξ' divided by ξ'' (`acceleration`).
+    The error of the time of this end is the error of ξ' divided by ξ'' (`acceleration`).
     """
     distance = abs(abs(force) - 1.0)
     if distance < suspect(w, i):
@@ -149,9 +155,9 @@ def record_margin_of_reversal(w, k, i, h, force, acceleration):
 
 @inline
 def record_margin_of_impact(w, k, i, h, force, v):
-    """Record the decision by H at an impact with ξ' = v, h after the last switch: its distance is |H - 1|.
+    """Record the decision by H at an impact with ξ' = v, h after the last switch. Its distance is |H - 1|.
 
-    The error of this instant is the error of ξ divided by ξ'.
+    The error of the time of the impact is the error of ξ divided by ξ'.
     """
     distance = abs(force - 1.0)
     if distance < SUSPECT * magnitude_scale(w, i):
@@ -163,13 +169,13 @@ def record_margin_of_impact(w, k, i, h, force, v):
 
 @inline
 def clear_tangency(w, i):
-    """Clear the closest tangency, at the beginning of a state."""
+    """Clear the closest tangency at the beginning of a state."""
     w[r.DIP_DENOMINATOR + i] = 0.0
 
 
 @inline
 def record_margin_of_tangency(w, k, i, h):
-    """Record the distance from 0 of an extremum of the switching function before its zero (first_zero.py)."""
+    """Record the smallest distance from 0 of an extremum of the switching function before its zero (first_zero.py)."""
     under = w[r.DIP_DENOMINATOR + i]
     if under > 0.0:
         near = w[r.DIP_NUMERATOR + i] / under
@@ -188,7 +194,7 @@ def wait_end_distance(w, i, down):
 
 @inline
 def record_margin_of_rest(w, k, i, sticking):
-    """Record a wait without end, with the distance of H from its boundaries."""
+    """Record a wait that never ends. Its distance is the distance of the extrema of H from the boundaries."""
     reach = w[r.A + i] + w[r.AF + i]
     distance = abs(1.0 + w[r.B + i] - reach)
     if sticking:

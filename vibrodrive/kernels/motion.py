@@ -7,15 +7,19 @@ With h = τ - τ_i, φ = τ_i mod 2π, θ = η τ_i mod 2π and AF = A ε η²,
     ξ' = v + L h + Q sin h + P vers h + (QF sin ηh + PF vers ηh) / η
     ξ  = x + (v + P + PF/η) h + L h²/2 - P sin h + Q vers h - (PF sin ηh - QF vers ηh) / η²
 
-where L = -(B + s), s = ±1 while sliding up / down. This is the solution of the paper with its constants inserted. H, ξ'
-and ξ have one *shape*, c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh. Every switching function has
-this shape, too, so one routine searches all of them. While h and ηh are below π/4, the linear and quadratic parts of
-sine and versine are added to d1 and d2 beforehand, where they cancel exactly:
+where vers h = 1 - cos h, L = -(B + s), and s = ±1 while sliding up / down; x and v are ξ and ξ' at τ_i. This is the
+solution of the paper with its constants inserted. H, ξ' and ξ have the same form, here called a *shape*:
+
+    c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh
+
+Its last two terms are the fast part. Every switching function is a shape, too, so one routine searches for the zeros of
+all of them. If h and ηh are below π/4, the linear and quadratic parts of sine and versine are added to the
+coefficients beforehand, where they cancel exactly:
 
     c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
 
-A slide from rest has ξ' = ξ'' = 0. There d1 is set to 0, not computed, so that a motion that has just begun keeps its
-full relative accuracy instead of the rounding error of A.
+A slide from rest after a wait begins with ξ' = ξ'' = 0. d1 is then set to 0 and not computed. So the relative accuracy
+of ξ and ξ' is full from the beginning, and not limited by the rounding error of A.
 
 Time is (number of periods n, phase φ, phase θ), so it is as accurate after a million periods as after one.
 """
@@ -32,15 +36,17 @@ from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot
 from vibrodrive.kernels import lane as r
 
 FAR = 0.8
-"""From this h on, the motion since the last switch is no longer small compared with the terms of its closed form."""
+"""Smallest h from which on the change of ξ since the last switch is not small compared with the terms of its closed
+form."""
 
 
 STRETCH = 4.0 * PI
-"""A longer segment is continued with new initial values, so that h and ηh remain small enough for an exact result."""
+"""Longest duration of a segment. A longer state is divided into several segments, so that h and ηh remain small enough
+for an exact result."""
 
 
 LONGEST_SCAN = 4194304.0
-"""A segment with more grid points is continued with new initial values too, so that the budget is checked."""
+"""Largest number of grid points of a segment. A state with more of them is divided, so that the budget is checked."""
 
 
 @inline
@@ -51,7 +57,9 @@ def longest(w, i):
 
 @inline
 def grid_steps(w, i, left):
-    """Return the number of grid steps to the end of the record, `left` away, or of the segment, whichever is first."""
+    """Return the number of grid steps to the limit of a search: the end of the record after the time `left`, or the end
+    of the longest segment, whichever is first.
+    """
     steps, last = np.floor(longest(w, i) / w[r.DTAU + i]), np.ceil(left / w[r.DTAU + i])
     steps = choose(steps < LONGEST_SCAN, steps, LONGEST_SCAN)
     steps = choose(steps < last, steps, last)
@@ -60,7 +68,7 @@ def grid_steps(w, i, left):
 
 @inline
 def shape(near, h, form, s, v, ds, dv):
-    """Return the slow part of a shape; `form` has its coefficients; s, v, ds, dv from `arc(h)`."""
+    """Return the slow part of a shape at h; `form` has its coefficients; s, v, ds, dv, near are those of `arc(h)`."""
     linear = form.d1 if near else form.c1
     square = form.d2 if near else form.c2
     return form.c0 + fma(fma(square, h, linear), h, dot(form.al, ds if near else s, form.be, dv if near else v))
@@ -68,31 +76,34 @@ def shape(near, h, form, s, v, ds, dv):
 
 @inline
 def derivatives(h, d1, c2, al, be, s, v):
-    """Return the first to fourth derivative of the slow part of a shape; s, v from `arc(h)`."""
+    """Return the first to fourth derivative of the slow part of a shape at h; s = sin h, v = vers h."""
     c = 1.0 - v
-    first, second = dot(al, c, be, s), dot(be, c, -al, s)  # of sin and vers; third, fourth: minus these
+    first, second = dot(al, c, be, s), dot(be, c, -al, s)  # derivatives of α sin h + β vers h
     return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
 
 
 TINY = 1.2e-16
-"""A step below this share of h no longer changes h; an error below it is the rounding of h."""
+"""Share of h below which a step no longer changes h, and an error is not larger than the rounding of h."""
 
 
 @inline
 def householder_series(u, a2, a3, a4):
-    """Return δ with g(h - δ) = 0, to order five in u = g/g', from a_k = g⁽ᵏ⁾/(k! g'): the series of undisturbed.py."""
+    """Return δ such that g(h - δ) = 0 up to terms of order five in u = g/g', where a_k = g⁽ᵏ⁾/(k! g').
+
+    undisturbed.py gives the series.
+    """
     square = a2 * a2
     return fma(u * u, fma(u, fma(u, fma(5.0 * a2, square - a3, a4), fma(2.0, square, -a3)), a2), u)
 
 
 @inline
 def fast_part(near, alf, bef, s, v, ds, dv):
-    """Return the fast part of a shape; s, v, ds, dv from `arc_of_product(η, h)`."""
+    """Return the fast part of a shape at h; s, v, ds, dv, near are those of `arc_of_product(η, h)`."""
     return dot(alf, ds if near else s, bef, dv if near else v)
 
 
 class Form(NamedTuple):
-    """Coefficients of the slow part of a shape: c0; d1 and d2 for small h; c1 and c2 otherwise; α, β."""
+    """Coefficients of the slow part of a shape: c0; d1 and d2, used for small h; c1 and c2, used otherwise; α and β."""
 
     c0: float
     d1: float
@@ -113,7 +124,7 @@ class Field(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """Closed form of a state from its beginning on: ξ, ξ', ξ'' there, L, and the coefficients of ξ as a shape."""
+    """Closed form of a segment: ξ, ξ' and ξ'' at its beginning, L, and the coefficients d2, c1, c2, α_f, β_f of ξ."""
 
     x: float
     v: float
@@ -137,7 +148,7 @@ def segment_of(w, i):
 
 @inline
 def slide_shape(segment, p, q, gap, rate):
-    """Return the form of ξ if `gap`, otherwise of ξ', in a slide at whose start H' = `rate`."""
+    """Return the coefficients of ξ (if `gap`) or of ξ' in a slide; p = A cos φ, q = A sin φ, rate = H' at its start."""
     return Form(
         choose(gap, segment.x, segment.v), choose(gap, segment.v, segment.a0), choose(gap, segment.xd2, 0.5 * rate),
         choose(gap, segment.xc1, segment.slope), choose(gap, segment.xc2, 0.0), choose(gap, -p, q), choose(gap, q, p),
@@ -146,9 +157,9 @@ def slide_shape(segment, p, q, gap, rate):
 
 @inline
 def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
-    """Return the slow part of (ξ, ξ') at h in a slide, eqs. (4), (5) and their derivative.
+    """Return the slow parts of (ξ, ξ') at h in a slide, by eqs. (4), (5) and their derivatives.
 
-    s, v, ds, dv are the results of `arc(h)`.
+    s, v, ds, dv, near are the results of `arc(h)`. The other arguments are those of `slide_shape`.
     """
     x = shape(near, h, slide_shape(segment, p, q, True, rate), s, v, ds, dv)
     return x, shape(near, h, slide_shape(segment, p, q, False, rate), s, v, ds, dv)
@@ -156,7 +167,7 @@ def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
 
 @inline
 def state_at(w, i, h, fast):
-    """Return (ξ, ξ') at h after the last switch, in a slide: eqs. (4), (5), (9) and their derivative."""
+    """Return (ξ, ξ') in a slide, h after the last switch, by eqs. (4), (5), (9) and their derivatives."""
     eta, p = w[r.ETA + i], w[r.P + i]
     s, v, ds, dv, near = arc(h)
     if fast:
@@ -171,7 +182,10 @@ def state_at(w, i, h, fast):
 
 @inline
 def section_at(w, i, h):
-    """Return (ξ, ξ') at a section instant, h after the last switch, at ε = 0. There sin φ_s and cos φ_s are known."""
+    """Return (ξ, ξ') at a section instant, h after the last switch, at ε = 0.
+
+    This function uses the stored values of A sin φ_s and A cos φ_s.
+    """
     linear = fma(w[r.XC2 + i], h, w[r.XC1 + i])
     return (
         w[r.X0 + i] + fma(linear, h, w[r.Q + i] - w[r.SIN_S + i]),
@@ -191,16 +205,17 @@ def force_at(w, i, h):
 
 @inline
 def excitation(a, phi, low):
-    """Return (a cos φ, a sin φ) at φ + low for a tiny `low`."""
+    """Return (a cos(φ + low), a sin(φ + low)) for a tiny `low`."""
     s, c = sincos(phi)
     return a * fma(-s, low, c), a * fma(c, low, s)
 
 
 @inline
 def fast_phase(eta, frac, period, phi, low):
-    """Return θ = η (2π n + φ) mod 2π: the integer turns of θ are removed before any rounding.
+    """Return θ = η (2πn + φ) mod 2π at the phase φ + low of period n; `frac` is the fraction of η.
 
-    2π n η mod 2π is 2π times the fraction of n·frac(η), an exact product.
+    Complete turns of θ are removed before any rounding: 2πnη mod 2π is 2π times the fraction of n · frac, and this
+    product is exact.
     """
     p, e = two_product(period, frac)
     turn = (p - np.floor(p)) + e
@@ -211,7 +226,10 @@ def fast_phase(eta, frac, period, phi, low):
 
 @inline
 def advance_phase(phi, low, h):
-    """Return (periods begun, φ, low) at the time h after (φ, low). The rounding error of φ + h is added to low."""
+    """Return (n, φ, low) at the time h after (φ, low); n is the number of periods that have begun since then.
+
+    The rounding error of φ + h is added to low.
+    """
     s = phi + h
     back = s - phi
     return turns(s, low + ((phi - (s - back)) + (h - back)))
@@ -237,13 +255,19 @@ def evaluate_excitation(w, i, period, phi, low):
 
 @inline
 def adhesive_force(w, i, q, qf):
-    """Return H = A sin τ + A ε η² sin ητ - B, eq. (2), from its first two terms."""
+    """Return H = A sin τ + A ε η² sin ητ - B, eq. (2), from its first two terms q and qf."""
     return q + qf - w[r.B + i]
 
 
 class Arrival(NamedTuple):
-    """State at the end of a segment: ξ, ξ', periods begun on the way, φ and its low-order part, A cos φ, A sin φ; with
-    a disturbance θ = ητ mod 2π, AF cos θ, AF sin θ."""
+    """Motion and excitation at the end of a segment.
+
+    x, v : ξ and ξ'
+    turned : number of periods that have begun during the segment
+    phi, low : phase φ and its low-order part
+    p, q : A cos φ and A sin φ
+    theta, pf, qf : θ = ητ mod 2π, AF cos θ and AF sin θ; 0 without a disturbance
+    """
 
     x: float
     v: float
@@ -259,7 +283,7 @@ class Arrival(NamedTuple):
 
 @inline
 def arrive(segment, a, phi, low, p, q, h):
-    """Return the arrival at ε = 0, at the time h after (φ, low), for any h. a = A, p = A cos φ, q = A sin φ."""
+    """Return the arrival at ε = 0, at the time h after (φ, low), for any h >= 0. a = A, p = A cos φ, q = A sin φ."""
     s, v, ds, dv, near = arc(h)
     x1, v1 = slide_at(segment, p, q, p, near, h, s, v, ds, dv)
     turned, phi1, _ = advance_phase(phi, low, h)
@@ -269,7 +293,7 @@ def arrive(segment, a, phi, low, p, q, h):
 
 @inline
 def arrive_far(segment, a, phi, low, p, q, h):
-    """Return the same as `arrive`, but only for h >= FAR, with a single sine and cosine."""
+    """Return the same as `arrive`, but only for h >= FAR. This function needs only one sine and one cosine."""
     n, phi = advance_phase_short(phi, low, h)
     p1, q1 = excitation(a, phi, 0.0)
     x = segment.x + fma(fma(segment.xc2, h, segment.xc1), h, q - q1)
@@ -279,16 +303,16 @@ def arrive_far(segment, a, phi, low, p, q, h):
 
 @inline
 def propagate_undisturbed(w, i, h):
-    """Return the arrival of lane i after h >= FAR at ε = 0."""
+    """Return the arrival of lane i at ε = 0, at the time h >= FAR after the last switch."""
     return arrive_far(segment_of(w, i), w[r.A + i], w[r.PHI + i], w[r.LOW + i], w[r.P + i], w[r.Q + i], h)
 
 
 @inline
 def advance_phase_short(phi, low, h):
-    """Return (periods begun, φ) of `advance_phase` for a time h < 4π: n TWO_PI is exact for n <= 2.
+    """Return (n, φ) of `advance_phase` for a time h < 4π. n TWO_PI is exact, because n <= 2.
 
-    At ε = 0 the low-order part of φ is dropped at every switch, so that a motion that returns to the same φ repeats
-    itself (recurrence.py).
+    At ε = 0 the low-order part of φ is dropped at every switch. So a motion that returns to the same φ repeats itself
+    (recurrence.py).
     """
     s = phi + h
     back = s - phi
@@ -299,7 +323,7 @@ def advance_phase_short(phi, low, h):
 
 @inline
 def propagate_disturbed(w, k, i, h):
-    """Return the arrival after h with a disturbance."""
+    """Return the arrival of lane i with a disturbance, at the time h after the last switch."""
     x, v = state_at(w, i, h, True)
     turned, phi, low = advance_phase(w[r.PHI + i], w[r.LOW + i], h)
     p, q = excitation(w[r.A + i], phi, low)
@@ -308,21 +332,21 @@ def propagate_disturbed(w, k, i, h):
 
 
 NEAR_BOUNDARY = 1e-8
-"""Largest correction of the end of a wait, in radians of φ and of θ."""
+"""Largest change of φ and of θ, in radians, by which the end of a wait is corrected."""
 
 
 @inline
 def on_boundary(w, i, where, there, level, h):
-    """Return (arrival, LATE) of the end of a wait with a disturbance.
+    """Return (arrival, LATE) at the end of a wait that has lasted h, with a disturbance.
 
-    The arrival is `there`, moved to the instant at which H = `level`, to the last bit of φ + low. The cursor has a
-    rounding error, which is multiplied by η in θ. Without the correction, a slide that begins with exactly ξ'' = 0
-    would begin with the H' of another instant. The correction is one step of Newton's method. The sines and cosines of
-    the excitation (p, q, pf, qf) are updated to first order. LATE is the error that remains by the rounding of H,
-    divided by ROUNDING (margins.py). If `where` is false, nothing is moved and LATE is 0.
+    The arrival is `there`, moved to the instant at which H = `level`, to the last bit of φ + low. The rounding error of
+    the cursor is multiplied by η in θ. Without the correction, the next slide would begin with ξ'' = 0, but with the H'
+    of another instant. The correction is one step of Newton's method. The sines and cosines of the excitation (p, q,
+    pf, qf) are updated to first order. LATE · ROUNDING is the remaining error of the time, caused by the rounding of H
+    (margins.py). If `where` is false, the arrival is `there` and LATE is 0.
 
-    Time does not decrease: the wait has lasted h, so its end is moved back by no more than h. φ is the double next to
-    φ + low, so that an event that follows immediately is not recorded before it.
+    The end is moved back by at most h, so that time does not decrease. φ is the double next to φ + low, so that an
+    event immediately after the end is not recorded before the end.
     """
     eta = w[r.ETA + i]
     rate = there.p + eta * there.pf
@@ -344,8 +368,8 @@ def on_boundary(w, i, where, there, level, h):
 def propagate(w, k, i, wait_ends, level):
     """Return (arrival, LATE) at the cursor of lane i, with a disturbance or without.
 
-    If a wait ends there (`wait_ends`), the arrival is corrected by `on_boundary`. ξ and ξ' of the arrival are those of
-    a slide. At the end of a wait they have no meaning.
+    If a wait ends there (`wait_ends`), `on_boundary` corrects the arrival. ξ and ξ' of the arrival are those of a
+    slide, so they have no meaning at the end of a wait.
     """
     h = w[r.CURSOR + i]
     if w[r.AF + i] > 0.0:
@@ -358,7 +382,10 @@ def propagate(w, k, i, wait_ends, level):
 
 @inline
 def arrive_later(w, k, i, x, v, h):
-    """Return the arrival after h on a grid that begins at the last switch; at ε = 0 φ has no low-order part."""
+    """Return the arrival at h, with ξ = x and ξ' = v, on a grid that begins at the last switch.
+
+    At ε = 0 the low-order part of φ is 0.
+    """
     turned, phi, low = advance_phase(w[r.PHI + i], w[r.LOW + i], h)
     low = low if w[r.AF + i] > 0.0 else 0.0
     return Arrival(x, v, turned, phi, low, *evaluate_excitation(w, i, k[r.PERIOD + i] + int(turned), phi, low))
@@ -366,7 +393,7 @@ def arrive_later(w, k, i, x, v, h):
 
 @inline
 def grid_time(w, k, i, steps):
-    """Return (period, φ, low) of grid point number `steps`: τ = τ0 + kΔτ from the integer k, never accumulated."""
+    """Return (period, φ, low) of grid point k = `steps`, from τ = τ0 + kΔτ. Steps Δτ are never accumulated."""
     p, e = two_product(float(steps), w[r.DTAU + i])
     n, phi, low = turns(p, e)
     more, phi, low = advance_phase(w[r.PHI0 + i], low, phi)
@@ -381,7 +408,7 @@ def commit_grid(k, i, where, steps):
 
 @inline
 def arrive_on_grid(w, k, i, x, v, steps):
-    """Return the arrival after `steps` grid steps."""
+    """Add `steps` to the number of the grid point in lane i. Return the arrival there, with ξ = x and ξ' = v."""
     commit_grid(k, i, True, k[r.GRID + i] + int(steps))
     period, phi, low = grid_time(w, k, i, k[r.GRID + i])
     return Arrival(x, v, float(period - k[r.PERIOD + i]), phi, low, *evaluate_excitation(w, i, period, phi, low))
@@ -389,7 +416,7 @@ def arrive_on_grid(w, k, i, x, v, steps):
 
 @inline
 def propagate_on_grid(w, k, i, h, steps):
-    """Return the arrival after h with a disturbance, at grid point number `steps`."""
+    """Return the arrival with a disturbance at grid point number `steps`, which is h after the last switch."""
     x, v = state_at(w, i, h, True)
     period, phi, low = grid_time(w, k, i, steps)
     p, q = excitation(w[r.A + i], phi, low)
@@ -399,11 +426,11 @@ def propagate_on_grid(w, k, i, h, steps):
 
 @inline
 def time_between(period, phi, low, to_period, to_phase):
-    """Return h from (period, φ, low) to (to_period, to_phase)."""
+    """Return the time from (period, φ, low) to (to_period, to_phase)."""
     return float(to_period - period) * TWO_PI + ((to_phase - phi) - low)
 
 
 @inline
 def time_until(w, k, i, period, phase):
-    """Return h from the present time to (period, phase)."""
+    """Return the time from the last switch to (period, phase)."""
     return time_between(k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], period, phase)

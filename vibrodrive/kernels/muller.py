@@ -1,4 +1,4 @@
-"""Muller's method (Muller 1956, reference [9] of the paper) on a bracket: the refinement of §4."""
+"""Refinement of a zero in a bracket by Muller's method (§4; Muller 1956, reference [9] of the paper)."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import BOTH, CLOSING_IN, COMPLETE, LEAVING, NONE_BEGUN, ZERO
 
 ITERATIONS = 100
-"""Bisection reduces any bracket to nothing in this many steps, so the loop always ends by convergence."""
+"""Largest number of steps of a refinement. Bisection reduces any bracket to two neighbouring doubles in fewer steps, so
+the loop always ends by convergence."""
 
 MANY = 16
-"""A further step is taken if at least this many lanes need it: it costs the same for any number of lanes. Fewer lanes
-wait until others need a step, too."""
+"""Least number of lanes that need a step for which a step is done. A step costs the same for any number of lanes, so
+fewer lanes continue later, together with others."""
 
 
 @inline
 def value_at(base, sig, form, h):
-    """Return a switching function at h after the last switch, BASE + SIG · shape of `form`, at ε = 0."""
+    """Return a switching function at h after the last switch at ε = 0: base + sig · shape, with coefficients `form`."""
     s, v, ds, dv, near = arc(h)
     return base + sig * motion.shape(near, h, form, s, v, ds, dv)
 
 
 @inline_each("fast")
 def function_at(w, i, h, fast):
-    """Return the switching function searched in lane i at h after the last switch, with a disturbance if `fast`."""
+    """Return the switching function of the search in lane i, h after the last switch, with a disturbance if `fast`."""
     base, sig, form = w[r.BASE + i], w[r.SIG + i], first_zero.form_of(w, i)
     if not fast:
         return value_at(base, sig, form, h)
@@ -41,7 +42,7 @@ def function_at(w, i, h, fast):
 
 @part
 def value(w, i, h):
-    """Return the switching function searched in lane i at h, with a disturbance or without. Counts the evaluation."""
+    """Return the switching function of the search in lane i at h, and count the evaluation."""
     w[r.WORK + i] += 1.0
     if w[r.ETA + i] > 0.0:
         return function_at(w, i, h, True)
@@ -50,14 +51,19 @@ def value(w, i, h):
 
 @inline
 def on_chord(low, high, g0, g1):
-    """Return the zero of the straight line between the ends of a bracket, or the midpoint if this zero is outside."""
+    """Return the zero of the straight line between the ends of a bracket, or the midpoint if this zero is outside.
+
+    g0 and g1 are the values of the function at the ends `low` and `high`.
+    """
     x = low + (high - low) * (g0 / (g0 - g1))
     return choose((low < x) & (x < high), x, 0.5 * (low + high))
 
 
 @inline
 def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
-    """Return the root next to x2 of the parabola through three points, or the midpoint if it is outside the bracket."""
+    """Return that root of the parabola through three points which is nearest to x2, or the midpoint of the bracket if
+    this root is outside.
+    """
     f01 = (g1 - g0) / (x1 - x0)
     f12 = (g2 - g1) / (x2 - x1)
     f012 = (f12 - f01) / (x2 - x0)
@@ -70,9 +76,9 @@ def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
 
 @inline
 def begin_between(low, high, g0, g1):
-    """Return (x2, leaving): the first point of the refinement; `leaving` is true if the bracket begins on a zero.
+    """Return (x2, leaving): the first new point of the refinement; `leaving` is true if the bracket begins on a zero.
 
-    A slide from rest begins on a zero, which is not the next switch. Bisection leaves it first.
+    A slide from rest begins on a zero, which is not the next switch. In this case bisection first moves away from it.
     """
     leaving = g0 <= 0.0
     return choose(leaving, 0.5 * (low + high), on_chord(low, high, g0, g1)), leaving
@@ -80,7 +86,11 @@ def begin_between(low, high, g0, g1):
 
 @inline
 def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
-    """Return (low, high, leaving, x3, done) after a step of refinement to x2; `done` is true if x3 is the result."""
+    """Return (low, high, leaving, x3, done) after the value g2 at x2 is known.
+
+    low, high, leaving : the new bracket, and true if it still begins on a zero
+    x3, done : the next point; if `done`, x3 is the result
+    """
     below, met = g2 < 0.0, g2 == 0.0
     low, high = choose(below, low, x2), choose(below, x2, high)
     leaving = leaving & below
@@ -91,14 +101,14 @@ def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
 
 @part
 def refine(w, i, low, high):
-    """Return a zero of the switching function between low (sign not yet changed) and high (sign changed).
+    """Return a zero of the switching function between `low` and `high`; its sign has changed at `high`, not at `low`.
 
-    The first three points are the ends and the zero of the line between them. The next point is the root, next to the
-    newest point, of the parabola through the last three points, or the midpoint if this root is outside the bracket.
-    The refinement ends when two successive points differ by less than `tol`.
+    The first three points are the ends and the zero of the line between them. The next point is a root of the parabola
+    through the last three points, the one nearest to the last point. If this root is outside the bracket, the midpoint
+    is used. The refinement ends if two successive points differ by less than TOL.
     """
     x0, x1 = low, high
-    g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # NaN unless the scan has evaluated it
+    g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # NaN if the scan has not evaluated them
     g0 = g0 if g0 == g0 else value(w, i, low)
     g1 = g1 if g1 == g1 else value(w, i, high)
     x2, leaving = begin_between(low, high, g0, g1)
@@ -115,15 +125,15 @@ def refine(w, i, low, high):
 
 @inline
 def under_way(w, i):
-    """Return whether lane i is between two steps of `refine`."""
+    """Return whether a refinement in lane i has begun and is not complete."""
     return w[r.REFINEMENT + i] >= LEAVING
 
 
 @inline
 def begin_refinement(w, i):
-    """Begin `refine` in lane i, if its scan has met a zero and has the values on both sides of it.
+    """Begin a refinement in lane i if its scan has found a zero and has the values at the grid points on both sides.
 
-    At the start of the segment the value is the constant of the shape; it counts as evaluated, as in `refine`.
+    At the start of the segment the value is the constant of the shape. It counts as an evaluation, as in `refine`.
     """
     met, cursor, dtau = w[r.OUTCOME + i], w[r.CURSOR + i], w[r.DTAU + i]
     on, first = not under_way(w, i), cursor == 1.0
@@ -143,14 +153,14 @@ def begin_refinement(w, i):
 
 @inline
 def refine_once(w, i):
-    """Do one step of `refine` in lane i, if it is under way there."""
+    """Do one step of the refinement in lane i, if one is under way."""
     on = under_way(w, i)
     x0, g0, x1, g1, x2 = w[r.OLDER + i], w[r.OLDER_VALUE + i], w[r.OLD + i], w[r.OLD_VALUE + i], w[r.NEWEST + i]
     g2 = function_at(w, i, x2, True)
     low, high, leaving, x3, done = close_in(
         w[r.LOWER + i], w[r.UPPER + i], w[r.REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[r.TOL + i]
     )  # fmt: skip
-    done |= w[r.EVALUATED + i] >= ITERATIONS  # so many that the switch is left for `event.py`
+    done |= w[r.EVALUATED + i] >= ITERATIONS  # the cost of so many evaluations leaves the switch to `event.py`
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
     w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
     w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])
@@ -162,9 +172,9 @@ def refine_once(w, i):
 
 @part
 def refine_abreast(w, n):
-    """Continue `refine`, with a disturbance, in those of the lanes 0..n-1 whose scan has met a zero.
+    """Do steps of the refinements in the lanes 0..n-1, with a disturbance, while at least MANY lanes need a step.
 
-    Steps are taken while at least MANY lanes need one; the other lanes continue in the next call.
+    The result in each lane is that of `refine`. Refinements that are not complete continue in the next call.
     """
     wide()
     m = full(n)
@@ -180,9 +190,9 @@ def refine_abreast(w, n):
 
 @inline
 def refined(w, i, otherwise):
-    """Return (done, h, number of evaluations) of `refine` in lane i.
+    """Return (done, h, evaluations) of the refinement in lane i.
 
-    h is the zero if the refinement is complete (`done`), and `otherwise` if not.
+    `done` is true if the refinement is complete; h is then the zero, else `otherwise`. `evaluations` is their number.
     """
     done = w[r.REFINEMENT + i] == COMPLETE
     return done, choose(done, w[r.NEWEST + i], otherwise), w[r.EVALUATED + i]

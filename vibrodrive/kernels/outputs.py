@@ -1,7 +1,7 @@
 """Groups of kernel arguments: settings and outputs.
 
-An output group that is not needed is None. Numba prunes branches on an argument that is None, but not on a field that
-is None. So each group holds arrays that are needed together.
+An output group that is not needed is None. Numba removes branches for an argument that is None, but not for a field
+that is None. So each group contains arrays that are needed together.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class Extent(NamedTuple):
-    """Length of a motion, and its cost limit.
+    """Length of a motion, and limit of its cost.
 
-    transient, periods : excitation periods before the record, and of the record
-    budget : largest number of switches of one period
-    price : share of the budget that one evaluation of a search costs, in switches
+    transient, periods : number of excitation periods before the record, and of the record
+    budget : largest cost of one period, in switches
+    price : cost of one evaluation of a search, in switches
     """
 
     transient: int
@@ -31,14 +31,14 @@ class Extent(NamedTuple):
 
 
 def numbers_of(settings: Settings, lanes: int) -> np.ndarray:
-    """Return the settings that kernels read, and the number of lanes of a thread: int64 (5,)."""
+    """Return (transient, periods, budget, literal, lanes), int64 (5,); `lanes` is the number of lanes to use."""
     s = settings
     return np.array([s.transient, s.periods, s.budget, s.literal, lanes], np.int64)
 
 
 @inline
 def extent_of(numbers, price):
-    """Return the length of motions from `numbers_of` their settings."""
+    """Return the extent of motions from the result of `numbers_of`."""
     return Extent(numbers[0], numbers[1], numbers[2], price)
 
 
@@ -54,8 +54,9 @@ class Outcome(NamedTuple):
 class Recorder(NamedTuple):
     """Memory for summaries, and the summaries.
 
-    history float64 (LANES, APART, 6), totals float64 (LANES, TOTALS), or (LANES, 0) without summaries
-    summary float64 (n, OUT)
+    history float64 (LANES, APART, 6): memory for switches
+    totals float64 (LANES, TOTALS): memory for totals; (LANES, 0) without summaries
+    summary float64 (n, OUT): results
     """
 
     history: np.ndarray
@@ -64,7 +65,7 @@ class Recorder(NamedTuple):
 
 
 class Log(NamedTuple):
-    """Switches of one motion: rows SWITCH (cap,), and stored int64 (1,), the number of rows for all of them."""
+    """Switches of one motion: rows SWITCH (cap,), and stored int64 (1,), the number of rows that all switches need."""
 
     rows: np.ndarray
     stored: np.ndarray
@@ -74,8 +75,8 @@ class Errors(NamedTuple):
     """Output arrays for bounds of errors.
 
     section float64 (n, periods, 2): bounds for ξ and ξ' at each section point; (n, 1, 2): largest bounds of the record
-    until float64 (n,): first period in which a decision may be wrong; inf if all are certain
-    rows float64 (cap, 3): bounds (time, ξ, ξ') for each switch of one motion
+    until float64 (n,): first period in which a decision may be wrong; inf if all decisions are certain
+    rows float64 (cap, 3): bounds for time, ξ and ξ' at each switch of one motion
     """
 
     section: np.ndarray
@@ -84,7 +85,7 @@ class Errors(NamedTuple):
 
 
 class Switch(NamedTuple):
-    """A switch as it is written: the states before and after it, and ξ and ξ' just before it."""
+    """Data of a switch that are written: the states before and after it, and ξ and ξ' just before it."""
 
     before: int
     after: int

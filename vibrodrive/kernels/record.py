@@ -1,18 +1,18 @@
 """Output of a trajectory: section points, numbers of switches, main impacts and, for a single trajectory, switches.
 
-For a single lane, section points are written by `emit_sections`. For a batch of switches, they are written by
-`write_ahead` before the switches are applied (switch_disturbed.py), or by `write_points` after it (switch.py). The
-section points of a motion that repeats itself are copied (recurrence.py). `finish` sets points that were not reached to
-NaN.
+`emit_sections` writes the section points of a single lane. For a batch of switches, `write_ahead` writes section points
+before the switches are applied (switch_disturbed.py), or `write_points` writes them afterwards (switch.py). The section
+points of a motion that repeats itself are copied (recurrence.py). `finish` sets the points that a motion has not
+reached to NaN.
 
 **Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed mass has one impact. A main
-impact has no faster impact within half an excitation period before or after it. An impact within π after the last main
-impact written replaces it if it is faster; otherwise it is a touch and is not written. So a record of P periods has at
-most 2P main impacts.
+impact has no faster impact within half an excitation period before or after it. If an impact follows the last main
+impact within π, there are two cases. If it is faster, it replaces this main impact. Otherwise it is a touch and is not
+written. So a record of P periods has at most 2P main impacts.
 
 Each main impact is written with its time (period, phase), its speed, and the number of switches of the record before
-it. A batch of switches stores the end of each state, and impacts are written when it is known which switches are
-applied. The impacts of a motion that repeats itself are copied with its section points.
+it. A batch of switches stores the end of each state. The impacts are written as soon as it is known which switches are
+applied. The impacts of a motion that repeats itself are copied together with its section points.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import DOWN, IMPACT, INFINITY, S1, UP
 
 TIME, PHASE, SPEED, BEFORE = 0, 1, 2, 3
-"""Columns of an impact: periods since τ = 0, phase, speed -ξ', number of switches before it."""
+"""Columns of a row of `impacts`: periods since τ = 0, phase, speed -ξ', number of switches of the record before it."""
 
 
 @inline
 def count_switches(k, i, row):
-    """Return the number of switches into all five states, counted from `row` on."""
+    """Return the total number of switches into the five states, whose numbers are in five rows from `row` on."""
     total = 0
     for state in range(5):
         total += k[row + state * r.STRIDE + i]
@@ -40,7 +40,10 @@ def count_switches(k, i, row):
 
 @inline
 def write_impact(k, i, period, phi, speed, before, impacts):
-    """Write an impact of the record: as a new main impact, in place of the last one, or not at all if it is a touch."""
+    """Write an impact of the record as a new main impact, or in place of the last one. A touch is not written.
+
+    `before` is the number of switches of the record before this impact.
+    """
     row, slot = k[r.POINT + i], k[r.IMPACTS + i]
     if slot > 0:
         since = motion.time_between(int(impacts[row, slot - 1, TIME]), impacts[row, slot - 1, PHASE], 0.0, period, phi)
@@ -58,7 +61,7 @@ def write_impact(k, i, period, phi, speed, before, impacts):
 
 @inline
 def keep_impact(w, k, i, transient, impacts):
-    """Write the impact that a batch has applied in lane i, if it belongs to the record."""
+    """Write the impact that a batch of switches has applied in lane i, if it belongs to the record."""
     period, phi = k[r.END_PERIOD + i], w[r.END_PHI + i]
     if k[r.ENDED + i] == S1 and switch.in_record(w, k, i, period, phi, transient):
         waited = period != k[r.PERIOD + i] or phi != w[r.PHI + i]
@@ -68,7 +71,7 @@ def keep_impact(w, k, i, transient, impacts):
 
 @inline
 def set_reference_impact(w, k, i, impacts):
-    """Assign the last main impact so far to the reference state (recurrence.py)."""
+    """Store the number of main impacts so far, and the last of them, with the reference (recurrence.py)."""
     row, count = k[r.POINT + i], k[r.IMPACTS + i]
     k[r.REFERENCE_IMPACTS + i] = count
     if count > 0:
@@ -79,10 +82,11 @@ def set_reference_impact(w, k, i, impacts):
 
 @inline
 def impacts_repeat(w, k, i, cycle, impacts):
-    """Return whether the main impacts repeat those since the reference, `cycle` periods ago.
+    """Return whether the next main impacts will repeat those since the reference, `cycle` periods ago.
 
-    They do if there was no impact since then. They also do if the last main impact at the reference and the last main
-    impact now are the same, because it determines which of the next impacts are main impacts.
+    This is true in two cases. In the first case there has been no impact since the reference. In the second case the
+    last main impact now is the same as the last main impact at the reference, `cycle` periods later, because the last
+    main impact determines which of the next impacts are main impacts.
     """
     landed = k[r.SWITCHES + IMPACT * r.STRIDE + i] > k[r.REFERENCE_SWITCHES + IMPACT * r.STRIDE + i]
     if impacts.shape[1] == 0 or not landed:
@@ -98,10 +102,10 @@ def impacts_repeat(w, k, i, cycle, impacts):
 
 @inline
 def copy_impacts(k, i, cycles, cycle, switches, impacts):
-    """Repeat the main impacts since the reference `cycles` times; `switches` is the number of switches of a cycle.
+    """Copy the main impacts since the reference `cycles` times; `switches` is the number of switches of a cycle.
 
-    A faster impact may still replace the last main impact written. So this impact is moved to the end of all cycles.
-    Its place is taken by a copy of the impact that was the last one at the reference and is final now.
+    The last main impact is not final, because a faster impact may still replace it. So it is moved to the end of all
+    cycles. In its place a copy of the main impact that was the last one at the reference is written, which is final.
     """
     row, count = k[r.POINT + i], k[r.IMPACTS + i]
     more = count - k[r.REFERENCE_IMPACTS + i]
@@ -132,7 +136,7 @@ def end_impacts(k, i, impacts):
 
 @inline
 def write_point(w, k, i, count, hs, section):
-    """Write section point number `count`, hs after the last switch: eqs. (3)-(5) there."""
+    """Write section point number `count`, hs after the last switch, by eqs. (3)-(5)."""
     x, v = w[r.X0 + i], 0.0
     if k[r.STATE + i] == UP or k[r.STATE + i] == DOWN:
         if w[r.AF + i] > 0.0:
@@ -146,7 +150,7 @@ def write_point(w, k, i, count, hs, section):
 
 @inline
 def emit_sections(w, k, i, h, transient, section, errors, end):
-    """Write the section points up to h after the present time; the state ends there with the errors `end`."""
+    """Write the section points up to h after the last switch. The state ends at h, with the errors `end`."""
     count = k[r.SECTIONS + i]
     while count < section.shape[1]:
         hs = switch.section_due(w, k, i, count, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], transient)
@@ -161,13 +165,13 @@ def emit_sections(w, k, i, h, transient, section, errors, end):
 
 @part
 def emit_rest(w, k, i, transient, section, errors, end):
-    """Write the remaining section points: no switch follows in the record."""
+    """Write the remaining section points of the record, in which no switch follows."""
     emit_sections(w, k, i, INFINITY, transient, section, errors, end)
 
 
 @inline
 def write_row(w, k, i, row, event, rows):
-    """Write a switch at the present time, if there is room."""
+    """Write a switch at the present time into row `row`, if `rows` has this row."""
     if row < rows.shape[0]:
         rows[row]["period"] = k[r.PERIOD + i]
         rows[row]["phase"] = w[r.PHI + i]
@@ -179,9 +183,9 @@ def write_row(w, k, i, row, event, rows):
 
 @inline
 def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
-    """Record a switch after the transient: count it, and write its row if there is room, and its main impact, if any.
+    """Count a switch of the record, and write it as a main impact and as a row, if such outputs are needed.
 
-    Row 0 has the last switch of the transient, because the record begins in the state that follows this switch.
+    Row 0 is the last switch of the transient, because the record begins in the state that follows this switch.
     """
     recorded = switch.in_record(w, k, i, k[r.PERIOD + i], w[r.PHI + i], transient)
     if recorded:
@@ -202,7 +206,7 @@ def record(w, k, i, event, transient, impacts, recorder, log, errors, end):
 
 @part
 def finish(w, k, i, extent, section, impacts, recorder, errors, outcome):
-    """Write the results of a point; section points that were not reached, and impacts after the last one, are NaN."""
+    """Write the results of a point. Set section points that the motion has not reached, and unused impacts, to NaN."""
     row, line = k[r.POINT + i], switch.section_row(k, i, section)
     for m in range(k[r.SECTIONS + i], section.shape[1]):
         section[line, m, 0] = math.nan

@@ -2,25 +2,28 @@
 
 After an impact, the motion depends only on the phase of the impact. After the mass has rested at the obstacle, the
 motion is always the same, because the mass leaves at a known phase with ξ = ξ' = ξ'' = 0. So a certified motion that
-rests twice returns to the same state exactly. A motion that approaches a stable orbit returns exactly when its distance
-from the orbit is below the last bit. After the return, each cycle equals the cycle before to the bit, because no
-decision depends on the number of periods passed.
+rests twice returns to the same state exactly. A motion that approaches a stable orbit returns exactly as soon as its
+distance from the orbit is below the last bit. After the return, each cycle equals the cycle before to the bit, because
+no decision depends on the number of periods since the start.
 
-Whenever the mass leaves the obstacle (a departure), its state is compared with a reference, the state at an earlier
-departure (cycle detection after Brent 1980). If the two states are equal, the motion between them is a cycle. Its
-section points are copied, and its switches counted, as often as complete cycles fit into the rest of the record. The
-lane then continues after these cycles and computes the rest. A new reference is set whenever the mass leaves after a
-certified rest, and after a number of departures without a return. This number grows by a quarter each time. A summary
-follows from the switches of one cycle (history.py). The section points and main impacts are copied after the summary is
-written. If only summaries are recorded, the trajectory ends there.
+A departure is a switch at which the mass leaves the obstacle. At each departure the state is compared with a reference,
+the state at an earlier departure (cycle detection after Brent 1980). If the two states are equal, the motion between
+them is a cycle. The section points of this cycle are copied, and its switches are counted, as often as complete cycles
+fit into the rest of the record. The lane then continues after these cycles and computes the remaining motion. A new
+reference is set at each departure after a certified rest. It is also set after a number of departures without a return.
+This number grows by a quarter each time.
 
-Equal phases do not suffice for equal bits, because the next searches start from guesses (undisturbed.py), which must
-also be equal. A certified rest therefore clears the guesses. Nothing is copied for 1 - B < LEAST_FALL: slides are then
-searched by steps, and the certified steps depend on the smallest margin so far.
+A summary follows from the switches of one cycle (history.py). The section points and main impacts are copied after the
+summary is written. If only summaries are recorded, the trajectory ends as soon as the summary is written.
 
-With Muller's method a motion also returns to the same bits, because its grid begins at each switch and the refinement
-of a zero depends only on the grid points around it. But a rest ends at a refined phase, not at a known phase, so two
-rests need not be equal. With a fixed grid, the motion depends on the number of the grid point, which never returns.
+Equal phases do not suffice for equal bits. The searches start from guesses (undisturbed.py), which must also be equal.
+Therefore a certified rest clears the guesses. Nothing is copied for 1 - B < LEAST_FALL. Slides are then searched by
+steps, and the certified steps depend on the smallest margin so far.
+
+With Muller's method a motion also returns to the same bits, because its grid begins at each switch, and the refinement
+of a zero depends only on the grid points around this zero. But a rest ends at a refined phase, not at a known phase, so
+the motions after two rests may differ. With a fixed grid, the motion depends on the number of the grid point, which
+never returns.
 """
 
 from __future__ import annotations
@@ -30,18 +33,18 @@ from vibrodrive.kernels import codes, history, motion, record, switch, undisturb
 from vibrodrive.kernels import lane as r
 
 FIRST_WINDOW = 16
-"""Number of departures after which the first reference is replaced, unless the mass rests earlier."""
+"""Number of departures after which the first reference is replaced. A rest replaces it earlier."""
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
-"""Quantities that determine the motion after a departure. The reference has them in rows of the same order."""
+"""Quantities that determine the motion after a departure. The rows of the reference store them in this order."""
 
 
 @inline
 def clear_reference(w, k, i):
     """Clear the reference at the start of a motion."""
     undisturbed.clear_guesses(w, i)
-    w[r.REFERENCE_PHI + i] = -1.0  # no phase
+    w[r.REFERENCE_PHI + i] = -1.0  # differs from each phase
     k[r.SINCE + i] = 0
     k[r.WINDOW + i] = FIRST_WINDOW
 
@@ -77,9 +80,9 @@ def set_reference(w, k, i, impacts, recorder):
 
 @inline
 def copy_cycles(k, i, cycles, cycle, section, impacts):
-    """Copy `cycles` times the section points and impacts since the reference. Add the numbers of switches as often.
+    """Copy the section points and impacts since the reference `cycles` times, and count the switches of these cycles.
 
-    A cycle lasts `cycle` excitation periods and has as many section points.
+    A cycle lasts `cycle` excitation periods and has `cycle` section points.
     """
     row, count = switch.section_row(k, i, section), k[r.SECTIONS + i]
     for m in range(count, count + cycles * cycle):
@@ -96,12 +99,12 @@ def copy_cycles(k, i, cycles, cycle, section, impacts):
 
 @part
 def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
-    """Skip the known cycles if the state of lane i, whose mass has just left the obstacle, equals its reference.
+    """Copy the cycles that follow if the state of lane i, whose mass has just left the obstacle, equals its reference.
 
-    guessed: whether the bits of a switch depend on the guess from which its search starts. Returns False if all results
-    of the trajectory are known.
+    `guessed` is true if the bits of a switch depend on the guess from which its search starts. Return False if all
+    results of the trajectory are known.
     """
-    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # after an impact H > 1
+    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # if no rest follows an impact, A0 > 0
     if not at_reference(w, i, guessed):
         if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
             k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4
@@ -112,8 +115,8 @@ def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
     period, count = k[r.PERIOD + i], k[r.SECTIONS + i]
     cycle, points = period - k[r.REFERENCE_PERIOD + i], count - k[r.REFERENCE_SECTIONS + i]
     cycles = 0
-    # upper bound of the cost of a copied period: each search of the cycle costs at most two switches and a hundredth of
-    # its evaluations, together less than three times its evaluations
+    # upper bound of the cost of a copied period: a search with n evaluations costs at most n/100 plus two switches,
+    # which is less than 3n
     cost = 3.0 * (w[r.WORK + i] - w[r.REFERENCE_WORK + i])
     known = cost < float(extent.budget) and 1.0 - w[r.B + i] >= undisturbed.LEAST_FALL
     summarised = True
@@ -140,7 +143,7 @@ def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
         and (impacts is None or record.impacts_repeat(w, k, i, cycle, impacts))
         and summarised
     ):
-        cycles = max(end - 1 - period, 0) // cycle  # for τ0 > 0 the record ends within period `end`
+        cycles = max(end - 1 - period, 0) // cycle  # if τ0 > 0, `period` may be `end`
         copy_cycles(k, i, cycles, cycle, section, impacts)
     k[r.PERIOD + i] += cycles * cycle
     k[r.COUNTED + i] += cycles * cycle

@@ -1,4 +1,4 @@
-"""Closed form between the switches of a trajectory, evaluated at equidistant instants."""
+"""Evaluation of the closed form between the switches of a trajectory at equidistant instants."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from vibrodrive.kernels.codes import CERTIFIED, DOWN, IMPACT, REST, STICK, UP
 def sample_segments(lanes_w, lanes_k, points, rows, sampling, count, under_way, out, state):
     """Evaluate the closed form between the switches `rows` (SWITCH, written by `single`) at the next `count` instants.
 
-    sampling int64 (3,): method, transient, instants a period
-    under_way int64 (2,): the next instant and the row of its segment, initially 0 and -1
-    out float64 (n, 3): ξ, ξ', H; state int8 (n,)
+    sampling int64 (3,): method, transient, number of instants in an excitation period
+    under_way int64 (2,): number of the next instant, and row of the switch before it; initially 0 and -1
+    out float64 (n, 3), state int8 (n,): results: ξ, ξ' and H, and the state, at each instant
 
-    Returns whether all n instants are done.
+    Return True if all n instants are done.
     """
     w, k = lanes_w[0], lanes_k[0]
     method, transient, per_period = sampling[0], sampling[1], sampling[2]

@@ -18,13 +18,13 @@ LAST_PHASE = math.nextafter(TWO_PI, 0.0)  # largest phase at which a motion can 
 
 @register_jitable
 def fast_amplitude(a, eps, eta):
-    """Return A ε η², the amplitude of the disturbance in H and ξ'', eq. (9). Plain Python may call this for arrays."""
+    """Return A ε η², the amplitude of the disturbance in H and ξ'', eq. (9). Python code may call this with arrays."""
     return a * eps * eta * eta
 
 
 @part
 def set_parameters(w, k, i, points, row, method):
-    """Set the parameters of a point, its start in time, and the ends of its waits at ε = 0."""
+    """Set the parameters of the point `points[row]` in lane i, its start in time, and the ends of waits at ε = 0."""
     a, b, eps, eta = points[row, 0], points[row, 1], points[row, 2], points[row, 3]
     amplitude = fast_amplitude(a, eps, eta)
     fast = amplitude > 0.0
@@ -47,7 +47,7 @@ def set_parameters(w, k, i, points, row, method):
     w[r.COS_S + i], w[r.SIN_S + i] = motion.excitation(a, phi, 0.0)
     n, phi, low = turns(points[row, 8], 0.0)
     if points[row, 8] < 0.0 and phi == 0.0 and n == 0.0:
-        # the start is before phase 0 by less than the last bit of φ, so the section point at phase 0 is still ahead
+        # the start is before phase 0 by less than the last bit of φ, so a section point at phase 0 is after the start
         n, phi, low = -1.0, LAST_PHASE, low + ((TWO_PI - LAST_PHASE) + TWO_PI_LOW)
     w[r.PHI + i] = phi
     w[r.LOW + i] = low
@@ -66,7 +66,7 @@ def set_parameters(w, k, i, points, row, method):
 
 @part_each("method")
 def load(w, k, i, points, row, method, extent, section, log, errors):
-    """Load a point into lane i at its start. Returns False if the trajectory ends without a search."""
+    """Begin the trajectory of the point `points[row]` in lane i. Return False if it ends without a search."""
     set_parameters(w, k, i, points, row, method)
     for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH, r.IMPACTS):
         k[row_k + i] = 0

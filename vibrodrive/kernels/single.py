@@ -1,7 +1,7 @@
-"""Loop for trajectories that are computed one by one: single trajectories whose switches are recorded, and literal
-scans, which vectorise along their grid.
+"""Loop for trajectories that are computed one by one.
 
-Each search runs to its end in registers. In batches (engine.py) the searches of all lanes are in memory.
+These are single trajectories whose switches are recorded, and literal scans, which vectorise along their grid. Each
+search runs to its end in registers, whereas the searches of a batch (engine.py) are in memory.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZER
 from vibrodrive.kernels.outputs import Errors, Log, Outcome, Recorder, extent_of
 
 MOST = 1000
-"""Steps of a search after which a kernel checks whether it must end early."""
+"""Number of steps of a search after which a kernel checks `halt`."""
 
 
 @part
 def follow_certified(w, k):
-    """Continue the search in lane 0, without a grid, to its end or for MOST steps."""
+    """Continue the search without a grid in lane 0, to its end or for MOST steps."""
     w[r.OUTCOME] = NOTHING
     if w[r.SEARCH_MODE] == AT_ONCE:
         w[r.OUTCOME] = ZERO
@@ -36,7 +36,7 @@ def follow_certified(w, k):
 
 @part_each("fast")
 def follow_on_grid(w, fast):
-    """Continue the search in lane 0 on a grid, with a disturbance (`fast`) or without."""
+    """Continue the search on a grid in lane 0, to its end or for MOST steps, with a disturbance (`fast`) or without."""
     w[r.OUTCOME] = NOTHING
     for _ in range(MOST):
         first_zero.search(w, 0, fast, True)
@@ -46,7 +46,7 @@ def follow_on_grid(w, fast):
 
 @inline_each("method")
 def follow(w, k, table, method, literal):
-    """Continue the search in lane 0."""
+    """Continue the search in lane 0. `literal` is true for a literal scan, which uses `table`."""
     if method == CERTIFIED:
         follow_certified(w, k)
     elif literal:
@@ -59,15 +59,15 @@ def follow(w, k, table, method, literal):
 
 @cache
 def single(method: int, recorded: bool, bounded: bool):
-    """Return the kernel that computes trajectories one by one by `method`; `batch` in engine.py computes many together.
+    """Return the kernel that computes trajectories one by one by `method`.
 
-    If `recorded`, the kernel computes summaries in addition to impacts. If `bounded`, it computes bounds of the errors
-    of the motion (certainty.py).
+    If `recorded`, the kernel computes summaries. If `bounded`, it computes bounds of the errors of the motion
+    (certainty.py). Impacts are always computed.
     """
 
     @jit(_nrt=False)
     def run(address):
-        """Follow points, numbered by the counter, until all are done or `halt` is set (arguments.py)."""
+        """Compute the trajectories of the points, taken from the counter, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
         w, table, k = a.lanes_w[0], a.lanes_w[1], a.lanes_k[0]
         literal = a.numbers[3] != 0
@@ -101,13 +101,14 @@ def single(method: int, recorded: bool, bounded: bool):
 
 @jit(_nrt=False)
 def next_switches(lanes_w, lanes_k, points, states, numbers, section, rows, stored, ends, phases):
-    """Find the certified switch that ends states[n] for a start at points[n], for all n.
+    """Find the certified switch that ends the state states[n] of the motion that starts at points[n], for each n.
 
     points float64 (n, columns), states int64 (n,)
-    numbers : settings (outputs.py): the excitation periods in which the switch is searched for, without a transient
-    section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory. Up to m - 1 switches are examined: an
-    impact, or a start with H within rounding of ±1, adds one or two switches before the one that ends the state
-    ends int64 (n, 2): period of the switch and next state, -1 if there is no such switch; phases float64 (n,)
+    numbers : settings (outputs.py). The switch is searched for in the record, and there is no transient
+    section float64 (1, periods, 2), rows SWITCH (m,), stored int64 (1,): memory. Up to m - 1 switches are examined. An
+    impact, or a start with H within rounding of ±1, adds one or two switches before the switch that ends the state
+    ends int64 (n, 2): results: period of the switch, and next state; -1 if there is no such switch
+    phases float64 (n,): results: phase of the switch
     """
     w, k = lanes_w[0], lanes_k[0]
     extent, log = extent_of(numbers, switch.SEARCH_PRICE), Log(rows, stored)

@@ -1,25 +1,28 @@
 """Summary of a recorded motion in a few numbers, from its switches.
 
-A motion that repeats itself is measured over one of its periods, from an impact to the same impact n excitation periods
-later. Any other motion is measured from the first recorded switch to the last. Each segment in between begins at rest
-(ξ' = 0), is complete and has a closed form, so all sums are exact:
+The summary of a motion of period n covers one period, from an impact to the same impact n excitation periods later. The
+summary of any other motion covers the time from the first recorded switch to the last. Each segment in this time is
+complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
 
-* friction takes the energy |Δξ| from each slide, an impact takes ½ξ'² (§2: friction force and mass are 1);
-* the excitation F = A sin τ + A ε η² sin ητ gives ∫ F ξ' dτ. With G the integral of F, and ξ'' = F + L, L = -(B + s),
+* In each slide, friction dissipates the energy |Δξ|. An impact dissipates ½ξ'². Friction force and mass are 1 (§2).
+* The excitation F = A sin τ + A ε η² sin ητ does the work ∫ F ξ' dτ. Let G be the integral of F. With ξ'' = F + L and
+  L = -(B + s),
 
       ∫ F ξ' dτ = [G ξ'] - ½ [G²] - L [∫ G dτ]
 
-  This formula does not use the balance drive = friction + impacts, so the balance can be checked.
-* Let a small delay δφ₀ of the beginning of a slide and a small change δξ₀ of the gap there lead to δφ₁ and δξ₁ at its
-  end. With the values a₀ and a₁ of ξ'' at the beginning and at the end, and the time h between them,
+  This formula does not assume that the work of the excitation equals the dissipated energy, so the energy balance can
+  be checked.
+* Let the beginning of a slide be delayed by a small δφ₀, and let the gap there change by a small δξ₀. The changes at
+  the end of the slide are δφ₁ and δξ₁. With the values a₀ and a₁ of ξ'' at the beginning and at the end, and the
+  duration h,
 
       δξ₁ = δξ₀ - a₀ h δφ₀,    δφ₁ = a₀ δφ₀ / a₁   at a zero of ξ',    δφ₁ = -δξ₁ / ξ'   at an impact
 
-  A wait ends at a known phase: δφ = 0 after it. From impact to impact this is the derivative of the impact-phase map,
-  and the mean of log |δφ₁ / δφ₀| per period is the Lyapunov exponent (ε = 0).
+  A wait ends at a known phase, so δφ = 0 after it. The product of these factors from one impact to the next is the
+  derivative of the impact-phase map. The mean of log |δφ₁ / δφ₀| per period is the Lyapunov exponent (ε = 0).
 
-Main impacts are those of record.py. The first and the last main impact of a record are omitted, because impacts before
-and after the record may be faster.
+record.py defines main impacts. Here the first and the last main impact of a record are omitted, because an impact
+outside the record may be faster than one of these.
 """
 
 from __future__ import annotations
@@ -33,27 +36,30 @@ from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
 
 PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
-"""Columns of a switch: those of `Trajectory.switches`."""
+"""Columns of a row that stores a switch, in the order of `Trajectory.switches`."""
 
 (
-    # time in each of four states; impacts, the fastest, Σ|ξ'|, Σ½ξ'²; friction loss, work of the excitation; extremes
+    # time in each of four states; number of impacts, the largest |ξ'| of them, Σ|ξ'| and Σ½ξ'² of them; friction loss;
+    # work of the excitation; largest ξ, least ξ', largest ξ'
     TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
-    # at the last switch, if known: its time, F, -G and -∫G
+    # time of the last switch for which these are known: F, -G and -∫G
     AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
-    # where H falls to 1 and rises to -1: the phase, NaN if it never does, and A cos φ there
+    # phase φ at which H falls to 1 (NaN if there is none), and A cos φ there; the same for H rising to -1
     TURN_UP, COSINE_UP, TURN_DOWN, COSINE_DOWN,
-    # Σ log |δφ₁/δφ₀|; δφ and δξ since the last impact; times of the first and the last impact
+    # Σ log |δφ₁/δφ₀|; δφ and δξ for the delay δφ = 1 of the last impact; times of the first and the last impact
     GROWTH, LATE, OFF, FIRST, LAST,
-    # main impacts: time and speed of the last one, which a faster impact may still replace; time of the one before it;
-    # their number
+    # time and speed of the last main impact, which a faster impact may still replace; time of the main impact before;
+    # number of main impacts
     MAIN_TIME, MAIN_SPEED, MAIN_BEFORE, MAINS,
-    # the last GAPS gaps between main impacts, in periods; for each length up to GAPS whether the gaps repeat after it
+    # the last GAPS numbers of periods between main impacts ("gaps"); for each length up to GAPS, 1 if the gaps repeat
+    # after this number of gaps, otherwise 0
     GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
     TOTALS,
 ) = range(47)  # fmt: skip
 
 GAPS = 8
-"""The longest cycle of gaps that is searched for."""
+"""Number of gaps in the longest cycle that is searched for. A gap is the rounded number of excitation periods between
+two successive main impacts."""
 
 (
     OUT_PERIOD, OUT_SEQUENCE, OUT_GAPS, OUT_IMPACTS, OUT_IMPACT_SPEED_MAX, OUT_IMPACT_SPEED_MEAN,
@@ -63,14 +69,14 @@ GAPS = 8
 """Columns of a summary; model/records.py gives their meanings."""
 
 LONGEST = 64
-"""The longest period of a motion that is searched for, in excitation periods."""
+"""Longest period of a motion that is searched for, in excitation periods."""
 
 REACH = 1024
-"""Number of switches, back from the last one, in which the period is searched for."""
+"""Number of switches before the last one among which the period is searched for."""
 
 SAME = 1e-6
-"""Two switches a period apart are equal if they differ by at most this in time, ξ and ξ'. A motion approaches its orbit
-only like |multiplier|ⁿ, so a smaller value would miss periods."""
+"""Largest difference in time, ξ and ξ' between a switch and the same switch a period later. A smaller value would miss
+periods, because a motion approaches its orbit only like |multiplier|ⁿ."""
 
 
 class Drive(NamedTuple):
@@ -85,7 +91,7 @@ class Drive(NamedTuple):
 
 @inline
 def turn_of(s, a, b):
-    """Return (φ, A cos φ) where the slow part of s H falls to 1 in a slide of direction s, or else (NaN, 0)."""
+    """Return (φ, A cos φ) at the phase φ at which the slow part of s H falls to 1. Return (NaN, 0) if there is none."""
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0
@@ -122,14 +128,14 @@ def clear_totals(totals, a, b):
 
 @inline
 def begin_totals(rows, row, totals):
-    """Begin the totals at a switch. If it is an impact, the growth of delays is computed from there on."""
+    """Begin the totals at a switch. If this switch is an impact, the growth of a delay is computed from it on."""
     if int(rows[row, AFTER]) == IMPACT:
         totals[LATE], totals[FIRST] = 1.0, time_of(rows, row)
 
 
 @inline
 def forces(row, rows, drive):
-    """Return (F, -G, -∫G, A cos φ) at a switch, F = A sin φ + AF sin θ."""
+    """Return (F, -G, -∫G, A cos φ) at a switch: F = A sin φ + AF sin θ and G = ∫F."""
     s, c = sincos(rows[row, PHASE])
     a, af, eta = drive.a, drive.af, drive.eta
     cosine = a * c
@@ -145,16 +151,16 @@ def forces(row, rows, drive):
 
 @inline
 def slow_peak(s, phi, h, g, cosine, slope, totals):
-    """Return the largest s ξ' of a slide of direction s that begins at φ, without the fast excitation.
+    """Return the largest s ξ' of a slide of direction s that begins at the phase `phi`, without the fast excitation.
 
-    h is its duration, g is -G at its beginning, `cosine` is A cos φ at its end, and `slope` is B + s. The largest value
-    occurs where s H falls to 1, or at the end.
+    h is the duration of the slide, g is -G at its beginning, `cosine` is A cos φ at its end, and `slope` is B + s. The
+    largest value occurs where s H falls to 1, or at the end of the slide.
     """
     best = s * (g - slope * h - cosine)
     turn = (totals[TURN_UP] if s > 0.0 else totals[TURN_DOWN]) - phi
     turn -= math.floor(turn * (1.0 / TWO_PI)) * TWO_PI
     if turn < h:
-        if s * slope < 0.0:  # |ξ'| is larger at each such phase than at the one before
+        if s * slope < 0.0:  # each of these maxima of |ξ'| is larger than the one a period before
             turn += math.floor((h - turn) * (1.0 / TWO_PI)) * TWO_PI
         best = max(best, s * (g - slope * turn - (totals[COSINE_UP] if s > 0.0 else totals[COSINE_DOWN])))
     return best
@@ -162,10 +168,10 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
 
 @part
 def fast_peak(s, row, rows, h, g, slow, drive, least):
-    """Return the largest s ξ' of a slide from switch `row` with a disturbance, or `least` if that is larger.
+    """Return the largest s ξ' of a slide that begins at switch `row`, with a disturbance; at least `least`.
 
-    `slow` is the largest value of the slow part. If it is near enough to `least`, ξ' is evaluated at eight points of
-    each fast period, and the largest of these values is refined by Newton's method on ξ'' = H - s.
+    `slow` is the largest value of the slow part. If the fast part can raise this value above `least`, ξ' is evaluated
+    at eight points of each fast period. The largest of these values is refined by Newton's method on ξ'' = H - s.
     """
     a, b, af, eta = drive.a, drive.b, drive.af, drive.eta
     phi = rows[row, PHASE]
@@ -193,7 +199,7 @@ def fast_peak(s, row, rows, h, g, slow, drive, least):
 
 @part
 def add_segment(rows, row0, row1, drive, totals):
-    """Add the segment between two successive switches, with the second switch."""
+    """Add the segment between two successive switches, and the second of these switches, to the totals."""
     state, h = int(rows[row0, AFTER]), between(rows, row0, row1)
     if state == IMPACT:
         return
@@ -237,7 +243,7 @@ def add_segment(rows, row0, row1, drive, totals):
 
 @inline
 def add_impact(time, speed, totals):
-    """Add an impact, and the growth of a delay since the last impact."""
+    """Add an impact, and the growth of a delay from the last impact to this one, to the totals."""
     totals[LANDED] += 1.0
     totals[FASTEST] = max(totals[FASTEST], speed)
     totals[MOMENTUM] += speed
@@ -253,7 +259,7 @@ def add_impact(time, speed, totals):
 
 @inline
 def keep_gap(known, totals):
-    """Store the gap before the last main impact, in periods. So far `known` gaps are known."""
+    """Store the number of periods between the last two main impacts as gap number `known`, counted from 0."""
     gap = math.floor((totals[MAIN_TIME] - totals[MAIN_BEFORE]) / TWO_PI + 0.5)
     for n in range(GAPS):
         if known > n and totals[GAP + (known - 1 - n) % GAPS] != gap:
@@ -263,7 +269,7 @@ def keep_gap(known, totals):
 
 @part
 def add_gap(rows, row, totals):
-    """Update the main impacts and their gaps, if a switch is an impact."""
+    """If the switch in `row` is an impact, update the main impacts and their gaps."""
     if int(rows[row, AFTER]) != IMPACT:
         return
     time, speed = time_of(rows, row), -rows[row, DXI]
@@ -271,7 +277,7 @@ def add_gap(rows, row, totals):
         if speed > totals[MAIN_SPEED]:
             totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
         return
-    if totals[MAINS] > 2.0:  # omit the first and the last
+    if totals[MAINS] > 2.0:  # the gap after the first main impact is omitted
         keep_gap(int(totals[MAINS]) - 3, totals)
     totals[MAIN_BEFORE] = totals[MAIN_TIME]
     totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
@@ -280,10 +286,10 @@ def add_gap(rows, row, totals):
 
 @inline
 def digits_of(gaps, length, last):
-    """Return a cycle of `length` gaps as a number with one digit for each gap; 0 if a gap is not between 1 and 9.
+    """Return a cycle of `length` gaps as a number with one digit for each gap. Return 0 if a gap is not in 1 ... 9.
 
-    The rotation of the cycle with the smallest number is taken. Gap k is at index k mod GAPS of `gaps`. The cycle ends
-    with gap number `last`.
+    The result is the smallest number of all rotations of the cycle. `gaps` contains gap k at index k mod GAPS. The
+    cycle ends with gap number `last`.
     """
     least = INFINITY
     for turn in range(length):
@@ -301,7 +307,7 @@ def digits_of(gaps, length, last):
 
 @inline
 def gap_cycle(totals):
-    """Return the shortest cycle of the gaps of a record by `digits_of`; 0 if they do not repeat in all of it."""
+    """Return the shortest cycle of the gaps of a record as a number (`digits_of`). Return 0 if they do not repeat."""
     known = int(totals[MAINS]) - 3
     for length in range(1, GAPS + 1):
         if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:
@@ -311,9 +317,9 @@ def gap_cycle(totals):
 
 @part
 def gap_cycle_of_period(rows, last, count, n, totals):
-    """Return the cycle of gaps of a motion of period n by `digits_of`, beginning with its fastest impact.
+    """Return the cycle of gaps of a motion of period n as a number (`digits_of`), from its fastest impact on.
 
-    The switches of one period are the last `count` switches, up to row `last`.
+    One period consists of the `count` switches up to row `last`.
     """
     first = last - count + 1
     main, speed = -1, 0.0
@@ -352,7 +358,7 @@ def gap_cycle_of_period(rows, last, count, n, totals):
 
 @inline
 def alike(rows, a, b, n):
-    """Return whether switch b equals switch a, n periods later, within SAME."""
+    """Return whether switch b is the same as switch a, n periods later, within SAME."""
     return (
         rows[a, AFTER] == rows[b, AFTER]
         and abs(between(rows, a, b) - n * TWO_PI) <= SAME
@@ -363,9 +369,9 @@ def alike(rows, a, b, n):
 
 @part
 def find_period(rows, first, last):
-    """Return (n, switches in n periods) if the switches first … last repeat after n periods; (0, 0) if they do not.
+    """Return (n, number of switches in n periods) if the switches first … last repeat after n periods, else (0, 0).
 
-    The last n periods are compared with the n periods before them, as far as these are in the rows.
+    The last n periods are compared with the n periods before, as far as these are in the rows first … last.
     """
     for j in range(last - 1, first - 1, -1):
         n = math.floor(between(rows, j, last) * (1.0 / TWO_PI) + 0.5)
@@ -381,12 +387,13 @@ def find_period(rows, first, last):
 
 
 MODULUS = 9007199254740881
-"""Modulus of sequence numbers: the largest prime below 2⁵³. For up to 20 states the numbers are exact, in base 6."""
+"""Modulus of sequence numbers, the largest prime below 2⁵³. A sequence of up to 20 states gives a smaller number, whose
+digits in base 6 are the states."""
 
 
 @inline
 def shortest_cycle(rows, first, count):
-    """Return the length of the shortest sequence of states that the `count` switches from `first` on repeat."""
+    """Return the length of the shortest sequence of states of which the `count` switches from `first` on consist."""
     for length in range(1, count // 2 + 1):
         n = length
         while n < count and rows[first + n, AFTER] == rows[first + n - length, AFTER]:
@@ -398,8 +405,9 @@ def shortest_cycle(rows, first, count):
 
 @inline
 def least_rotation(rows, first, length):
-    """Return the number of switches by which a cycle of `length` states is rotated to its first one in lexicographic
-    order.
+    """Return the number of switches by which a cycle of `length` states is rotated.
+
+    The result of this rotation is the first of all rotations of the cycle in lexicographic order.
     """
     start = 0
     for turn in range(1, length):
@@ -417,10 +425,10 @@ def least_rotation(rows, first, length):
 
 @part
 def sequence_number(rows, last, count):
-    """Return a number for the cycle of states of the last `count` switches; equal for equal cycles.
+    """Return a number for the cycle of states of the `count` switches up to `last`. Equal cycles have equal numbers.
 
-    It is computed from the shortest sequence that the cycle repeats, in the rotation that is first in lexicographic
-    order.
+    The number is computed from the shortest sequence of which the cycle consists, in the rotation of this sequence that
+    is first in lexicographic order.
     """
     first = last - count + 1
     length = shortest_cycle(rows, first, count)
@@ -435,7 +443,7 @@ def sequence_number(rows, last, count):
 
 @part
 def add_switches(rows, first, end, drive, totals):
-    """Add the switches in rows first … end - 1 to the totals. If first = 0, row 0 is the first switch of the record."""
+    """Add the switches in rows first … end - 1 to the totals. If first = 0, the totals begin at row 0."""
     if first == 0 and end > 0:
         clear_totals(totals, drive.a, drive.b)
         add_gap(rows, 0, totals)
@@ -447,10 +455,10 @@ def add_switches(rows, first, end, drive, totals):
 
 @part
 def summarise(rows, added, count, state, x, drive, totals, out):
-    """Compute the summary of a motion from its switches, or from the last of them, in rows 0 … count - 1.
+    """Compute the summary of a motion from its last switches, which are in rows 0 … count - 1.
 
     `totals` already includes the switches before row `added`. If added > 0, it also includes earlier switches that are
-    no longer in the rows. state: the state in which the motion ends; x: ξ at the beginning of this state.
+    no longer in the rows. `state` is the state in which the motion ends, and x is ξ at the beginning of this state.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
     resting = (state == STICK or state == REST) and not release.can_end(state, drive.a + drive.af, drive.b)
@@ -463,7 +471,7 @@ def summarise(rows, added, count, state, x, drive, totals, out):
     elif count > 0:
         n, switches = find_period(rows, max(0, count - REACH), last)
     if switches > 0:
-        for back in range(min(switches, last - switches + 1)):  # end at an impact, if there is one
+        for back in range(min(switches, last - switches + 1)):  # let the period end at an impact, if there is one
             if int(rows[last - back, AFTER]) == IMPACT:
                 last -= back
                 break
@@ -487,7 +495,7 @@ def summarise(rows, added, count, state, x, drive, totals, out):
 
 @inline
 def write_summary(n, sequence, gaps, duration, af, totals, out):
-    """Write the summary: totals divided by the number of excitation periods."""
+    """Write the summary `out`: numbers that describe the motion, and totals divided by `duration`, in periods."""
     out[OUT_PERIOD], out[OUT_SEQUENCE], out[OUT_GAPS] = float(n), float(sequence), gaps
     out[OUT_IMPACTS] = totals[LANDED] / duration
     out[OUT_IMPACT_SPEED_MAX] = totals[FASTEST]

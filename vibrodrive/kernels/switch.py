@@ -1,9 +1,9 @@
 """Rules at a switch: the decision, the start of the next state, the cost. Each formula exists only here.
 
 `event.py` applies any switch, in one lane. The `switch_*` modules apply ordinary switches (engine.py) in all lanes of a
-batch. Both use these formulas in the same order, so the bits of a trajectory do not depend on the module that applied a
-switch. If the argument `where` is false, lane i is not changed: it is a mask in the batched loops, and True for a
-single lane. A wait is sticking or resting.
+batch. Both evaluate these formulas in the same order, so the bits of a trajectory do not depend on the module that
+applied a switch. If the argument `where` is false, lane i is not changed: `where` is a mask in loops over lanes, and
+True for a single lane. A wait is sticking or resting.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, S4, S5, STICK, UP, WRITE_POINT
 
 SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
-"""Costs in switches that are charged to the budget of a period: of an evaluation in a search, and of a grid point of a
-literal scan."""
+"""Costs of one evaluation in a search, and of one grid point of a literal scan. They are charged to the budget of a
+period. The unit is one switch."""
 
 STEEP_COST = 1.0 / SEARCH_PRICE
-"""A search with more evaluations than this costs more of the budget than its switch."""
+"""Number of evaluations that cost as much of the budget as one switch."""
 
 
 @inline
 def decide_after_slide(impact, force):
-    """Return the state after a slide, Fig. 2, from H at its end (`force`); `impact` is true if it ends in an impact.
+    """Return the state after a slide, Fig. 2, where H = `force`; `impact` is true if the slide ends in an impact.
 
-    If the slide ends exactly at ξ' = 0 in the air, a slide in the same direction cannot follow. On a fixed grid the
-    switch is late, so such a slide may follow, and the mass continues from rest (§5). At the obstacle the mass rests
-    for H <= 1, because the obstacle supports any force towards it.
+    A slide that ends in the air exactly where ξ' = 0 cannot be followed by a slide in the same direction. With method
+    `fixed` the switch is late, so such a slide may follow; the mass then continues from rest (§5). At the obstacle the
+    mass rests for H <= 1, because the obstacle supports any force towards it.
     """
     in_air = choose(force > 1.0, UP, choose(force < -1.0, DOWN, STICK))
     return choose(impact, choose(force > 1.0, UP, REST), in_air)
@@ -37,20 +37,23 @@ def decide_after_slide(impact, force):
 
 @inline
 def decide(which, side, force):
-    """Return the state after the zero of switching function `which`; `side` > 0 if sticking ends by 1 + H = 0."""
+    """Return the state after the zero of switching function `which`, where H = `force`.
+
+    If which = S4, `side` > 0 means that sticking ends because 1 + H = 0.
+    """
     leave = choose((which == S4) & (side > 0.0), DOWN, UP)
     return choose(which >= S4, leave, decide_after_slide(which == S1, force))
 
 
 @inline
 def waits(state):
-    """Return whether the mass does not slide in `state`."""
+    """Return whether `state` is a wait: sticking or resting."""
     return (state == STICK) | (state == REST)
 
 
 @inline
 def direction(state):
-    """Return s of eqs. (4), (5): +1 sliding up, -1 sliding down, 0 at rest."""
+    """Return s of eqs. (4), (5): +1 for sliding up, -1 for sliding down, 0 for a wait."""
     return choose(state == UP, 1.0, choose(state == DOWN, -1.0, 0.0))
 
 
@@ -58,14 +61,17 @@ def direction(state):
 def begin(s, x, v, force, at_boundary, on_grid, b, inverse, field):
     """Return the segment of direction s (0: a wait) that begins with ξ = x and ξ' = v, eq. (6), where H = `force`.
 
-    b = B, inverse = 1/η (0 without a disturbance); `field` has p, q, pf, qf: A cos φ, A sin φ, and those of the
-    disturbance. The segment begins with ξ'' = H - s, eq. (1), and continues by eqs. (4), (5).
+    b = B and inverse = 1/η (0 without a disturbance). `field` is the excitation at the start. The segment begins with
+    ξ'' = H - s, eq. (1), and continues by eqs. (4), (5).
 
-    A slide from rest accelerates in its own direction, or not at all. It begins with exactly ξ'' = 0 after a certified
-    wait, whose end is at H = ±1 by definition (`at_boundary`). It also begins with ξ'' = 0 if the computed ξ'' has the
-    wrong sign. The cause is rounding or, on a grid (`on_grid`), the tolerance of Muller's method at the end of the
-    wait. The slope L is then changed by the same difference as ξ''. It is not changed for a certified motion with a
-    disturbance, where the difference is the rounding error of A ε η²: it may be large, and would be multiplied by h²/2.
+    A slide from rest cannot begin with an acceleration against its direction. It begins with exactly ξ'' = 0 in two
+    cases. In the first case a certified wait precedes it, whose end is at H = ±1 by definition (`at_boundary`). In the
+    second case the computed ξ'' has the wrong sign. The cause is rounding or, on a grid (`on_grid`), the tolerance of
+    Muller's method at the end of the wait.
+
+    In both cases the slope L is changed by the same difference as ξ''. L is not changed for a certified motion with a
+    disturbance, where this difference is the rounding error of A ε η². This error may be large, and L is multiplied by
+    h²/2.
     """
     from_rest = v == 0.0
     a0 = force - s
@@ -103,7 +109,7 @@ def commit_wait(w, k, i, to, x, x_off):
 
 @inline
 def commit_segment_fast(w, i, where, segment):
-    """Set the part of the segment that the disturbance adds."""
+    """Set the coefficients of the fast part of the segment of lane i."""
     w[r.XALF + i] = choose(where, segment.xalf, w[r.XALF + i])
     w[r.XBEF + i] = choose(where, segment.xbef, w[r.XBEF + i])
 
@@ -116,7 +122,7 @@ def commit_state(k, i, where, to):
 
 @inline
 def commit_time_fast(w, i, where, theta, pf, qf, late):
-    """Set θ, the excitation by the disturbance, and LATE of the end of a wait."""
+    """Set θ, AF cos θ = pf and AF sin θ = qf of lane i, and LATE of the end of a wait (motion.py)."""
     w[r.THETA + i] = choose(where, theta, w[r.THETA + i])
     w[r.PF + i] = choose(where, pf, w[r.PF + i])
     w[r.QF + i] = choose(where, qf, w[r.QF + i])
@@ -125,7 +131,7 @@ def commit_time_fast(w, i, where, theta, pf, qf, late):
 
 @inline
 def commit_time(w, k, i, where, period, phi, low, left, p, q):
-    """Set the time of lane i to (period, φ + low), `left` before the end of the record."""
+    """Set the time of lane i to (period, φ + low), the excitation A cos φ = p, A sin φ = q, and the time left."""
     k[r.PERIOD + i] = choose(where, period, k[r.PERIOD + i])
     w[r.PHI + i] = choose(where, phi, w[r.PHI + i])
     w[r.LOW + i] = choose(where, low, w[r.LOW + i])
@@ -136,7 +142,7 @@ def commit_time(w, k, i, where, period, phi, low, left, p, q):
 
 @inline
 def commit_cost(w, k, i, where, counted, cost):
-    """Charge the switch to the budget of period `counted`, whose cost is then `cost` switches."""
+    """Set the cost of period `counted` to `cost` switches, after a switch is charged to its budget."""
     w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
     k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])
@@ -144,7 +150,7 @@ def commit_cost(w, k, i, where, counted, cost):
 
 @inline
 def commit_departure(k, i, where):
-    """Count that the mass of lane i leaves the obstacle. Returns this count since the reference (recurrence.py)."""
+    """Count a departure of the mass from the obstacle. Return the number since the reference (recurrence.py)."""
     since = k[r.SINCE + i] + choose(where, 1, 0)
     k[r.SINCE + i] = since
     return since
@@ -174,8 +180,8 @@ def can_leave(w, i, state):
 
 
 SECTION_MARGIN = 1e-9
-"""If the second section point after the last switch is closer than this to the next switch, the switch is left for
-`event.py`, which determines whether the point or the switch is first."""
+"""Time by which the second section point after the last switch must be later than the next switch. If it is not,
+`event.py` applies the switch, and determines which of both is first."""
 
 
 @inline
@@ -187,17 +193,18 @@ def in_record(w, k, i, period, phi, transient):
 
 @inline
 def section_due(w, k, i, count, period, phi, low, transient):
-    """Return h from (period, φ) to section point number `count`, at τ = φ_s + 2πk."""
+    """Return the time from (period, φ + low) to section point number `count` of the record, at τ = φ_s + 2πk."""
     first = k[r.PERIOD0 + i] + transient + choose(w[r.SECTION + i] > w[r.PHI0 + i], 0, 1)
     return motion.time_between(period, phi, low, first + count, w[r.SECTION + i])
 
 
 @inline
 def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
-    """Return (due, passed, one) for section point `slot` and a switch at the time h after (period, φ).
+    """Return (due, passed, one) for section point number `slot` and a switch at the time h after (period, φ + low).
 
-    `due` is the time from (period, φ) to the point. `passed` is true if the point is recorded and not after the switch,
-    `one` if the next point is certainly after the switch.
+    due : time from (period, φ + low) to the point
+    passed : true if the point is recorded and not after the switch
+    one : true if the next point is certainly after the switch
     """
     due = section_due(w, k, i, slot, period, phi, low, extent.transient)
     return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
@@ -205,20 +212,20 @@ def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
 
 @inline
 def time_left(w, k, i, period, phi, low, extent):
-    """Return h from (period, φ) to the end of the record."""
+    """Return the time from (period, φ + low) to the end of the record."""
     end = k[r.PERIOD0 + i] + extent.transient + extent.periods
     return motion.time_between(period, phi, low, end, w[r.PHI0 + i])
 
 
 @inline
 def mark_point_ahead(k, i, slot):
-    """Set the number of the section point before the next switch."""
+    """Set the number of the section point that precedes the next switch."""
     k[r.SLOT + i] = slot
 
 
 @inline
 def set_point_ahead(w, k, i, slot, x, v):
-    """Store the section point (x, v) that precedes the next switch. It is written when that switch is applied."""
+    """Store section point number `slot`, (x, v), which precedes the next switch. `write_points` writes it later."""
     mark_point_ahead(k, i, slot)
     w[r.POINT_X + i] = x
     w[r.POINT_V + i] = v
@@ -226,21 +233,21 @@ def set_point_ahead(w, k, i, slot, x, v):
 
 @inline
 def commit_points(k, i, where, count):
-    """Set the number of section points that are written, or will be by `write_points`."""
+    """Set the number of section points of lane i, including those that `write_points` will write."""
     k[r.SECTIONS + i] = choose(where, count, k[r.SECTIONS + i])
 
 
 @inline
 def leave_over(k, i, what):
-    """Set the work that a batch of switches leaves in lane i."""
+    """Set the work that remains in lane i after a batch of switches (codes.py: DONE, UNUSUAL, …)."""
     k[r.LEFT_OVER + i] = what
 
 
 @inline
 def note_end(w, k, i, which, period, phi, x, v):
-    """Store the end of a state in lane i in a batch: the switching function `which` is zero there.
+    """Store the end of a state in lane i, where the switching function `which` is zero, for `keep_switch`.
 
-    If a wait with a known end follows, the lane is at the later end of this wait when the batch is complete.
+    If a wait with a known end follows, the same batch of switches also advances the lane to the end of this wait.
     """
     k[r.ENDED + i] = which
     k[r.END_PERIOD + i] = period
@@ -251,19 +258,19 @@ def note_end(w, k, i, which, period, phi, x, v):
 
 @inline
 def count_more(k, i, to, more):
-    """Count `more` switches into `to`."""
+    """Count `more` switches into state `to`."""
     k[r.SWITCHES + to * r.STRIDE + i] += more
 
 
 @inline
 def count_into(k, i, to):
-    """Count a switch into `to`."""
+    """Count a switch into state `to`."""
     count_more(k, i, to, 1)
 
 
 @inline
 def count_switch(k, i, recorded, impact, to):
-    """Count a switch into `to`, and the impact before it if there was one."""
+    """Count a switch into state `to` if `recorded`, and the impact before it if `impact`."""
     k[r.SWITCHES + IMPACT * r.STRIDE + i] += choose(recorded & impact, 1, 0)
     k[r.SWITCHES + UP * r.STRIDE + i] += choose(recorded & (to == UP), 1, 0)
     k[r.SWITCHES + DOWN * r.STRIDE + i] += choose(recorded & (to == DOWN), 1, 0)
@@ -273,7 +280,7 @@ def count_switch(k, i, recorded, impact, to):
 
 @inline
 def has_rows(section, summary):
-    """Return whether `section` has a row for each point, like `summary`. If it is not recorded, it has only one row."""
+    """Return whether section points are recorded: if they are not, `section` has one row, not one for each point."""
     return section.shape[0] == summary.shape[0]
 
 
@@ -287,8 +294,8 @@ def section_row(k, i, section):
 def write_points(w, k, i, section):
     """Write the section points of a switch that a batch has applied: one before it, and one in a wait after it.
 
-    The point before the switch is written even if there is none, because a branch costs more. The correct point
-    overwrites it later.
+    If no section point precedes the switch, wrong values are written, because a branch costs more. The correct point
+    overwrites these values later.
     """
     row, slot = section_row(k, i, section), k[r.SLOT + i]
     if slot < section.shape[1]:

@@ -1,6 +1,7 @@
-"""Ordinary certified switches with a disturbance, in all lanes of a batch: as switch_undisturbed.py, but for ε > 0.
+"""Ordinary certified switches (engine.py) with a disturbance in all lanes of a batch, without branches.
 
-The section point before a switch is written before the segment that leads to the switch is overwritten.
+The section point before a switch is written first, because applying the switch overwrites the segment that contains
+this point.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from vibrodrive.kernels.codes import FALLEN, NOTHING, S1, S2, S4, ZERO
 
 @part
 def mark_points(w, k, n, extent):
-    """Set the number of the section point before the outcome in each of the lanes 0..n-1; `periods` without one.
+    """Set the number of the section point that precedes the outcome of the search in each of the lanes 0..n-1.
 
-    The cursor is a time, or on a grid a number of steps.
+    The number is `periods` if no point precedes the outcome. On a grid the cursor is a number of steps, otherwise a
+    time, and DTAU is 1.
     """
     wide()
     periods = extent.periods
@@ -29,9 +31,9 @@ def mark_points(w, k, n, extent):
 
 @part
 def write_ahead(w, k, n, transient, section):
-    """Write the section points before the outcomes in the lanes 0..n-1, before their segments are overwritten.
+    """Write the section points that precede the outcomes of the searches in the lanes 0..n-1.
 
-    If the switch is not applied afterwards, the correct point overwrites this one later.
+    If a switch is not applied afterwards, its point may be wrong. The correct point then overwrites it later.
     """
     for i in range(n):
         slot = k[r.SLOT + i]
@@ -48,14 +50,14 @@ def find_switch(w, k, i):
     level = choose(w[r.SIG + i] > 0.0, -1.0, 1.0)
     there, late = motion.on_boundary(w, i, waited, motion.propagate_disturbed(w, k, i, h), level, h)
 
-    # the closest tangency without a zero
+    # closest tangency before the zero
     under, over_under = w[r.DIP_DENOMINATOR + i], w[r.DIP_NUMERATOR + i]
     touched = under > 0.0
     near = choose(touched, over_under, 1.0) / choose(touched, under, 1.0)
     clear = (not touched) | (near >= margins.suspect(w, i))
     margin = choose(touched, switch.smaller(near, w[r.MARGIN + i]), w[r.MARGIN + i])
 
-    # ξ < 0 at the end of the slide: search for the impact before it
+    # aside: ξ < 0 at the end of the slide, so search for the impact before
     off = margins.gap_rounding(w, i, h)
     fell = falling & (there.x < -off)
     aside = clear & fell & ((met == ZERO) | (met == FALLEN)) & (w[r.X0 + i] >= first_zero.LEAST_GAP)
@@ -68,7 +70,7 @@ def find_switch(w, k, i):
 
 @inline
 def apply_switch_disturbed(w, k, i, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`."""
+    """Apply the switch found in lane i and begin the next search, if it is ordinary. Else leave it to `event.py`."""
     found = find_switch(w, k, i)
     begun = take_over.take_over(w, k, i, True, False, False, found, extent)
     aside, where = found.aside, begun.over | found.aside

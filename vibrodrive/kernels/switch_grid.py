@@ -1,15 +1,17 @@
 """Switches on a grid at ε = 0 in all lanes of a batch, without branches. The results equal those of a scan of the grid.
 
 The end of a slide from rest, or of a wait, is found as for certified motions (undisturbed.py). A scan would stop at the
-grid points around this zero. A few values prove that it would stop nowhere else: the switching function rises to a
-known phase and falls from there. So if it is above its rounding error at the beginning of the scan (for a wait at its
-start, for a slide one grid point later) and at the last grid point before the zero, it is above its rounding error at
-all points in between. The other side of S4 either grows throughout or has its minimum, 1 + B - A, at the peak of H.
+grid point after this zero. A few values prove that it would not stop earlier. The switching function rises up to a
+known phase and then falls. So if it exceeds its rounding error at two points, it does so at all points between them.
+The second of these points is the last grid point before the zero. The first is the start of a wait, or the first grid
+point after the start of a slide. The other side of S4 either grows throughout, or has its minimum, 1 + B - A, at the
+peak of H.
 
 The method `fixed` then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the
-two points around it. So the bits equal those of a scan.
+two grid points around it. So the bits equal those of a scan.
 
-All other cases are scanned: a zero too close to a grid point, a longer refinement, a decision within rounding.
+All other cases are scanned: a zero too close to a grid point, a refinement of more than two steps, and a decision
+within rounding.
 """
 
 from __future__ import annotations
@@ -25,15 +27,17 @@ from vibrodrive.kernels import codes, first_zero, margins, motion, muller, switc
 from vibrodrive.kernels import lane as r
 
 CONFIRMED, REFINED = 2.0, 4.0
-"""Evaluations counted for a zero that is confirmed here, and for a zero that is also refined."""
+"""Numbers of evaluations that are counted for a zero that is found here: with `fixed`, and with Muller's method."""
 
 
 class Cell(NamedTuple):
     """Two neighbouring grid points with a zero between them.
 
-    number, low, high : number of the first point, and times of both
+    number : number of the first point, counted from the last switch
+    low, high : times of both points
     sure : true if a scan would certainly stop at the second point
-    g0, g1 : the switching function at both points, BASE + SIG · shape of `form`
+    form, base, sig : the switching function is base + sig · shape, with coefficients `form`
+    g0, g1 : its values at both points
     """
 
     number: float
@@ -49,7 +53,7 @@ class Cell(NamedTuple):
 
 @inline
 def cell_of(w, k, i, which):
-    """Return the cell of the grid in which the state of lane i ends."""
+    """Return the cell of the grid that contains the cursor of lane i, the end of its state."""
     a, b, dtau = w[r.A + i], w[r.B + i], w[r.DTAU + i]
     number = np.floor(w[r.CURSOR + i] / dtau)
     low, high = number * dtau, (number + 1.0) * dtau
@@ -59,7 +63,7 @@ def cell_of(w, k, i, which):
     g0 = muller.value_at(base, sig, form, low)
     g1 = muller.value_at(base, sig, form, high)
     first = fma(fma(-(1.0 / 6.0) * a, dtau, 0.5 * sig * w[r.P + i]), dtau, sig * w[r.A0 + i]) * dtau
-    # for S1 the gap was checked at the end of the slide: see `aside`
+    # S1 needs no check at the start: `apply_switch_on_grid` has checked ξ (`aside`)
     waited = choose(which == codes.S5, 1.0 - form.c0, 1.0 - abs(form.c0))
     start = choose(which >= codes.S4, waited, choose(which == codes.S1, codes.INFINITY, first))
     peak = choose((which == codes.S4) & (a <= 1.0 + b), (1.0 + b) - a, codes.INFINITY)
@@ -70,9 +74,9 @@ def cell_of(w, k, i, which):
 
 @inline
 def refine_briefly(cell, tol):
-    """Return (h, refined) after at most two steps of `muller.refine`, from the values at both ends of the cell.
+    """Return (h, refined) after at most two steps of Muller's method, from the values at both ends of the cell.
 
-    `refined` is true if `muller.refine` gives the same h.
+    h is the zero. `refined` is true if `muller.refine` gives the same h.
     """
     base, sig, form, low, high, g0, g1 = cell.base, cell.sig, cell.form, cell.low, cell.high, cell.g0, cell.g1
     p0 = muller.on_chord(low, high, g0, g1)
@@ -90,9 +94,11 @@ def refine_briefly(cell, tol):
 
 @inline_each("fixed")
 def end_in_cell(w, k, i, fixed, cell):
-    """Return (h, refined, number of the grid point, arrival at h) at ε = 0.
+    """Return (h, refined, steps, arrival) of the end of a state in the cell at ε = 0.
 
-    `refined` is as in `refine_briefly`, and true if `fixed`.
+    h, refined : time of the end, as from `refine_briefly`; if `fixed`, the time of the second grid point, and true
+    steps : if `fixed`, number of the second grid point, counted from τ0; otherwise GRID
+    arrival : arrival at h
     """
     if fixed:
         h, refined = cell.high, True
@@ -110,9 +116,9 @@ def end_in_cell(w, k, i, fixed, cell):
 
 @inline_each("fixed")
 def apply_switch_on_grid(w, k, i, fixed, extent):
-    """Apply the switch at the end of the state of lane i if it is ordinary; otherwise the grid is scanned for it.
+    """Apply the switch at the end of the state of lane i if it is ordinary. The grid is scanned for other switches.
 
-    `fixed` is a literal: the switch is at the grid point after the zero, or else refined by Muller's method.
+    If `fixed`, the switch is at the grid point after the zero. Otherwise Muller's method refines the zero.
     """
     which, mode, phi, x0 = k[r.SEARCH + i], w[r.SEARCH_MODE + i], w[r.PHI + i], w[r.X0 + i]
     falling, rising, dtau = which == codes.S2, which == codes.S3, w[r.DTAU + i]
@@ -123,8 +129,8 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     h, refined, steps, there = end_in_cell(w, k, i, fixed, cell)
     rate = undisturbed.rate_of(w[r.A0 + i], there.q - w[r.B + i] - choose(rising, 1.0, -1.0))
 
-    # ξ < 0 at the end of the slide: search for the impact before it. Within a grid step of its minimum, ξ differs from
-    # the minimum by less than `slack`
+    # aside: ξ < 0 at the end of the slide, so search for the impact before. Within a grid step of its minimum, ξ
+    # differs from the minimum by less than `slack`
     gap_form = motion.slide_shape(motion.segment_of(w, i), w[r.P + i], w[r.Q + i], True, 0.0)
     x_low = muller.value_at(0.0, 1.0, gap_form, cell.low)
     off, margin = margins.gap_rounding(w, i, h), w[r.MARGIN + i]
@@ -132,7 +138,6 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     aside = sure & falling & (x_low < -slack)
     guess_below = undisturbed.gap_guess(x0, x_low, cell.low)
     ordinary = sure & refined & ((there.x > slack) | (not falling))
-    # idle if neither a bracket nor a scan has found an end yet
     idle = not (met | seen)
 
     found = take_over.Found(h, which, there, 0.0, off, w[r.WORK + i], margin, ordinary, aside, margin, idle)
@@ -141,7 +146,7 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     motion.commit_grid(k, i, over, steps)
     w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)
 
-    # the search for the end of the next state
+    # begin the search for the end of the next state
     undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, False, phi, h, rate)
     waiting, s = switch.waits(to), switch.direction(to)
     lo, hi, _, guess = undisturbed.bracket(w, i, s, there.phi, there.p, begun.segment.slope)

@@ -1,8 +1,8 @@
-"""Ordinary switches on a grid with a disturbance, in all lanes of a batch. The results equal those of `event.py`.
+"""Ordinary switches (engine.py) on a grid with a disturbance in all lanes of a batch, without branches.
 
-The method `fixed` switches at the grid point after the zero, eq. (10). Muller's method first refines the zero, in all
-lanes together (muller.py). If ξ has fallen below 0, the impact is searched for. If ξ < 0 is found only at the refined
-zero of ξ', the lane is left for `event.py`.
+The results equal those of `event.py`. The method `fixed` switches at the grid point after the zero, eq. (10). Muller's
+method first refines the zero, in all lanes together (muller.py). If ξ < 0 at a grid point, the search continues for the
+impact before. If ξ < 0 only at the refined zero of ξ', `event.py` processes the lane.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from vibrodrive.kernels.codes import BOTH, FALLEN, NOTHING, S1, S2, ZERO
 
 @inline_each("fixed")
 def find_switch_on_grid(w, k, i, fixed, apart):
-    """Return the outcome of the scan in lane i at its cursor.
+    """Return the outcome of the search in lane i at its cursor.
 
-    apart: whether the last grid point with ξ >= 0 is more than one step back. If ξ has fallen below 0 since then, in an
-    interval without other switches, the first grid point with ξ < 0 is searched for.
+    `apart` is true if the last grid point with ξ >= 0 is more than one step before the cursor. If ξ < 0 at the cursor,
+    the search must then continue for the first grid point with ξ < 0. No other switch is between these points.
     """
     met, which, cursor, margin = w[r.OUTCOME + i], k[r.SEARCH + i], w[r.CURSOR + i], w[r.MARGIN + i]
     high = cursor * w[r.DTAU + i]
@@ -41,7 +41,7 @@ def find_switch_on_grid(w, k, i, fixed, apart):
 
 @inline_each("fixed")
 def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`."""
+    """Apply the switch found in lane i and begin the next search, if it is ordinary. Else leave it to `event.py`."""
     cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
     apart = cursor - above > 1.0
     found = find_switch_on_grid(w, k, i, fixed, apart)
@@ -51,8 +51,8 @@ def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
     if fixed:
         motion.commit_grid(k, i, over, k[r.GRID + i] + int(cursor))
 
-    # the first grid point with ξ < 0 may be this one; Muller's method also needs the value at the point before, unless
-    # the slide began there
+    # search for the first grid point with ξ < 0 from `above` + 1 on. If this point is the cursor, begin at `above`,
+    # because Muller's method also needs the value there; at the start of the segment this value is known
     goal = choose(aside, S1, switch.terminating_function(begun.to))
     limit = motion.grid_steps(w, i, begun.left)
     reach = choose(aside, cursor, limit) * w[r.DTAU + i]

@@ -1,8 +1,7 @@
-"""Ordinary certified switches at ε = 0 in all lanes of a batch, without branches.
+"""Ordinary certified switches (engine.py) at ε = 0 in all lanes of a batch, without branches.
 
-A switch is ordinary if its decision is clear beyond rounding, if it is within the record and the budget, and if at most
-one section point precedes it. All other switches are left for `event.py`. Both modules decide by the same formulas
-(switch.py) in the same order, so the bits of a trajectory do not depend on the module that applied a switch.
+`event.py` applies all other switches. Both modules evaluate the same formulas (switch.py) in the same order, so the
+bits of a trajectory do not depend on the module that applied a switch.
 """
 
 from __future__ import annotations
@@ -19,11 +18,12 @@ from vibrodrive.kernels import lane as r
 class Wait(NamedTuple):
     """A wait after a switch, with a known end.
 
-    ends : true if it certainly ends in the record and the budget, with at most one section point before its end
+    ends : true if its end is certainly in the record and the budget, with at most one section point before
     margin : margin of its end
-    period, phi, down : time of its end, and whether it ends in sliding down
+    period, phi : time of its end
+    down : true if sliding down follows, false if sliding up follows
     point : true if a section point precedes its end
-    cost : the number of its end among the switches of the period in which it begins
+    cost : cost of the period in which it begins, including the switch at its end
     """
 
     ends: bool
@@ -37,7 +37,7 @@ class Wait(NamedTuple):
 
 @inline
 def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
-    """Return the wait in state `to` that begins at (period, φ). The next section point is number `slot`."""
+    """Return the wait in state `to` that begins at (period, phi). The next section point has the number `slot`."""
     h, phase, later, down = undisturbed.wait_end(w, i, to, phi)
     _, point, one = switch.point_on_the_way(w, k, i, slot, period, phi, 0.0, h, extent)
     cost, margin = 1 + choose(k[r.PERIOD + i] == period, ahead.cost, 0), margins.wait_end_distance(w, i, down)
@@ -48,9 +48,9 @@ def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
 
 @inline
 def apply_switch_undisturbed(w, k, i, extent):
-    """Apply the switch found in lane i if it is ordinary, and begin the next search; else leave it for `event.py`.
+    """Apply the switch found in lane i and begin the next search, if it is ordinary. Otherwise leave it to `event.py`.
 
-    An impact leaves ξ = ξ' = 0, eq. (7).
+    After an impact ξ = ξ' = 0, eq. (7).
     """
     met = w[r.OUTCOME + i] != codes.NOTHING
     h, which = w[r.CURSOR + i], k[r.SEARCH + i]
@@ -63,7 +63,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     known = met & (w[r.SEARCH_MODE + i] == codes.BRACKETED) & (h >= motion.FAR) & (w[r.V0 + i] == 0.0)
     known &= (phi1 >= 0.0) & (phi1 < TWO_PI)
 
-    # ξ < 0 at the end of the slide: search for the impact before it
+    # aside: ξ < 0 at the end of the slide, so search for the impact before
     off = margins.far_rounding(w, i, h, w[r.X_OFF + i], 0.0, 0.0)
     aside = known & falling & (x < -off)
     below = switch.smaller(-x, margin)
@@ -74,7 +74,6 @@ def apply_switch_undisturbed(w, k, i, extent):
     switch.set_point_ahead(w, k, i, slot, *motion.section_at(w, i, ahead.due))
     over = known & ahead.within & (gap | (x > choose(falling, off, 0.0)))
 
-    # decide
     period1 = period + int(there.turned)
     to = switch.decide_after_slide(gap, force)
     distance = take_over.distance_of(gap, force)
@@ -82,7 +81,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     nearest = switch.smaller(distance, choose(falling, switch.smaller(x, margin), margin))
     recorded = switch.in_record(w, k, i, period1, phi1, extent.transient)
 
-    # a wait, to its end
+    # if a wait follows, the lane is advanced to the end of this wait
     waiting = switch.waits(to)
     passed = slot + choose(ahead.point, 1, 0)
     wait = wait_behind(w, k, i, to, period1, phi1, passed, ahead, extent)
@@ -93,7 +92,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     period2, phi2 = choose(waiting, wait.period, period1), choose(waiting, wait.phi, phi1)
     recorded1 = waiting & switch.in_record(w, k, i, period2, phi2, extent.transient)
 
-    # the next slide, from rest
+    # the next slide begins at rest
     up = choose(waiting, not down, to == codes.UP)
     s = choose(up, 1.0, -1.0)
     over &= 1.0 + s * w[r.B + i] >= undisturbed.LEAST_FALL
@@ -108,7 +107,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, rested, phi, h, rate)
     lo, hi, fall, guess = undisturbed.bracket(w, i, s, phi2, p2, segment.slope)
 
-    # the mass leaves the obstacle: its state may equal the reference (recurrence.py)
+    # if the mass leaves the obstacle, its state may equal the reference (recurrence.py)
     left_obstacle = over & gap
     look = take_over.is_due(w, k, i, left_obstacle, phi2) | (left_obstacle & rested)
     more = choose(point1, codes.WRITE_POINT, codes.DONE) + choose(look, codes.CHECK_RECURRENCE, codes.DONE)

@@ -1,12 +1,11 @@
-"""Functions shared by the modules that process switches of many motions together.
+"""Functions shared by the modules that apply ordinary switches (engine.py) in all lanes of a batch.
 
-They find the section points and the cost before a switch, decide the next state, and apply the switch.
+The modules switch_disturbed.py, switch_grid.py and switch_grid_disturbed.py first find the end of a state, and decide
+whether the switch there may be ordinary. `take_over` then decides the next state and applies the switch. Finally these
+modules begin the search for the end of the next state.
 
-The modules switch_disturbed.py, switch_grid.py and switch_grid_disturbed.py find the end of a state and whether the
-switch there is ordinary (engine.py). Then `take_over` decides and applies the switch. Finally these modules begin the
-search for the end of the next state. The module switch_undisturbed.py, for certified switches at ε = 0, does not use
-`take_over`, because that module also ends a wait that follows the switch and begins the state after the wait. It uses
-all other functions defined here.
+The module switch_undisturbed.py, for certified switches at ε = 0, does not use `take_over`. It also ends a wait that
+follows the switch, and begins the state after this wait. It uses the other functions of this module.
 """
 
 from __future__ import annotations
@@ -25,12 +24,13 @@ class Found(NamedTuple):
 
     h, event : time of the switch, and its switching function
     there, late : arrival at h, and LATE (motion.py)
-    off : bound of the rounding error of ξ there, after a slide
-    work : evaluations of switching functions so far
-    margin : the smallest margin so far
-    ordinary : true if the switch is ordinary, as far as the search can decide
-    aside, margin_aside : true if an earlier impact must be searched for instead, and the smallest margin then
-    idle : true if the search has found no end yet and continues
+    off : bound of the rounding error of ξ at the end of a slide
+    work : number of evaluations of switching functions so far
+    margin : margin so far
+    ordinary : true if the search found nothing by which the switch is not ordinary
+    aside : true if the switch must not be applied, because an earlier impact must be searched for
+    margin_aside : margin so far if `aside` is true
+    idle : true if the search has not found an end yet and continues
     """
 
     h: float
@@ -49,7 +49,7 @@ class Found(NamedTuple):
 class Begun(NamedTuple):
     """Result of `take_over`.
 
-    over : true if the switch was applied
+    over : true if `take_over` has applied the switch
     to, segment : the next state and its segment
     left : time from the switch to the end of the record
     """
@@ -63,7 +63,8 @@ class Begun(NamedTuple):
 class Ahead(NamedTuple):
     """Events between the present time and a switch.
 
-    due, point : time to the next section point; `point` is true if this point precedes the switch
+    due : time from the present to the next section point
+    point : true if this section point precedes the switch
     within : true if the switch is in the record and the budget, and no further section point precedes it
     cost : number of the switch among the switches of its period
     """
@@ -76,7 +77,7 @@ class Ahead(NamedTuple):
 
 @inline
 def look_ahead(w, k, i, h, work, extent):
-    """Return the events before a switch at h, after `work` evaluations in total."""
+    """Return the events before a switch at h. `work` is the number of evaluations up to the switch."""
     slot, period = k[r.SECTIONS + i], k[r.PERIOD + i]
     due, point, one = switch.point_on_the_way(w, k, i, slot, period, w[r.PHI + i], w[r.LOW + i], h, extent)
     cost = switch.number_in_period(k, i)
@@ -86,15 +87,20 @@ def look_ahead(w, k, i, h, work, extent):
 
 @inline
 def distance_of(gap, force):
-    """Return the distance of H from the boundary at which another state would begin, after a slide."""
+    """Return the distance of H = `force` from the boundary at which another state would follow a slide.
+
+    `gap` is true if the slide ends in an impact.
+    """
     return abs(choose(gap, force, abs(force)) - 1.0)
 
 
 @inline
 def decide_clearly(w, i, event, force, margin):
-    """Return (next state, smallest margin up to and including this decision, whether the decision is clear).
+    """Return (to, margin, clear) for the decision after the zero of switching function `event`, where H = `force`.
 
-    The decision is clear if rounding cannot change it, and if the next state is a slide or a wait that ends.
+    to : the next state
+    margin : margin so far, including this decision
+    clear : true if rounding cannot change the decision, and if the next state is a slide or a wait that ends
     """
     to, waited, distance = switch.decide(event, w[r.SIG + i], force), event >= S4, distance_of(event == S1, force)
     clear = (waited | (distance >= margins.suspect(w, i))) & (switch.can_leave(w, i, to) | (not switch.waits(to)))
@@ -103,9 +109,9 @@ def decide_clearly(w, i, event, force, margin):
 
 @inline
 def is_due(w, k, i, departs, phi):
-    """Return whether lane i must compare its state at φ with the reference, or replace the reference.
+    """Return whether lane i must compare its state at the phase `phi` with the reference, or replace the reference.
 
-    This requires that the mass leaves the obstacle (`departs`).
+    The result is false if the mass does not leave the obstacle (`departs`). Departures are counted.
     """
     since = switch.commit_departure(k, i, departs)
     return departs & ((phi == w[r.REFERENCE_PHI + i]) | (since >= k[r.WINDOW + i]))
@@ -113,12 +119,12 @@ def is_due(w, k, i, departs, phi):
 
 @inline_each("fast", "on_grid", "fixed")
 def take_over(w, k, i, fast, on_grid, fixed, found, extent):
-    """Apply the switch found in lane i if it is an ordinary one, with a disturbance (`fast`) or without."""
+    """Apply the switch found in lane i if it is ordinary, with a disturbance (`fast`) or without. Return the result."""
     event, there, period, x0 = found.event, found.there, k[r.PERIOD + i], w[r.X0 + i]
     gap, waited = event == S1, event >= S4
     force = motion.adhesive_force(w, i, there.q, there.qf) if fast else there.q - w[r.B + i]
 
-    # an ordinary switch precedes the second section point, is within the budget, and is clearly decided
+    # decide the next state, and whether the switch is ordinary
     ahead = look_ahead(w, k, i, found.h, found.work, extent)
     to, nearest, decided = decide_clearly(w, i, event, force, found.margin)
     over, s = found.ordinary & ahead.within & decided, switch.direction(to)
@@ -150,7 +156,7 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
         switch.commit_segment_fast(w, i, over, segment)
         switch.commit_time_fast(w, i, over, there.theta, there.pf, there.qf, found.late)
     else:
-        # the mass has an impact or leaves the obstacle: its state may equal the reference (recurrence.py)
+        # after an impact or a rest the state may equal the reference (recurrence.py)
         look = is_due(w, k, i, over & (gap | (event == S5)), there.phi) & (not fixed)
         kept, more = recorded | (k[r.HISTORY_KEEPS + i] == ALL), choose(look, CHECK_RECURRENCE, DONE)
     more += choose(kept, KEEP_SWITCH, DONE)

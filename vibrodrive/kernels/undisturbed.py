@@ -1,24 +1,25 @@
-"""Ends of states at ε = 0: without a disturbance every state has one end, at a known phase or in a known interval.
+"""Ends of states at ε = 0. Without a disturbance every state has one end, at a known phase or in a known interval.
 
-**Waits** end at a known phase: the arcsine of (1 + B)/A or (B - 1)/A.
+**Waits** end at a known phase, the arcsine of (1 + B)/A or (B - 1)/A.
 
-**Slides** begin at rest. Let g = s ξ', so g' = sH - 1. g starts at 0 and grows to the peak of |ξ'|, where sH falls to 1
-at a known phase, at the time lo. Then g falls until sH rises to 1 again, at another known phase, at the time hi. From
-one phase at which sH rises to 1 to the next, the integral of g' is -2π(1 + sB). A slide that begins after such a phase
+**Slides** begin at rest. Let g = s ξ', so g' = sH - 1. g starts at 0 and grows to the peak of |ξ'|. There, at the time
+lo, sH falls to 1 at a known phase. Then g falls until, at the time hi, sH rises to 1 again at another known phase. The
+integral of g' from one phase at which sH rises to 1 to the next is -2π(1 + sB). A slide that begins after such a phase
 lacks a part of the growth of g. So g at hi is at most -2π(1 + sB), which is below zero for 1 + sB > 0. Therefore g has
-exactly one zero on [lo, hi], and none between the start and lo. Any method that converges inside this bracket finds the
-switch. The depth of g below zero at hi is the margin of this decision.
+exactly one zero on [lo, hi], and no zero between the start and lo. Any method that converges inside this bracket finds
+the switch. The depth of g below zero at hi is the margin of this decision.
 
-**Impacts.** While ξ' < 0 the gap decreases strictly. So if the gap is not positive at the end of the slide, it has
-exactly one zero before this end.
+**Impacts.** While ξ' < 0, ξ decreases strictly. So if ξ is not positive at the end of the slide, it has exactly one
+zero before this end.
 
-The method is Householder's in the form of a series: with u = g/g' and a_k = g⁽ᵏ⁾/(k! g'),
+The search uses Householder's method in the form of a series. With u = g/g' and a_k = g⁽ᵏ⁾/(k! g'),
 
     δ = u + a2 u² + (2 a2² - a3) u³ + (5 a2³ - 5 a2 a3 + a4) u⁴
 
-It converges with order five and needs one division. The derivatives cost almost nothing, because they use the same sine
-and cosine. Each search begins at a guess: the duration of the last slide of the trajectory in this direction, plus the
-difference of the starts times the derivative of the duration by the start (the implicit derivative of ∫ ξ'' = 0).
+is the step back to the zero. The method converges with order five and needs one division. The derivatives cost almost
+nothing, because they use the same sine and cosine. Each search begins at a guess of the duration of the slide. The
+guess is the duration of the last slide of the trajectory in this direction, plus the difference of the starts times the
+derivative of the duration with respect to the start (the implicit derivative of ∫ ξ'' = 0).
 """
 
 from __future__ import annotations
@@ -33,20 +34,21 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BRACKETED, NOTHING, S1, S2, S3, STICK, ZERO
 
 LEAST_FALL = 0.01
-"""If 1 + sB is below this, ξ' may hardly change its sign at the end of a slide, or not at all. Such slides are searched
-by steps."""
+"""Least value of 1 + sB for a search in a bracket. Below this value ξ' may be nearly 0 at hi, or may have no zero, so
+the search proceeds by steps."""
 
 PATIENCE = 24.0
-"""Number of evaluations after which bisection replaces the steps of the series, so that the search certainly ends."""
+"""Number of evaluations after which bisection replaces the steps by the series, so that the search certainly ends."""
 
 
 @inline
 def release(state, phi, a, b, rises, falls):
-    """Return (h, phase of the end, later, down) of a wait at `phi`.
+    """Return (h, phase, later, down) for the wait `state` that begins at the phase `phi`. a = A, b = B.
 
-    `later` is true if the end is in the next period, `down` if the wait ends because H falls to -1. On the rising half
-    of the excitation, H rises to 1 at the phase `rises`. On the falling half, H falls to -1 at the phase `falls`. If a
-    wait begins after its own end by rounding, h is 0.
+    h : duration of the wait; 0 if the wait begins after its end by rounding
+    phase : phase of the end: `rises` if H rises to 1, or `falls` if H falls to -1
+    later : true if the end is in the next period
+    down : true if the wait ends because H falls to -1
     """
     falling = (phi > HALF_PI) & (phi <= 3.0 * HALF_PI)
     down = (state == STICK) & (falling | (a <= 1.0 + b))
@@ -60,16 +62,16 @@ def release(state, phi, a, b, rises, falls):
 
 @inline
 def wait_end(w, i, state, phi):
-    """Return `release` in lane i."""
+    """Return the result of `release` for lane i."""
     return release(state, phi, w[r.A + i], w[r.B + i], w[r.PHI_UP + i], w[r.PHI_DOWN + i])
 
 
 @inline
 def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
-    """Return (lo, hi, fall) of a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope.
+    """Return (lo, hi, fall) for a slide of direction s that begins at rest at `phi`, where A cos φ = p and L = slope.
 
     lo and hi are the ends of the bracket, and `fall` is the depth of s ξ' below 0 at hi. H rises to 1 at the phase
-    `rises`, where A cos φ = p_up, and falls to -1 at the phase `falls`, where A cos φ = p_down.
+    `rises`, where A cos φ = p_up. H falls to -1 at the phase `falls`, where A cos φ = p_down.
     """
     up = s > 0.0
     target = choose(up, rises, falls)
@@ -82,7 +84,7 @@ def enclose(s, phi, p, slope, rises, p_up, falls, p_down):
 
 @inline
 def bracket(w, i, s, phi, p, slope):
-    """Return (lo, hi, fall, guess): the result of `enclose` for lane i, and a guess of the end of the slide.
+    """Return (lo, hi, fall, guess): the result of `enclose` for lane i, and a guess of the duration of the slide.
 
     The guess is computed from the last slide in the same direction.
     """
@@ -98,13 +100,13 @@ def bracket(w, i, s, phi, p, slope):
 
 @inline
 def usual_end(lo, hi):
-    """Return a guess of the end of a slide from its bracket only."""
+    """Return a guess of the duration of a slide from its bracket only."""
     return lo + 0.4 * (hi - lo)
 
 
 @inline
 def gap_guess(x, below, h):
-    """Return a guess of the zero of a gap that falls from x at the time 0 to `below` <= 0 at the time h.
+    """Return a guess of the zero of ξ, which falls from x at the time 0 to `below` <= 0 at the time h.
 
     The guess is the zero of the cubic that has these values, and the slope 0, at both times.
     """
@@ -119,7 +121,7 @@ def gap_guess(x, below, h):
 
 @inline
 def search_in_bracket(w, k, i, s):
-    """Begin the search for the end of a slide that has just begun at rest. Returns `fall` of `enclose`."""
+    """Begin the search for the end of a slide that has just begun at rest. Return `fall` of `enclose`."""
     lo, hi, fall, guess = bracket(w, i, s, w[r.PHI + i], w[r.P + i], w[r.L + i])
     set_bracket(w, k, i, True, choose(s > 0.0, S3, S2), lo, hi, guess)
     set_search_mode(w, i, True, BRACKETED)
@@ -128,21 +130,26 @@ def search_in_bracket(w, k, i, s):
 
 @inline
 def search_impact(w, k, i, h, below):
-    """Begin the search for the impact within h. At h the gap would be `below` without the obstacle."""
+    """Begin the search for the impact before h. Without the obstacle ξ would be `below` <= 0 at h."""
     set_bracket(w, k, i, True, S1, 0.0, h, gap_guess(w[r.X0 + i], below, h))
     set_search_mode(w, i, True, BRACKETED)
 
 
 @inline
 def rate_of(begin, end):
-    """Return the increase of the duration of a slide per unit of delay of its beginning."""
+    """Return the derivative of the duration of a slide with respect to its start.
+
+    `begin` and `end` are ξ'' at the beginning and at the end of the slide.
+    """
     return begin / end - 1.0
 
 
 @inline
 def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
-    """Store the start `phi`, the duration h and its derivative `rate` of a slide, to guess the end of the next slide in
-    its direction. A rest clears all guesses."""
+    """Store the start `phi`, the duration h and its derivative `rate` of a slide, for the guesses of `bracket`.
+
+    `slid_up` and `slid_down` are masks of the direction of the slide. `rested` is a mask that clears all guesses.
+    """
     w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
     w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
     w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
@@ -153,13 +160,15 @@ def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
 
 @inline
 def clear_guesses(w, i):
-    """Clear the guesses from earlier slides."""
+    """Clear the data of earlier slides from which guesses are computed."""
     keep_guesses(w, i, False, False, True, 0.0, 0.0, 0.0)
 
 
 @inline
 def householder_step(h, lo, hi, form, sig, m, halve):
-    """Do one evaluation in the bracket. Returns (next h, lo, hi, close); `close` is true if the next h is the zero."""
+    """Do one evaluation in a bracket. Return (next h, lo, hi, close): lo and hi are the ends of the new bracket, and
+    `close` is true if the next h is the zero. If `halve`, the next h is the midpoint.
+    """
     s, v, ds, dv, near = arc(h)
     g = sig * motion.shape(near, h, form, s, v, ds, dv)
     g1, g2, g3, g4 = motion.derivatives(h, form.d1, form.c2, form.al, form.be, s, v)
@@ -175,7 +184,7 @@ def householder_step(h, lo, hi, form, sig, m, halve):
     a4 = (1.0 / 24.0) * g4 * scaled
     ahead = h - motion.householder_series(u, a2, a3, a4)
     inside = (ahead >= lo) & (ahead <= hi) & (not halve)
-    # all terms of order five of the series: (m/g')⁴, (m/g')³, (m/g')² and m/g' times u⁵
+    # bound of all terms of order five of the series: (m/g')⁴, (m/g')³, (m/g')² and m/g' times u⁵
     square = u * u
     e = abs(m * inverse) * square
     t2 = fma(m * inverse, m * inverse * square, 0.5 * e)
@@ -187,16 +196,19 @@ def householder_step(h, lo, hi, form, sig, m, halve):
 
 @inline
 def step_in_bracket(which, segment, a, b, p, q, h, lo, hi, evaluations):
-    """Do a `householder_step` towards the zero of switching function `which` of a slide, after `evaluations`."""
+    """Return the result of `householder_step` for switching function `which` of a slide.
+
+    `evaluations` is the number of earlier evaluations. The other arguments are those of `arrive` in motion.py.
+    """
     sig = choose(which == S2, -1.0, 1.0)
-    m = a + 1.0 + b  # bounds all derivatives of ξ from the second on
+    m = a + 1.0 + b  # bound of the second and all higher derivatives of ξ
     form = motion.slide_shape(segment, p, q, which == S1, p)
     return householder_step(h, lo, hi, form, sig, m, evaluations > PATIENCE)
 
 
 @inline
 def search_bracket(w, k, i):
-    """Do one evaluation in lane i, if it has a bracket and no outcome yet."""
+    """Do one evaluation in lane i, if the lane has a bracket and no outcome yet."""
     h, lo, hi = w[r.CURSOR + i], w[r.LO + i], w[r.HI + i]
     ahead, low, high, found = step_in_bracket(
         k[r.SEARCH + i], motion.segment_of(w, i), w[r.A + i], w[r.B + i], w[r.P + i], w[r.Q + i], h, lo, hi,
@@ -212,7 +224,7 @@ def search_bracket(w, k, i):
 
 @inline
 def search_one_bracket(w, k, i, most):
-    """Do up to `most` evaluations in registers in one lane with a bracket, until a zero is found."""
+    """Do up to `most` evaluations in registers in lane i, which has a bracket, until a zero is found."""
     segment, which = motion.segment_of(w, i), k[r.SEARCH + i]
     a, b, p, q = w[r.A + i], w[r.B + i], w[r.P + i], w[r.Q + i]
     h, lo, hi, before = w[r.CURSOR + i], w[r.LO + i], w[r.HI + i], w[r.WORK + i] - w[r.WORK_BOOKED + i]
@@ -227,9 +239,9 @@ def search_one_bracket(w, k, i, most):
 
 @part
 def search_brackets(w, k, n, evaluations):
-    """Do up to `evaluations` evaluations in each of the lanes 0..n-1 that has a bracket, until it has an outcome.
+    """Do up to `evaluations` evaluations in each of the lanes 0..n-1 with a bracket, until the lane has an outcome.
 
-    Outcomes of earlier evaluations are cleared first, in all lanes. Returns the number of lanes with a bracket.
+    First clear the outcomes of all lanes. Return the number of lanes with a bracket.
     """
     wide()
     total = 0
@@ -245,7 +257,7 @@ def search_brackets(w, k, n, evaluations):
 
 @inline
 def set_bracket(w, k, i, where, which, lo, hi, cursor):
-    """Set the search in lane i: for the only zero of `which` between lo and hi."""
+    """Set the search in lane i for the only zero of switching function `which` between lo and hi."""
     w[r.LO + i] = choose(where, lo, w[r.LO + i])
     w[r.HI + i] = choose(where, hi, w[r.HI + i])
     w[r.CURSOR + i] = choose(where, cursor, w[r.CURSOR + i])
@@ -260,5 +272,5 @@ def set_search_mode(w, i, where, mode):
 
 @inline
 def set_side(w, i, where, down):
-    """Set the side of S4 at which a wait with a known end ends."""
+    """Set the side of S4 at which a wait with a known end ends: H = -1 if `down`, otherwise H = 1."""
     w[r.SIG + i] = choose(where, choose(down, 1.0, -1.0), w[r.SIG + i])
