@@ -71,7 +71,13 @@ def chart(data: dict[str, Any]) -> Any:
         ax.set(xscale="log", yscale="log", xlabel="CPU time per period of motion (s)")
         ax.axhspan(BAND / 3, CEILING, color="0.93", lw=0)
         ax.text(
-            0.5, 0.985, "hollow: misses or invents a switch", transform=ax.transAxes, fontsize=8, va="top", ha="center"
+            0.5,
+            0.985,
+            "hollow: a switch is missed or invented",
+            transform=ax.transAxes,
+            fontsize=8,
+            va="top",
+            ha="center",
         )
         for k, curve in enumerate(CURVES):
             points = [p for p in data["points"] if p["eps"] == eps and p["method"].startswith(curve.method)]
@@ -120,8 +126,8 @@ def difficulty(_: dict[str, Any]) -> Any:
         ax.minorticks_off()
         ax.set_title(method.label, fontsize=9)
         ax.set_yticklabels(["0", "50 %", "100 %"] if k % 4 == 0 else [])
-    fig.supxlabel("distance of the closest two zeros (to the right: harder)", fontsize=10)
-    fig.supylabel("cases right (line: mean of all settings; grey: their range)", fontsize=10)
+    fig.supxlabel("distance of the closest two zeros (smaller, and so harder, to the right)", fontsize=10)
+    fig.supylabel("share of right cases (line: mean of all settings; grey: range)", fontsize=10)
     return fig
 
 

@@ -66,9 +66,9 @@ def pair_missed() -> dict[str, Any]:
     return {
         "title": "A pair missed in a step",
         "case": name,
-        "caption": f"Both zeros, {zeros[1] - zeros[0]:.2g} apart, are between two points of a grid of {STEP:g}. The "
-        f"signs at the points are equal, so scan + Newton does not search there: {later} instead of {zeros[0]:.4f} "
-        f"({verdict}).",
+        "caption": f"Two zeros at a distance of {zeros[1] - zeros[0]:.2g} are between two neighbouring points of a "
+        f"grid of step {STEP:g}. g has the same sign at both points, so scan + Newton does not search between them: "
+        f"{later} instead of {zeros[0]:.4f} ({verdict}).",
         "axes": ("τ", "g", "linear", "linear"),
         "series": [
             series(fine, g(fine), label="g"),
@@ -90,10 +90,10 @@ def zero_at_start() -> dict[str, Any]:
     return {
         "title": "A zero at the start found again, or the next one lost",
         "case": again,
-        "caption": f"g(0) = g′(0) = 0, and the next zero is at {zero:.5f}. CVODE (rtol 1e-8) reports a zero at "
-        f"{reported:.1e}, because so close to the start its error is larger than g ({verdict}). In {lost}, the zero "
-        f"after the start is at {other:.4f}, inside the first step of {STEP:g}, so scan + Newton {none} "
-        f"({verdict_lost}).",
+        "caption": f"At the start g = g′ = 0. This zero does not count; the next zero is at {zero:.5f}. CVODE (rtol "
+        f"1e-8) reports a zero at {reported:.1e}, because near the start its error is larger than g ({verdict}). In "
+        f"the case `{lost}` the first zero after the start is at {other:.4f}, inside the first step of {STEP:g}. "
+        f"Therefore scan + Newton {none} ({verdict_lost}).",
         "axes": ("τ", "g / max |g|", "linear", "linear"),
         "series": [
             series(fine, np.array(g_of(again)(fine)) / scale, label="g"),
@@ -115,8 +115,8 @@ def wrong_of_three() -> dict[str, Any]:
         "title": "The wrong one of three",
         "case": name,
         "caption": f"The bracket from {low:.1f} to {low + STEP:.1f} contains three zeros, at {zeros[0]:.4f}, "
-        f"{zeros[1]:.4f} and {zeros[2]:.4f}. The change of sign does not show which of them is found: scan + Newton "
-        f"reports {found[0]:.4f}, not the first ({verdict}).",
+        f"{zeros[1]:.4f} and {zeros[2]:.4f}. A search in this bracket may find any of the three: scan + Newton reports "
+        f"{found[0]:.4f}, not the first zero ({verdict}).",
         "axes": ("τ", "g", "linear", "linear"),
         "series": [
             series(fine, g(fine), label="g"),
@@ -141,8 +141,8 @@ def wrong_of_two() -> dict[str, Any]:
         "title": "The wrong one of two nearly simultaneous events",
         "case": name,
         "caption": f"The slide reverses {float(event['xi']):.1e} above the obstacle. The integrator's error of ξ is "
-        "larger than this gap, so in its last step it also finds an impact: scipy DOP853 (rtol 1e-8) reports "
-        f"{found[0][2]} instead of {event['after']}, at the right time ({verdict}).",
+        "larger than this gap. So the integrator also finds an impact in its last step: scipy DOP853 (rtol 1e-8) "
+        f"reports {found[0][2]} instead of {event['after']}, at the right time ({verdict}).",
         "axes": ("τ − τ of the reversal", "ξ", "linear", "linear"),
         "series": [
             series(away, gap, label="ξ"),
@@ -163,7 +163,7 @@ def tightened() -> dict[str, Any]:
         first = right.index(True)
         again = right[first:].count(False)
         counts.append(
-            f"{label} is right first at rtol {tolerances[first]:.1e}, and wrong at {again} of the "
+            f"{label} is right at rtol {tolerances[first]:.1e}, but wrong at {again} of the "
             f"{len(right) - first - 1} tighter tolerances"
         )
         errors = [abs(found[0] - true_zeros(name)[0]) if found else np.nan for found, _ in answers]
@@ -171,8 +171,8 @@ def tightened() -> dict[str, Any]:
     return {
         "title": "Right, and wrong again with a tighter tolerance",
         "case": name,
-        "caption": "A pair of zeros is found only if a step ends between them by chance; no tolerance controls this. "
-        f"{'; '.join(counts)}.",
+        "caption": "An integrator finds a pair of zeros only if one of its steps ends between the two. No tolerance "
+        f"controls this. {'; '.join(counts)}.",
         "axes": ("rtol", "error of the first zero", "log", "log"),
         "series": shown,
     }
@@ -201,8 +201,9 @@ def first_order() -> dict[str, Any]:
         "title": "An error of first order in the step",
         "case": "L2-paper-04",
         "caption": "Time-stepping reports the end of a step as the time of a switch. So its largest error over 200 "
-        f"periods grows with the step to the power {order:.2f}; it is {errors[-1]:.1e} at the step {steps[-1]:g}. The "
-        f"sequence of states is right for {len(steps)} of the {len(found['time-stepping'])} steps.",
+        f"periods is proportional to the step to the power {order:.2f}. At the step {steps[-1]:g} this error is "
+        f"{errors[-1]:.1e}. The sequence of states is right for {len(steps)} of the {len(found['time-stepping'])} "
+        "steps.",
         "axes": ("step", "largest error of a switch", "log", "log"),
         "series": [
             series(steps, errors, "line dots", "time-stepping"),
@@ -238,11 +239,11 @@ def clock() -> dict[str, Any]:
     return {
         "title": "The phase error of a growing time τ",
         "case": "L3-undisturbed-01",
-        "caption": "The motion at A = 3.04 becomes periodic, so its impacts keep their phase. After "
-        f"{periods[-1]:.0e} periods the phase is wrong by {last['RK4 + bisection']:.0e} if τ is the sum of all steps "
-        f"(RK4 + bisection), by {last['scan + Newton']:.0e} if τ is one number that is computed from the last switch, "
-        f"not step by step (scan + Newton), and by {last['certified']:.0e} if the number of periods and the phase are "
-        "stored separately (certified).",
+        "caption": "The motion at A = 3.04 becomes periodic, so the phase of its impacts becomes constant. After "
+        f"{periods[-1]:.0e} periods the error of this phase is {last['RK4 + bisection']:.0e} if τ is the sum of all "
+        f"steps (RK4 + bisection). It is {last['scan + Newton']:.0e} if each τ is computed from the τ of the last "
+        f"switch (scan + Newton). It is {last['certified']:.0e} if the number of periods and the phase are stored "
+        "separately (certified).",
         "axes": ("periods", "error of the impact phase", "log", "log"),
         "series": [
             series(periods, values, f"{style} dots", name)
@@ -279,9 +280,9 @@ def creep() -> dict[str, Any]:
     return {
         "title": "Creep that never sticks",
         "case": "L2-paper-01",
-        "caption": "Regularised friction gives a force only at a velocity, so a mass that should stick moves with "
-        f"ξ′ = v_s·H: up to {largest[0]:.1e}, {largest[1]:.1e} and {largest[2]:.1e} for v_s = 1e-2, 1e-3 and 1e-4. "
-        "The true velocity is 0.",
+        "caption": "Regularised friction has no force at the velocity 0. So a mass that should stick moves slowly, "
+        f"with ξ′ = v_s·H. Its velocity reaches {largest[0]:.1e}, {largest[1]:.1e} and {largest[2]:.1e} for v_s = "
+        "1e-2, 1e-3 and 1e-4. The true velocity is 0.",
         "axes": ("τ", "|ξ′| while it sticks", "linear", "log"),
         "series": shown,
     }
@@ -299,9 +300,9 @@ def penetration() -> dict[str, Any]:
     return {
         "title": "Penetration",
         "case": "L2-paper-01",
-        "caption": "A spring in place of the obstacle yields: the mass sinks to "
-        f"ξ = {deepest[0]:.1e}, {deepest[1]:.1e} and {deepest[2]:.1e} for k = 1e3, 1e4 and 1e5, in proportion to "
-        "1/√k. The true ξ is never negative.",
+        "caption": "A spring replaces the obstacle. The mass compresses the spring to "
+        f"ξ = {deepest[0]:.1e}, {deepest[1]:.1e} and {deepest[2]:.1e} for k = 1e3, 1e4 and 1e5. This depth is "
+        "proportional to 1/√k. The true ξ is never negative.",
         "axes": ("τ", "ξ", "linear", "linear"),
         "series": shown,
     }
@@ -319,10 +320,10 @@ def sinking() -> dict[str, Any]:
     return {
         "title": "Below the obstacle at fixed steps",
         "case": "L2-paper-01",
-        "caption": "A method of fixed step detects an impact at the end of the step. There the mass is below 0 by its "
-        f"speed times the delay: up to {seen[0]:.1e} at Δτ = {steps[0]:g} and {seen[8]:.1e} at {steps[8]:g} for "
-        "`fixed`, which then sets ξ to 0. Time-stepping does not correct ξ, so its mass rests up to "
-        f"{rest[0]:.1e} and {rest[8]:.1e} below 0.",
+        "caption": "A method of fixed step detects an impact at the end of the step. At this time ξ is negative. Its "
+        f"modulus is the speed of the mass times the delay. With `fixed` it is at most {seen[0]:.1e} at Δτ = "
+        f"{steps[0]:g} and {seen[8]:.1e} at {steps[8]:g}; then `fixed` sets ξ to 0. Time-stepping does not correct ξ. "
+        f"So its mass may rest at ξ = -{rest[0]:.1e} and -{rest[8]:.1e}.",
         "axes": ("Δτ", "depth below 0", "log", "log"),
         "series": [
             series(steps, seen, "line dots", "fixed Δτ, at impacts"),
@@ -352,10 +353,10 @@ def lateness() -> dict[str, Any]:
     return {
         "title": "Delay of an impact that is nearly a touch",
         "case": "L1-grazing-12",
-        "caption": "Without the obstacle, the slide would reverse at a depth d behind it, about √d after the time of "
-        "the impact. A grid with Δτ = 1e-4 is late by up to Δτ for every d. An integrator with an error e of ξ has a "
-        "time error of about e/√d for d > e, and of about √d for d < e; for RK45 at rtol 1e-6 it is at most "
-        f"{max(curves['RK45, rtol 1e-6']):.1e}.",
+        "caption": "Without the obstacle, the slide would reverse at a depth d behind the obstacle, about √d after "
+        "the time of the impact. A grid with Δτ = 1e-4 reports the impact up to Δτ too late, for every d. If an "
+        "integrator has an error e of ξ, its time error is about e/√d for d > e, and about √d for d < e. For RK45 at "
+        f"rtol 1e-6 the time error is at most {max(curves['RK45, rtol 1e-6']):.1e}.",
         "axes": ("depth d", "error of the impact time", "log", "log"),
         "series": [
             series(misses, root, "dotted", "to the reversal"),

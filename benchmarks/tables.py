@@ -73,7 +73,7 @@ def throughput(data: dict[str, Any]) -> str:
     missing = sorted({m for at in runs for m in at["missing"]})
     notes = [machine(data)]
     if missing:
-        notes.append("not installed, left out: " + ", ".join(missing))
+        notes.append("not measured, because not installed: " + ", ".join(missing))
     return table(head, rows) + "\n\n" + "; ".join(notes) + "."
 
 
@@ -82,14 +82,14 @@ RIVALS = {
     "certified, one motion at a time": "vibrodrive, certified, one motion at a time",
     "scan + Newton": "hand-written Numba: scan + Newton",
     "heyoka": "heyoka, terminal events",
-    "obvious loop, fixed Δτ = 1e-4": "the obvious loop, fixed Δτ = 1e-4, compiled",
+    "obvious loop, fixed Δτ = 1e-4": "simple loop over the grid, fixed Δτ = 1e-4, compiled",
     "scipy solve_ivp": "scipy `solve_ivp`",
 }
-"""Contestants of the table in the README, and their labels there."""
+"""Programs in the table of the README: name in the results, and label in the table."""
 
 
 def _behind(at: dict[str, Any], name: str) -> float | None:
-    """Return the time relative to the certified sweep: the median over pairs if measured, else the ratio of rates."""
+    """Return the ratio of times to the certified sweep: the median over pairs if measured, else the ratio of rates."""
     rates = at["periods_per_second"]
     return at["certified_over"].get(name) or (rates["certified"] / rates[name] if rates.get(name) else None)
 
@@ -111,7 +111,7 @@ def speed(data: dict[str, Any]) -> str:
 
 
 def accuracy_speed(data: dict[str, Any]) -> str:
-    """Return for each method how many settings are right, and the cheapest of the accurate ones."""
+    """Return the table of methods: number of right settings, and error and time of the cheapest accurate setting."""
     points: dict[tuple[float, str], list[dict[str, Any]]] = {}
     for p in data["points"]:
         points.setdefault((p["eps"], p["method"]), []).append(p)
@@ -136,11 +136,11 @@ def accuracy_speed(data: dict[str, Any]) -> str:
     about = (
         f"A = {data['A']:g}, {data['periods']} periods from rest. {machine(data)}, {data['environment']['measured']}."
     )
-    return table(head, rows) + f"\n\nError and time: the cheapest setting within ten times the smallest error. {about}"
+    return table(head, rows) + f"\n\nError and time: fastest setting with at most ten times the smallest error. {about}"
 
 
 def refined_vs_fixed(data: dict[str, Any]) -> str:
-    head = ["", "gaps and order of impacts first lost at Δτ", "last kept at", "word first lost at Δτ", "last kept at"]
+    head = ["", "gaps and order: first lost at Δτ", "last kept at Δτ", "word: first lost at Δτ", "last kept at Δτ"]
     rows = []
     for at in data["single"]:
         for name, label in (("fixed", "fixed"), ("muller", "Muller")):
@@ -176,7 +176,7 @@ def explorer(data: dict[str, Any]) -> str:
     ]  # fmt: skip
     memory = data["memory"]
     notes = (
-        f"Time from a click to the curves of the motion: {milliseconds(data['click_milliseconds'])}. During "
+        f"The curves of a motion appear {milliseconds(data['click_milliseconds'])} after the click. During "
         f"{memory['frames']} pictures the server's memory grows by {memory['grown_MiB']:.1f} MiB. {machine(data)}."
     )
     return table(head, rows) + "\n\n" + notes
@@ -186,8 +186,8 @@ def first_picture(data: dict[str, Any]) -> str:
     """Return the sentence about the time to the first picture."""
     seconds = data["picture painted"]
     return (
-        f"The time from the command to the first picture is {statistics.median(seconds):.1f} s (median of "
-        f"{len(seconds)} starts, at most {max(seconds):.1f} s), if the browser has shown the page before and the "
+        f"The first picture appears {statistics.median(seconds):.1f} s after the command (median of {len(seconds)} "
+        f"starts, at most {max(seconds):.1f} s). In this measurement the browser has shown the page before, and the "
         "compiled kernels are on the disk."
     )
 
@@ -220,7 +220,7 @@ def failures(data: dict[str, Any]) -> str:
 
 
 class Place(NamedTuple):
-    """A table: its page, the JSON file with its data ("": none is needed), and the function that makes it."""
+    """A table: its page, the name of its JSON file ("" if it has none), and the function that makes the table."""
 
     page: Path
     source: str
