@@ -1,4 +1,4 @@
-"""Parameter sweeps of a friction-impact oscillator, every switching point located with a guarantee.
+"""Parameter sweeps of a friction-impact oscillator. The location of every switching point is guaranteed.
 
 Names are imported on first use, so `import vibrodrive` loads neither Numba nor HDF5.
 """

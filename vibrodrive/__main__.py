@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 
-TYPE_CHECKING = False  # `typing` takes 5 ms to import, and until `main` runs Ctrl-C gives a traceback
+TYPE_CHECKING = False  # the import of `typing` takes 5 ms, during which Ctrl-C would give a traceback
 if TYPE_CHECKING:
     from typing import NoReturn
 
@@ -33,7 +33,7 @@ def _open_closed_streams() -> None:
     """
     for name, number in (("stdin", 0), ("stdout", 1), ("stderr", 2)):
         if getattr(sys, name) is None:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this one
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is the number of this stream
             setattr(sys, name, open(number, "w" if number else "r", encoding="utf-8"))  # noqa: SIM115 (open until the end)
 
 

@@ -33,15 +33,15 @@ class VibrodriveError(Exception):
 
 
 class ConfigError(VibrodriveError, ValueError):
-    """A configuration or an option cannot be used. Raised before any work."""
+    """A configuration or an option is invalid. This is raised before any computation."""
 
 
 class TooLarge(VibrodriveError, ValueError):
-    """A sweep does not fit into memory or on the disk; the message contains the numbers."""
+    """A sweep does not fit into memory or on the disk. The message gives the required and the available size."""
 
 
 class Different(VibrodriveError, ValueError):
-    """A file was made from another configuration; the message contains the keys that differ."""
+    """A file was made from another configuration. The message gives the keys that differ."""
 
 
 class NoResult(VibrodriveError, ValueError):
@@ -53,7 +53,7 @@ class Damaged(NoResult):
 
 
 class OtherKind(NoResult):
-    """A valid result file is of another kind than required; the message contains its kind."""
+    """A valid result file is of another kind than required. The message gives its kind."""
 
 
 class Busy(VibrodriveError, RuntimeError):
@@ -65,7 +65,7 @@ class Failed(VibrodriveError, RuntimeError):
 
 
 class Unwritable(VibrodriveError, OSError):
-    """The system refused to write (disk full, file too large, …); str() is one line.
+    """The system refused to write (disk full, file too large, …). The message is one line.
 
     Committed results are kept, and a sweep can be resumed.
     """

@@ -1,7 +1,7 @@
-"""Functions that draw results, computed or loaded, and return a Matplotlib Figure, which a notebook displays.
+"""Functions that draw results and return a Matplotlib Figure, which a notebook shows.
 
-Each takes `style`, `width` and `ax`. `ax` is the axes to draw into: one Axes for a figure with one panel, else a
-sequence with one Axes for each panel. The function then returns the Figure that contains these axes.
+Each function has the arguments `style`, `width` and `ax`. `ax` gives the axes to draw into: one Axes for a figure with
+one panel, otherwise a sequence with one Axes for each panel. The function then returns the Figure of these axes.
 
 Examples
 --------

@@ -1,7 +1,7 @@
-"""Verdicts on claims of the paper and on checks of an installation, and the two files that contain them.
+"""Verdicts on claims of the paper and on checks of an installation.
 
-A claim or a check is a function with an id and a title. Its result is a Judged: an object of the JSON file and rows of
-the table in the Markdown page.
+A claim or a check is a function with an id and a title. Its result is a Judged. The verdicts are written as the objects
+of a JSON file and as the rows of a table in a Markdown page.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class NotApplicable(ValueError):
 
 @dataclass(frozen=True)
 class Judged:
-    """One claim or check with its verdict.
+    """A claim or check with its verdict.
 
-    text : result, or the reason for the lack of a verdict.
-    record : other entries of its object in the JSON file, in order.
-    rows : its rows of the table, cells of Markdown.
+    text : the result, or the reason why there is no verdict.
+    record : the other entries of the object in the JSON file, in order.
+    rows : the rows of the table, as cells of Markdown.
     """
 
     id: str
@@ -38,12 +38,12 @@ class Judged:
     rows: Sequence[Sequence[str]]
 
     def document(self) -> dict[str, Any]:
-        """Return its object of the JSON file."""
+        """Return the object of this claim or check in the JSON file."""
         return {"id": self.id, **plain(self.record), "verdict": str(self.verdict)}
 
 
 def counts(judged: Sequence[Judged], noun: str, verdicts: Iterable[StrEnum]) -> str:
-    """Return the numbers of verdicts as one line: `12 checks: 10 holds, …`."""
+    """Return one line with the number of each verdict, such as `12 checks: 10 holds, …`."""
     numbers = [f"{sum(j.verdict is v for j in judged)} {v}" for v in verdicts]
     return f"{len(judged)} {noun}: {', '.join(numbers)}"
 

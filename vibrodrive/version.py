@@ -1,3 +1,3 @@
-"""Version of the package, in a module of its own: modules that write it to files do not import the package."""
+"""Version of the package. This module imports nothing, so that any module can import it."""
 
 __version__ = "0.1.0"

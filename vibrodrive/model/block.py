@@ -10,9 +10,14 @@ import numpy as np
 
 
 class Block(NamedTuple):
-    """A finished block: `section` float64 (points, periods, 2) or None if it is not recorded; `status` int8; `margin`
-    float64; `switches` int64 (points, 5), the switches into each State within the recorded window; `records`, the other
-    arrays by their names (records.py)."""
+    """Results of the points `start` to `stop` - 1 of a plan, arrays with one entry for each of these n points.
+
+    section : float64 (n, periods, 2), or None if it is not recorded.
+    status : int8 (n,).
+    margin : float64 (n,).
+    switches : int64 (n, 5), number of switches into each State within the recorded periods.
+    records : all other arrays, by the names in records.py.
+    """
 
     index: int  # type: ignore[assignment]  # hides tuple.index, which is not used on a block
     start: int

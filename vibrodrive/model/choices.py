@@ -1,6 +1,6 @@
 """Choices that kernels take as integers: method of the search, scan of the grid, status of a trajectory.
 
-This module imports no other module of the package. An edit here recompiles every kernel, unlike one in `parameters`.
+This module imports no other module of the package. An edit of this module recompiles every kernel.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
 """Methods that use a parameter; without `dtau` a method has no grid."""
 
 IN_LANES = (Method.FIXED, Method.MULLER, Method.CERTIFIED)
-"""Methods of kernels/engine.py, which advances many motions together. Motions by another method are computed one by one
-(kernels/single.py)."""
+"""Methods for which kernels/engine.py advances many motions together. With any other method kernels/single.py computes
+the motions one by one."""
 
 
 def used_by(name: str) -> str:
@@ -66,7 +66,7 @@ ScanLike: TypeAlias = Scan | Literal["skip", "literal"]
 
 
 class Status(Named):
-    """Result of a trajectory: OK, or the reason why not. `advice` names the action to take.
+    """Result of the computation of a trajectory: OK, or a problem. `advice` names the action to take.
 
     Examples
     --------

@@ -1,13 +1,13 @@
 """Read and check a configuration file (TOML).
 
-    title = "…"            # anything
+    title = "…"            # any text
     [model]                # numbers: A, B, eps, … (names.py gives the table of each parameter and setting)
     [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s), mu, alpha (degrees),
-                           # optional mass (kg), g (m/s²). Without a0, another table gives A, also as an axis;
-                           # the scene then gives B and the units
+                           # optional mass (kg), g (m/s²). If a0 is left out, another table gives A, and this
+                           # table gives only B and the units
     [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log"}. a0, omega0, mu, alpha or mass
-                           # may be an axis instead of an entry of [physical]: A and B are computed for each point
+                           # or {start, stop, num, scale = "linear" | "log"}. An axis of a0, omega0, mu, alpha
+                           # or mass replaces the entry of [physical]; A and B are then computed for each point
     [sweep.points]         # lists or ranges of equal length, of parameters that change together: one axis, `point`
     [switching]            # method and its parameters
     [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
@@ -16,9 +16,9 @@
                            # ("double", "single" columns of a page) of the figures of all commands
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
     [limits]               # quantity ("k2", "k1", "ku"), criterion ("impacts") of k2 (stability/criterion.py)
-    [orbits]               # max_period: longest period of `orbits`
+    [orbits]               # max_period: longest period of the orbits that `orbits` finds
 
-Each parameter is given once. Options of the command line replace values of the file, in whichever table they are.
+Each parameter is given once. An option of the command line replaces the value in the file, in any table.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from vibrodrive.model.size import refuse_large_axis
 
 
 def _in_table(table: str) -> tuple[str, ...]:
-    """Return the names that a table holds, settings first."""
+    """Return the names of the settings and parameters in a table of a configuration, settings first."""
     return tuple(name for name, row in (SETTINGS | PARAMETERS | FURTHER).items() if row.table == table)
 
 
@@ -61,7 +61,8 @@ MOST_BYTES = 1 << 25
 """Largest size of a configuration file: about two million numbers, which take ten seconds to read."""
 
 DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
-"""Pattern of a key with more than 100 parts. It is refused: the time to read it grows as the square of their number."""
+"""Pattern of a key with more than 100 parts. Such a key is refused, because the time to read a key grows as the square
+of the number of its parts."""
 
 ALONG = (*AXES, POINT)
 
@@ -70,9 +71,11 @@ ALONG = (*AXES, POINT)
 class Config:
     """A checked configuration.
 
-    `arguments` are those of `plan.make_plan`; `text` is the file, verbatim; `overrides` are the options KEY=VALUE that
-    replaced parts of it. `physical` has a0 = 0 if A is given instead. It is None if a quantity of the scene is an axis:
-    then the arguments contain the scene.
+    text : contents of the file, verbatim.
+    overrides : options KEY=VALUE that replaced values of the file.
+    arguments : arguments of `plan.make_plan`.
+    physical : the scene, with a0 = 0 if the configuration gives A; None without [physical], or if a quantity of the
+        scene is an axis. In the latter case `arguments` contains the scene.
     """
 
     text: str
@@ -105,14 +108,14 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Config:
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: must be text in UTF-8, but byte {error.start} is not") from None
+        raise ConfigError(f"{path}: must be text in UTF-8, but byte {error.start} is invalid") from None
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
 
 
 def _text_of(path: Path) -> str:
     mode = path.stat().st_mode
-    # a pipe of the shell, <(…), has no path; reading a named pipe would wait for a writer
+    # a pipe of the shell, <(…), has no path and can be read; a read of a named pipe would block until someone writes
     anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
     if not (stat.S_ISREG(mode) or anonymous):
         what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
@@ -185,7 +188,7 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
 
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
-    """Return the keys that the scene determines, so no other table may give them: its own, B, and A if it has a0."""
+    """Return the keys that only the scene may give: its own keys, B, and A if it has a0."""
     scene = {*tables.get("physical", {}), *(key for key in tables.get("sweep", {}) if key in SCENE_AXES)}
     if not scene and "physical" not in tables:
         return []
@@ -193,7 +196,10 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
 
 
 def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene | None:
-    """Add [physical] to the arguments. Replace a scene without an axis by its A and B, and return the scene."""
+    """Add the values of [physical] to the arguments and return None, if a quantity of the scene is an axis.
+
+    Otherwise add only A and B of the scene, and return the scene.
+    """
     swept = {key: arguments[key] for key in SCENE_AXES if key in arguments}
     for key in ("omega0", "mu", "alpha"):
         if key not in table and key not in swept:
@@ -361,7 +367,10 @@ _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCEN
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
-    """Return the table of a key given without its table: the table that has the key, or the first that may have it."""
+    """Return the table of a key that is given without a table.
+
+    This is the table of the file that has the key, or else the first table that may have it.
+    """
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
     for name in _TABLES:

@@ -21,7 +21,7 @@ class Described:
     """A short repr and a table for notebooks, both made from `_described`."""
 
     def _described(self) -> dict[str, str]:
-        """Return the text of each row of the table. The repr begins with "of" and "computed"; the others follow."""
+        """Return the text of each row of the table by name. The repr begins with the rows "of" and "computed"."""
         raise NotImplementedError
 
     def _more(self) -> dict[str, str]:
@@ -49,7 +49,7 @@ class Stored:
 
     @property
     def computed(self) -> float:
-        """Computed share, 0 to 1."""
+        """Computed share of the points, 0 to 1."""
         return 1.0
 
     def facts(self) -> dict[str, Any]:
@@ -65,13 +65,13 @@ class Stored:
 
         Parameters
         ----------
-        ax : matplotlib Axes or sequence of them, optional
-            axes for each panel; a new figure unless given.
+        ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
+            axes to draw into; by default those of a new figure.
 
         Returns
         -------
         Figure
-            notebooks show it; `savefig` writes it.
+            the figure. A notebook shows it, and its method `savefig` writes it to a file.
         """
         return self._drawn(ax=ax)
 
@@ -92,7 +92,7 @@ def _table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
 
 
 LABELS = {"axes": "axis", "ranges": "range", "parameters": "fixed"}
-"""Labels of lines that differ from the names of the facts."""
+"""Label of the line of a fact, where the label is not the name of the fact."""
 
 
 def words(facts: Mapping[str, Any]) -> Lines:
@@ -119,7 +119,7 @@ def _text(value: Any) -> str:
 
 
 def axis_facts(values: np.ndarray) -> dict[str, Any]:
-    """Return the first value, the last value and the number of values of an axis."""
+    """Return the first value, the last value and the number of values of an axis: `first`, `last` and `num`."""
     return {"first": float(values[0]), "last": float(values[-1]), "num": len(values)}
 
 

@@ -27,16 +27,16 @@ DIAGRAM_QUANTITIES = (*SECTION_QUANTITIES, *IMPACT_QUANTITIES)
 OF_SUMMARY = tuple(q.name for q in SUMMARIES)
 OF_EVERY_SWEEP = ("status", "margin")
 OF_SECTION = ("last_xi", "last_dxi")
-"""ξ and ξ' at the last section: over starts, they show which of the coexisting motions each start reaches."""
+"""ξ and ξ' at the last section point. A map over starts shows which of the coexisting motions each start reaches."""
 
 IMPACT_POWER = "impact_power"  # `energy` in W, if the sweep has a scene with a mass
 
-KEPT = "kept"  # structure compared with that of the undisturbed motion: `gaps` kept or lost
+KEPT = "kept"  # the structure is kept if `gaps` are those of the undisturbed motion, and lost otherwise
 
 K2 = "k2"
 
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
-"""Quantities of the scene that a power needs: each an axis or one number."""
+"""Quantities of the scene that a power needs. Each of them is an axis or one number."""
 
 OF_CLASSES = ("period", "gaps", "sequence", "status", KEPT)
 """Quantities of maps with one colour for each value, hence without a range."""
@@ -52,11 +52,11 @@ def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> 
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
-    """Choose the kind of figure and its quantity for a sweep; either may be None.
+    """Return the kind of figure and the quantity with which a sweep is drawn. Arguments that are None are chosen.
 
-    A quantity of the summary selects a map, a quantity of the impacts a bifurcation diagram. If both are None, the
-    returned kind is None too: the section is then drawn in a diagram that suits the axes. A sweep without sections is
-    drawn as a map of the period or, if it has only impacts, as a diagram of their phases.
+    A quantity of the summary selects a map, a quantity of the impacts a bifurcation diagram. If both arguments are
+    None, the returned kind is None, too: the caller then chooses a diagram of the section that suits the axes. A sweep
+    without sections is drawn as a map of the period or, if it has only impacts, as a diagram of their phases.
 
     `swept` is a Plan or Results. Raises ValueError for an unknown or unrecorded quantity, and for a map of one motion.
     """
@@ -91,7 +91,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
 
 
 def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
-    """Choose the kind and quantity of a figure that is not a map, see `choose_drawing`."""
+    """Return the kind and the quantity of a figure that is not a map, see `choose_drawing`."""
     record = swept.record
     recorded = "this sweep recorded " + ", ".join(record)
     if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:

@@ -1,9 +1,10 @@
 """Types of the keywords of `simulate`, `sweep` and `limit`, and a decorator that keeps their order in the call.
 
-Each of these functions has an explicit signature with types and defaults, for `help()`, editors and type checkers. But
-Python passes keywords in the order of the signature, and the axes of a sweep must have the order of the call. Python
-also does not report which keywords the caller omitted, and refuses an unknown one with its own message. `as_written`
-adds all three. A TypedDict or overloads would be a second copy of the signature, to be kept equal to the first.
+Each of these functions has an explicit signature with types and defaults, for `help()`, editors and type checkers.
+Python passes keywords in the order of the signature, but the axes of a sweep must have the order of the call. Python
+does not report which keywords the caller omitted, and it refuses an unknown keyword with a message of its own.
+`as_written` passes the given keywords in the order of the call and refuses unknown keywords with a message of this
+package. A TypedDict or overloads would be a second copy of the signature.
 """
 
 from __future__ import annotations

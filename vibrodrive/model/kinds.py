@@ -1,7 +1,8 @@
-"""Kinds of result files, and the places at which lower layers call higher ones.
+"""Kinds of result files, and the functions of higher layers that lower layers call.
 
-A place is "module:name" below `vibrodrive`. It is imported on first use, so that a command loads only the modules it
-uses and no layer imports a higher one. tests/store/test_every_kind.py resolves all places.
+A place is the text "module:name" of an object below `vibrodrive`. The module is imported on first use. So a command
+loads only the modules that it needs, and no layer imports a higher layer. tests/store/test_every_kind.py imports all
+places.
 """
 
 from __future__ import annotations
@@ -23,20 +24,23 @@ class Kind(NamedTuple):
     command
         command that writes it.
     reader
-        place of the function that reads an open file into the object that `load` returns (switches: `info`).
+        place of the function that reads an open file into the object that `load` returns. For the kind "switches" it
+        returns the object that `info` describes.
     words
-        texts that identify a damaged file of this kind: every such file contains them, some near its beginning, and
-        hardly any other file does.
-    schema, readable
-        root attribute with the schema number, if there is one, and the numbers that this version reads.
+        texts that identify a damaged file of this kind. Every file of this kind contains them, some near its
+        beginning, and hardly any other file contains them.
+    schema
+        root attribute with the number of the schema; "" if there is none.
+    readable
+        numbers of the schemas that this version reads.
     faults
         place of the function that returns contradictions between an open file and the object read from it.
     recipe
-        place of the Recipe by which `jobs.runner` makes the file.
+        place of the Recipe with which `jobs.runner` makes the file.
     figures
-        endings of the names of the figures that its command draws.
+        endings of the names of the figures that the command draws.
     options
-        values allowed for the options of `plot`; None for a kind that is neither loaded nor drawn.
+        values allowed for the options of `plot`; None for a kind that can neither be loaded nor drawn.
     """
 
     holds: str

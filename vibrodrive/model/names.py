@@ -1,4 +1,4 @@
-"""Table of all parameters, quantities of the scene, settings and coordinates: one row with all properties of each.
+"""Table of all parameters, quantities of the scene, settings and coordinates, one row for each of them.
 
 Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table. The
 signatures of `simulate`, `sweep` and the limits repeat the defaults; a test compares them. This module does not import
@@ -31,13 +31,15 @@ class Name(NamedTuple):
     ----------
     meaning : one line for files and messages.
     symbol, mathtext : the symbol of the paper as plain text and in the mathtext of Matplotlib.
-    table : table of a configuration that holds it as one value; "" if it is a coordinate.
-    default, low, high, open_low : default (None: required), and range of allowed values; `open_low` excludes `low`.
-    axis : ends and spacing of an axis of the explorer; None if it cannot be an axis.
-    slider : ends and step of its slider in the explorer, if it has one.
-    choices : the enumeration of a setting with named values.
-    unit : unit in files (UDUNITS).
-    shown, scale : unit in figures, and the factor from the unit in files to it.
+    table : table of a configuration that gives its value; "" for a coordinate.
+    default : default value; None if the value must be given.
+    low, high, open_low : range of allowed values; if `open_low`, `low` itself is not allowed.
+    axis : ends and spacing of its axis in the explorer; None if it cannot be an axis.
+    slider : ends and step of its slider in the explorer; None without a slider.
+    choices : enumeration of the values of a setting with named values.
+    unit : unit in files, in the notation of UDUNITS.
+    shown : unit in figures.
+    scale : factor that converts a value from `unit` to `shown`.
     """
 
     meaning: str
@@ -83,7 +85,7 @@ PARAMETERS: dict[str, Name] = {
     "section_phase": Name("phase φ_s of the Poincaré section", "φ_s", r"\varphi_s", "run", 0.0, -1e6, 1e6,
                           axis=(0.0, TURN, LINEAR), slider=(0.0, 6.28, 0.01)),
 }  # fmt: skip
-"""Real arguments of `simulate`, all dimensionless; each may be an axis of a sweep. The slider of Δτ shows its decimal
+"""Dimensionless real arguments of `simulate`. Each of them may be an axis of a sweep. The slider of Δτ gives its decimal
 logarithm."""
 
 SCENE: dict[str, Name] = {
@@ -97,7 +99,8 @@ SCENE: dict[str, Name] = {
     "mass": Name("mass m", "mass", "m", "physical", 1.0, axis=(50.0, 500.0, LINEAR), unit="kg", shown="kg"),
     "g": Name("acceleration of gravity", "g", "g", "physical", 9.80665, unit="m s-2", shown="m/s²"),
 }  # fmt: skip
-"""Quantities of the scene in SI units. Those with `axis` may be an axis of a sweep; A and B then vary by point."""
+"""Quantities of the scene in SI units. A quantity with `axis` may be an axis of a sweep; A and B are then computed for
+each point."""
 
 SETTINGS: dict[str, Name] = {
     "method": Name("method of finding switches", "method", "", "switching", Method.CERTIFIED, choices=Method),
@@ -108,7 +111,7 @@ SETTINGS: dict[str, Name] = {
     "periods": Name("excitation periods recorded", "periods", "", "run", 250, 1, slider=(10, 1000, 10)),
     "budget": Name("switches allowed in a period", "budget", "", "run", 100_000, 1),
 }
-"""Integer settings common to all points of a sweep: the fields of `Settings`."""
+"""Integer settings common to all points of a sweep. They are the fields of `Settings`."""
 
 FURTHER: dict[str, Name] = {
     "record": Name("records of each motion", "record", "", "run"),
@@ -156,9 +159,10 @@ class Settings:
         return self.literal or self.method not in IN_LANES
 
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
-        """Return the work of one point, in undisturbed periods; it grows with ε and η and as Δτ decreases.
+        """Return the estimated work of one point, in units of the work of one undisturbed period.
 
-        It is computed from the arguments and not measured, so that the blocks of a file do not depend on the machine.
+        The work grows with ε, with η and with 1/Δτ. It is not measured, so that the blocks of a file do not depend on
+        the machine.
         """
         period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
         if self.literal:

@@ -7,13 +7,13 @@ from pathlib import Path
 
 
 def configurations() -> Path:
-    """Return the directory of the configurations: inside an installed package, next to it in a clone."""
+    """Return the directory of the configurations. It is inside an installed package, and next to it in a clone."""
     here = Path(__file__).parents[1]
     for place in (here / "configs", here.parent / "configs"):
         if place.is_dir():
             return place
     raise FileNotFoundError(
-        2, "the directory of the configurations is not in this one or its parent: install vibrodrive again", str(here)
+        2, "the directory configs is neither here nor in the parent directory: install vibrodrive again", str(here)
     )
 
 

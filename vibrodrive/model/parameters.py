@@ -22,11 +22,11 @@ COLUMNS: tuple[str, ...] = tuple(PARAMETERS)  # columns of a point: all paramete
 
 
 SHOWN = 80
-"""Characters shown of a bad value, at most: the value may be an array, or a number of 400 digits."""
+"""Largest number of characters of a bad value in a message: the value may be an array, or a number of 400 digits."""
 
 
 def bad(key: str, value: object, allowed: str) -> str:
-    """Return the sentence for bad input: key, value, allowed values."""
+    """Return the sentence for an invalid value: its key, the value, and the allowed values."""
     try:
         text = " ".join(repr(value).split())  # the repr of an array has several lines
     except ValueError:
@@ -49,7 +49,7 @@ def unknown(key: str, name: object, known: Iterable[str]) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Return True if a string can be a file name and be shown in one line: not empty, no control characters."""
+    """Return True if a string is not empty and has no control characters, so that it can be a name in one line."""
     return bool(text) and not has_control(text)
 
 
@@ -59,7 +59,7 @@ def has_control(text: str) -> bool:
 
 
 def real_number(key: str, value: object, allowed: str) -> float:
-    """Return a real number as float64; infinite if too large. Raises TypeError with the sentence of `bad`."""
+    """Return a real number as a float, ±inf if it is too large. Raises TypeError with the sentence of `bad`."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise TypeError(bad(key, value, allowed))
     try:
@@ -108,7 +108,7 @@ def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
 
 
 def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
-    """Cast a method or scan, given by name (in any case) or as a member, to int."""
+    """Return the int of a method or scan that is given as a member or by its name, in upper or lower case."""
     names = [m.name.lower() for m in choices]
     if isinstance(value, choices):
         return int(value)
@@ -121,6 +121,6 @@ def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
 
 
 def check_setting(name: str, value: object) -> int:
-    """Cast one of SETTINGS to the int that `Settings` holds. Raises TypeError or ValueError."""
+    """Return the value of one of SETTINGS as the int in `Settings`. Raises TypeError or ValueError."""
     row = SETTINGS[name]
     return check_choice(name, value, row.choices) if row.choices else check_count(name, value, int(row.low))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 TINY = 5e-324
-"""Replaces a positive result that underflows to 0."""
+"""The smallest positive number. It replaces a positive result that underflows to 0."""
 
 
 def check_scene(key: str, value: object) -> float:
@@ -43,20 +43,20 @@ def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
 
 
 def incline(mu: Any, alpha: Any) -> Any:
-    """Return incline over friction B = tan α / μ of numbers or arrays, see `friction`."""
+    """Return B = tan α / μ (incline over friction) of numbers or arrays, see `friction`."""
     return _each(_tangent, alpha) / mu
 
 
 def power(work: Any, omega0: Any, mu: Any, alpha: Any, mass: Any, g: Any) -> Any:
-    """Return the mean power (W) of a dimensionless energy per excitation period; numbers, or arrays of equal length.
+    """Return the mean power (W) from a dimensionless energy per excitation period, for numbers or arrays of one length.
 
-    The unit of energy is m (μ g cos α / Ω0)², the period 2π/Ω0.
+    The unit of energy is m (μ g cos α / Ω0)²; the excitation period is 2π/Ω0.
     """
     return work * mass * (friction(mu, alpha, g) / omega0) ** 2 * omega0 / (2.0 * math.pi)
 
 
 def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by name, of one or many points, with A and B added if missing and computable from the others."""
+    """Return values by name, of one or many points, with A and B added if the scene in these values gives them."""
     known = dict(values)
     if "A" not in known and {"a0", "omega0", "mu", "alpha", "g"} <= known.keys():
         known["A"] = amplitude(*(known[name] for name in ("a0", "omega0", "mu", "alpha", "g")))
@@ -66,7 +66,10 @@ def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
-    """Return the A, a0 or omega0 (by `name`) at which the amplitude is A; `known` has the other quantities."""
+    """Return the value of `name` ("A", "a0" or "omega0") that gives the amplitude A.
+
+    `known` has the other quantities of the scene by name.
+    """
     if name == "A":
         return A
     unit = friction(known["mu"], known["alpha"], known["g"])
@@ -74,7 +77,7 @@ def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
 
 
 def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
-    """Return the B, mu or alpha (degrees), by `name`, at which incline over friction is B, see `amplitude_axis`."""
+    """Return the value of `name` ("B", "mu", or "alpha" in degrees) that gives B, see `amplitude_axis`."""
     if name == "B":
         return B
     if name == "mu":
@@ -83,7 +86,10 @@ def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
 
 
 def _each(function: Callable[[float], float], x: Any) -> Any:
-    """Apply a function to a number, or to each of an array. NumPy's own functions differ in the last bits."""
+    """Apply a function to a number or to each element of an array.
+
+    The functions of NumPy are not used, because their results differ from those of `math` in the last bits.
+    """
     if isinstance(x, float):
         return function(x)
     import numpy as np
@@ -117,11 +123,15 @@ class Scene:
     a0 : float
         amplitude (m) of the excitation.
     omega0, frequency : float
-        angular frequency (rad/s) of the excitation, or its frequency in hertz; give exactly one.
-    mu, alpha : float
-        coefficient of friction, and angle of the incline in degrees, 0 <= α < 90.
-    mass, g : float
-        mass in kg, which scales forces only, and acceleration of gravity in m/s².
+        angular frequency (rad/s) of the excitation, or its frequency in hertz. Exactly one of them must be given.
+    mu : float
+        coefficient of friction.
+    alpha : float
+        angle of the incline in degrees, 0 <= α < 90.
+    mass : float
+        mass in kg. It scales forces and powers only.
+    g : float
+        acceleration of gravity in m/s².
 
     Raises
     ------
@@ -175,7 +185,7 @@ class Scene:
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
-        """Return a scene without a warning, for one of many scenes or the end of an axis; a0 is 0 unless given."""
+        """Return a scene and give no warning. It serves for ends of axes and for many scenes. By default a0 is 0."""
         scene = cls.__new__(cls)
         scene._take({"a0": 0.0, "mass": cls.mass, "g": cls.g} | values)
         return scene
@@ -205,19 +215,22 @@ class Scene:
         return incline(self.mu, self.alpha)
 
     def length(self, xi: ArrayLike) -> Any:
-        """Return the gap x in m from ξ = Ω0² x / (μ g cos α), a number or array; raises TypeError otherwise."""
+        """Return the gap x in m from ξ = Ω0² x / (μ g cos α), a number or an array of numbers.
+
+        Raises TypeError for any other type.
+        """
         return _numbers("xi", xi) * self.friction / _square(self.omega0)
 
     def velocity(self, dxi: ArrayLike) -> Any:
-        """Return the relative velocity in m/s from ξ', a number or array, see `length`."""
+        """Return the velocity dx/dt in m/s from ξ', a number or an array, see `length`."""
         return _numbers("dxi", dxi) * self.friction / self.omega0
 
     def time(self, tau: ArrayLike) -> Any:
-        """Return the time in s from τ = Ω0 t, a number or array, see `length`."""
+        """Return the time t in s from τ = Ω0 t, a number or an array, see `length`."""
         return _numbers("tau", tau) / self.omega0
 
     def power(self, work: ArrayLike) -> Any:
-        """Return the mean power in W from a dimensionless energy per excitation period, see `length`."""
+        """Return the mean power in W from a dimensionless energy per excitation period, a number or an array."""
         return power(_numbers("work", work), self.omega0, self.mu, self.alpha, self.mass, self.g)
 
     def force(self, h: ArrayLike) -> Any:
@@ -226,7 +239,10 @@ class Scene:
 
 
 def _numbers(key: str, value: object) -> Any:
-    """Check a real number or an array of them (of any library). Raises TypeError with the sentence of `bad`."""
+    """Return a real number as it is, and an array of real numbers (of any library) as a NumPy array.
+
+    Raises TypeError with the sentence of `bad`.
+    """
     array = real_array(key, value, "a number or an array of numbers")
     if hasattr(value, "dtype"):
         return value

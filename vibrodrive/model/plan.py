@@ -1,8 +1,8 @@
 """Plan of a sweep: its points, their order and their blocks. This module does not import Numba.
 
-Points are the flattened (C-order) product of the axes. One axis, `point`, may represent several parameters that change
-together. A block is a contiguous range of points and exactly one chunk of the result file, so that a finished block is
-written once and never rewritten.
+The points are the product of the axes, flattened in C-order. One axis, `point`, may represent several parameters that
+change together. A block is a contiguous range of points. It is exactly one chunk of the result file, so that it is
+written only once.
 """
 
 from __future__ import annotations
@@ -21,25 +21,29 @@ from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
 
 BLOCK_BYTES = 4 << 20
-"""Largest section data of a block of several points: large enough for sequential writing, small enough that little is
-lost if the process is killed, and that memory use stays constant."""
+"""Largest number of bytes of the sections of a block of several points. Larger blocks are written faster. Smaller
+blocks need less memory, and less work is lost if the process is killed."""
 
 BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
-"""Largest number of points of a block: with sections or impacts, and with a summary only."""
+"""Largest number of points of a block. The first number holds with sections or impacts, the second with a summary
+only."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
-"""Largest number of points of a wave (the blocks computed together): the lanes that are idle at its end cost little."""
+"""Largest number of points of a wave. A wave is the set of blocks that are computed together. Lanes become idle towards
+the end of a wave; with this number of points they cost little."""
 
 WAVE_WORK = 1 << 25
-"""Largest work of a wave, in undisturbed periods without repetition. A stop loses at most this work, 1.5 to 2.5 s on
-one core."""
+"""Largest work of a wave, in undisturbed periods. If a sweep is stopped, at most this work is lost: 1.5 to 2.5 s on one
+core."""
 
 LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
-"""Least number of points of a wave, whatever their work: fewer would leave lanes or threads idle."""
+"""Least number of points of a wave, even if this exceeds the largest work: fewer points would leave lanes or threads
+idle. The second number holds for points that are computed one by one."""
 
 IN_FLIGHT = 16
-"""Largest number of tasks in an executor whose number of workers is unknown. It bounds the memory of finished tasks."""
+"""Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
+tasks."""
 
 POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
 
@@ -51,16 +55,14 @@ SAMPLED = 100
 
 @dataclass(frozen=True)
 class Plan:
-    """A checked sweep. `axes` in the user's order; `scalars` holds the remaining columns of a point.
+    """A checked sweep.
 
-    Axes may be quantities of the scene (SCENE_AXES). Then `scalars` has the rest of the scene, and A, or A and B, are
-    neither axes nor scalars: they are computed for each point.
-
-    `record` has the names of the records (records.py).
-
-    `together` has the parameters that change together, along the axis POINT.
-
-    `tiling` is the shape of a block in an existing file, so that a version with other block sizes can resume the sweep.
+    axes : values of each axis, in the order of the user. Quantities of the scene (SCENE_AXES) may be axes.
+    scalars : parameters with one value. If a quantity of the scene is an axis, the rest of the scene is in `scalars`.
+        Then A, or A and B, are neither axes nor scalars, but are computed for each point.
+    record : names of the records (records.py).
+    together : values of the parameters that change together along the axis POINT.
+    tiling : shape of a block in an existing file. With it a version with other block sizes can resume the sweep.
     """
 
     axes: dict[str, np.ndarray]
@@ -79,11 +81,11 @@ class Plan:
         return math.prod(self.shape)
 
     def points(self, start: int, stop: int) -> np.ndarray:
-        """Return rows start..stop of the flattened product: float64 (stop - start, len(COLUMNS))."""
+        """Return the points start..stop as rows: float64 (stop - start, len(COLUMNS))."""
         return self.rows(np.arange(start, stop))
 
     def rows(self, which: np.ndarray) -> np.ndarray:
-        """Return rows of the flattened product by number: int64 (n,) -> float64 (n, len(COLUMNS))."""
+        """Return the points with the numbers `which`, int64 (n,), as float64 (n, len(COLUMNS))."""
         out = np.empty((len(which), len(COLUMNS)))
         index = np.unravel_index(which, self.shape) if self.axes else ()
         at = dict(zip(self.axes, index, strict=True))
@@ -95,7 +97,7 @@ class Plan:
         return out
 
     def ends(self) -> list[tuple[float, float, float, float]]:
-        """Return A, B, ε and η at the ends of the axes; along `point` at up to SAMPLED of its values."""
+        """Return tuples (A, B, ε, η) at the ends of the axes, and along `point` at up to SAMPLED of its values."""
         some = [
             np.unique(
                 np.linspace(0, len(values) - 1, SAMPLED).astype(int)
@@ -109,7 +111,7 @@ class Plan:
         return [tuple(row) for row in self.rows(which)[:, columns].tolist()]
 
     def arguments(self, at: int) -> dict[str, Any]:
-        """Return the arguments of `simulate` for one point, by its number."""
+        """Return the arguments of `simulate` for the point with the number `at`."""
         point: dict[str, Any] = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
         s = self.settings
         point |= dict.fromkeys(idle(s.method))
@@ -119,7 +121,7 @@ class Plan:
 
     @property
     def chunk(self) -> tuple[int, ...]:
-        """Shape of a block over the axes: 1 along leading axes, part of one axis, all of the trailing axes."""
+        """Shape of a block: 1 along the leading axes, a part of one axis, and the full length of the trailing axes."""
         if self.tiling is not None:
             return self.tiling
         most = BLOCK_POINTS_SMALL if self.record == (SUMMARY,) else BLOCK_POINTS
@@ -134,19 +136,19 @@ class Plan:
 
     @property
     def wave_points(self) -> int:
-        """Points of the blocks computed together, at most; a larger block forms its own wave."""
+        """Largest number of points of a wave of several blocks."""
         most = min(WAVE_POINTS, self._most_points)
         return max(1, min(most, WAVE_BYTES // point_bytes(self.record, self.settings.periods)))
 
     @property
     def point_work(self) -> float:
-        """Work of the costliest point in undisturbed periods."""
+        """Work of the costliest point, see `Settings.work`."""
         (eps, eta), dtau = (self._ends(name)[1] for name in ("eps", "eta")), self._ends("dtau")[0]
         return self.settings.work(eps, eta, dtau, ERROR in self.record)
 
     @property
     def _most_points(self) -> int:
-        """Points computed together, at most, by their work."""
+        """Largest number of points of a wave that the bound of its work allows."""
         alone = self.settings.one_by_one or ERROR in self.record
         return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
 
@@ -156,7 +158,7 @@ class Plan:
         return float(np.min(values)), float(np.max(values))
 
     def blocks(self) -> list[tuple[int, int]]:
-        """(start, stop) of every block, in C-order of the points."""
+        """Return (start, stop) of every block: the number of its first point, and of its last point plus 1."""
         shape, chunk = self.shape, self.chunk
         cut = next((k for k in range(len(shape)) if chunk[k] > 1), len(shape) - 1)
         tail = math.prod(shape[cut + 1 :])
@@ -175,7 +177,7 @@ def idle(method: int) -> tuple[str, ...]:
 
 
 def says_idle(name: str, value: object, method: int) -> str:
-    """Return the error message for a parameter that the method does not use."""
+    """Return the message that refuses a parameter because the method does not use it."""
     value = value.tolist() if isinstance(value, np.ndarray) else value
     return bad(name, value, f"left out with method = {Method(method).name.lower()!r}: used by {used_by(name)} only")
 
@@ -189,10 +191,10 @@ def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
 
 
 def make_plan(arguments: Mapping[str, object]) -> Plan:
-    """Check all arguments of a sweep (keys as in `simulate`; sequences become axes) and return its plan.
+    """Check all arguments of a sweep and return its plan. The keys are those of `simulate`; sequences become axes.
 
-    A scene, as in `Scene`, may replace A and B; without `a0` it replaces only B. Raises TypeError or ValueError with
-    the sentence of `bad`.
+    The quantities of a scene (see `Scene`) may replace A and B, or only B if `a0` is missing. Raises TypeError or
+    ValueError with the sentence of `bad`.
     """
     known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}
@@ -283,7 +285,7 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> 
 
 
 def _is_scalar(key: str, value: object) -> bool:
-    """Return True if an argument is not a sequence. Raises ValueError if it cannot be an axis either."""
+    """Return True if an argument is a single value, and False if it can be an axis. Otherwise raises ValueError."""
     try:
         return np.ndim(value) == 0 and not isinstance(value, str)  # type: ignore[arg-type]
     except ValueError:

@@ -1,4 +1,4 @@
-"""Records of a sweep for each motion: section, main impacts, summary in a few numbers, error."""
+"""Records of a sweep for each motion: section, main impacts, summary and error bounds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR)
 
 
 class Quantity(NamedTuple):
-    """An array of a record: name, dtype, fill value, unit, meaning, and its dimension besides the axes, if any."""
+    """Properties of an array of a record. `along` is its dimension in addition to the axes, "" for none."""
 
     name: str
     dtype: str
@@ -66,13 +66,16 @@ ERRORS = (
     Quantity("error_dxi", "<f8", math.nan, "1", "bound of the error of ξ' at all points of the section, inf: none"),
     Quantity("certain_until", "<f8", math.nan, "1", "period from which on a decision may be wrong, inf: none"),
 )
-"""Error bounds; NaN on a fixed grid, and if the section was not computed to its end."""
+"""Error bounds. They are NaN on a fixed grid, and if the section was not computed to its end."""
 
 OF_RECORD = {SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS}
 
 
 def check_record(record: object) -> tuple[str, ...]:
-    """Return the records, given by one name or several, in the order of RECORDS. Raises TypeError or ValueError."""
+    """Return the names of records, given as one name or several names, in the order of RECORDS.
+
+    Raises TypeError or ValueError.
+    """
     names: Sequence[object] = [record] if isinstance(record, str) else record  # type: ignore[assignment]
     allowed = "one or several of " + ", ".join(RECORDS)
     if not isinstance(names, (list, tuple)) or any(not isinstance(name, str) for name in names):

@@ -30,24 +30,24 @@ if TYPE_CHECKING:
 Index = tuple[Any, ...]  # for each axis an int (one value) or slice(None) (all values)
 
 Read = Callable[[str, Index], np.ndarray]
-"""Function that returns the array `name` ("section", "status", "margin", "switches") at an Index."""
+"""Function of the name of an array (such as "section") and an Index that returns the array at this Index."""
 
 
 class Results(Described):
-    """Sections, statuses, margins and switch counts over the axes of a sweep: what `sweep` and `load` return.
+    """Results of `sweep` and `load`: sections, statuses, margins and numbers of switches over the axes of a sweep.
 
-    The arrays are read on first access and kept. At points that are not computed yet, section and margin are NaN, the
-    switches are -1 and the status is Status.NOT_COMPUTED. If an array of a block cannot be read, because the file is
-    damaged, the same values replace this block. So read an array first, and then the `status` that filters it.
+    Each array is read on its first access and kept. At a point that is not computed yet, section and margin are NaN,
+    the switches are -1 and the status is Status.NOT_COMPUTED. If a block of an array is damaged in the file, its points
+    get the same values. So read an array first, and then the `status` by which its points are selected.
 
-    Further arrays depend on `record`:
+    Each of these records adds arrays:
 
-    - "summary", over the axes; sums are per excitation period: period, sequence, gaps; impacts, impact_speed_max,
-      impact_speed_mean, momentum, energy; friction_loss, drive_work; xi_max, dxi_min, dxi_max; lyapunov; share_up,
-      share_down, share_stick, share_rest.
-    - "impacts", over (axes…, impact), filled with NaN or -1 after the last impact: impact_period, impact_phase,
-      impact_speed, impact_states.
-    - "error", over the axes: error_xi and error_dxi, or both as `error`, and certain_until.
+    - "summary" adds arrays over the axes: period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean,
+      momentum, energy; friction_loss, drive_work; xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down,
+      share_stick, share_rest. Sums are per excitation period.
+    - "impacts" adds arrays over (axes…, impact): impact_period, impact_phase, impact_speed, impact_states. After the
+      last impact they are filled with NaN or -1.
+    - "error" adds arrays over the axes: error_xi and error_dxi (both together as `error`), and certain_until.
 
     Files and `to_xarray` describe each array; there `period` is called `motion_period`.
 
@@ -57,29 +57,30 @@ class Results(Described):
     Attributes
     ----------
     axes : dict[str, float64 array]
-        the swept parameters, in order: dimensionless, or quantities of a `[physical]` scene in SI units (alpha in
-        degrees). With an axis in SI units, A, or A and B, are computed for each point. The axis "point" counts the
-        values of parameters that change together.
+        the swept parameters, in order. They are dimensionless, or quantities of a `[physical]` scene in SI units
+        (alpha in degrees). If an axis is in SI units, A, or A and B, are computed for each point. The axis "point"
+        counts the values of parameters that change together.
     points : dict[str, float64 array]
-        the parameters that change together along the axis "point", each of its length; empty without this axis.
+        the parameters that change together along the axis "point", each with one value for each point; empty without
+        this axis.
     scalars : dict[str, float]
-        the parameters with one value; if an axis is in SI units, also the rest of the scene.
+        the parameters with one value. If an axis is in SI units, they include the rest of the scene.
     settings : Settings
-        the settings common to all points, as attributes: `settings.transient`.
+        the settings common to all points, as attributes, such as `settings.transient`.
     record : tuple of str
         names of the records: "section", "impacts", "summary", "error".
     title : str
-        title of the configuration, "" without one.
+        title of the configuration; "" if it has none.
     section : float64 (axes…, periods, 2)
         ξ and ξ' at τ = section_phase + 2πk.
     status : int8 (axes…)
-        `Status` of each point; it prints as names. With "error" in the record, OK holds for the complete motion, as in
-        `Trajectory`; without it OK holds for each switch separately, relative to the computed state before it.
+        `Status` of each point; it prints as names. With "error" in the record, OK guarantees the complete motion, as in
+        `Trajectory`. Without "error", OK guarantees each switch only for the computed state before this switch.
     margin : float64 (axes…)
-        distance of the closest decision of a point from the opposite decision.
+        smallest distance of any decision of a motion from the opposite decision.
     error : float64 (axes…, 2)
-        with "error" in the record: bounds of the errors of ξ and ξ' at the computed section points, the largest of each
-        motion; inf if a decision may be wrong, NaN on a fixed grid.
+        with "error" in the record: bounds of the errors of ξ and ξ', for each motion the largest of all section points.
+        They are inf if a decision may be wrong, and NaN on a fixed grid.
     switches : int64 (axes…, 5)
         number of switches into each `State` within the recorded periods.
     shape : tuple of int
@@ -140,7 +141,10 @@ class Results(Described):
 
     @classmethod
     def uncomputed(cls, plan: Plan) -> Results:
-        """Allocate results for all points of a plan, sections not initialised. Raises TooLarge if they do not fit."""
+        """Allocate results for all points of a plan. The sections are not initialised.
+
+        Raises TooLarge if the results do not fit into memory.
+        """
         refuse_large_results(plan)
         shape = plan.shape
         extra = {"": (), "impact": (2 * plan.settings.periods,)}
@@ -156,14 +160,14 @@ class Results(Described):
 
     @classmethod
     def of(cls, plan: Plan, source: Mapping[str, np.ndarray] | Read, title: str = "") -> Results:
-        """Return the results of a plan, with arrays from `source`."""
+        """Return the results of a plan. `source` contains the arrays, or is a function that reads them."""
         return cls(
             plan.axes, plan.scalars, plan.settings, source, title,
             record=plan.record, points=plan.together,
         )  # fmt: skip
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
-        """Return views of section (or None), status, margin and switches of the points start..stop, flattened."""
+        """Return (section or None, status, margin, switches) of the points start..stop as views, one row a point."""
         wanted = SECTION in self.record
         return (
             self.section.reshape(-1, self.settings.periods, 2)[start:stop] if wanted else None,
@@ -173,7 +177,7 @@ class Results(Described):
         )
 
     def put(self, start: int, stop: int, records: Mapping[str, np.ndarray]) -> None:
-        """Store the records of the points start..stop, by the names of records.py."""
+        """Store the records of the points start..stop, arrays by the names in records.py."""
         for name, values in records.items():
             array = self._arrays[name]
             array.reshape(-1, *array.shape[len(self.axes) :])[start:stop] = values
@@ -216,12 +220,12 @@ class Results(Described):
 
     @property
     def margin(self) -> np.ndarray:
-        """float64 (axes…): distance of the closest decision from the opposite decision."""
+        """float64 (axes…): smallest distance of any decision of a motion from the opposite decision."""
         return self._array("margin")
 
     @property
     def error(self) -> np.ndarray:
-        """float64 (axes…, 2): error bounds of ξ and ξ' at all section points. Raises ValueError if not recorded."""
+        """float64 (axes…, 2): error bounds of ξ and ξ'. Raises ValueError if they are not recorded."""
         if ERROR not in self.record:
             raise ValueError(bad("record", ", ".join(self.record), f'extended by "{ERROR}" to contain the error'))
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
@@ -244,17 +248,17 @@ class Results(Described):
         Parameters
         ----------
         method : "nearest", optional
-            take the nearest value of the axis. By default the value must be on the axis, up to rounding (ROUNDING units
-            in the last place).
+            take the nearest value of the axis. By default the axis must contain the value; differences of up to
+            ROUNDING units in the last place are allowed.
         tolerance : float, optional
-            with "nearest": the largest allowed distance.
+            largest allowed distance of the nearest value. Default: no limit.
         **values : float
-            value by the name of its axis.
+            the value for each named axis.
 
         Raises
         ------
         TypeError, ValueError
-            if a name is not an axis of these results, or a value is too far from those of its axis.
+            if a name is not an axis of these results, or the axis has no such value.
 
         Examples
         --------
@@ -305,7 +309,7 @@ class Results(Described):
         Raises
         ------
         ImportError
-            if xarray is not installed, in one line.
+            if xarray is not installed. The message is one line.
 
         Examples
         --------
@@ -335,23 +339,24 @@ class Results(Described):
         Parameters
         ----------
         kind : "bifurcation", "poincare" or "map", optional
+            kind of the figure; by default chosen from the quantity, the axes and the record.
         quantity : str, optional
-            "dxi" or "xi" of the section; a quantity of the summary, "status" or "margin" for a map.
+            quantity to draw: "dxi" or "xi" of the section; for a map a quantity of the summary, "status" or "margin".
         x, y : str, optional
-            axes along the abscissa and, in a map, the ordinate; the longest axes unless given.
+            axes of the sweep along the abscissa and, in a map, along the ordinate; by default the longest axes.
         limits : (float, float), optional
             range of the quantity.
-        ax : matplotlib Axes or sequence of them, optional
-            axes for each panel; a new figure unless given.
+        ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
+            axes to draw into; by default those of a new figure.
         style : "screen" or "print", optional
-            colours that are distinct for colour-blind readers, or the black and white of a journal; default "screen".
+            "screen": colours that are distinct for colour-blind readers; "print": black and white. Default "screen".
         width : "double" or "single", optional
             width of a new figure, in columns of a page; default "double".
 
         Returns
         -------
         Figure
-            notebooks show it; `savefig` writes it.
+            the figure. A notebook shows it, and its method `savefig` writes it to a file.
 
         Raises
         ------
@@ -365,7 +370,7 @@ class Results(Described):
         if name not in self._arrays:
             self._arrays[name] = self._source(name, self._everywhere())
             if name != "status" and self._source is not _no_more:
-                self._arrays.pop("status", None)  # reading may have found damage, which changes the status
+                self._arrays.pop("status", None)  # if the source has found a damaged block, the status has changed
         return self._arrays[name]
 
     def _described(self) -> dict[str, str]:
@@ -384,14 +389,14 @@ class Results(Described):
         }
 
     def _told_status(self) -> tuple[str, str]:
-        """Return the computed share and the counts of the statuses as text.
+        """Return two texts: the computed share, and the number of points with each status.
 
-        A status read from a file is not kept here: the file may grow before the other arrays are read.
+        A status read from a file is not kept here, because the file may grow before the other arrays are read.
         """
         try:
             there = "status" in self._arrays
             status = self._arrays["status"] if there else self._source("status", self._everywhere())
-        except (OSError, ValueError):  # a missing or damaged file; access to an array reports the reason
+        except (OSError, ValueError):  # the file is missing or damaged; access to an array reports the reason
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
         counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
@@ -408,22 +413,25 @@ _WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}
 
 
 def _no_more(name: str, index: Index) -> np.ndarray:
-    """Source of results that are completely in memory."""
+    """Replace the source of results that have all their arrays in memory."""
     raise KeyError(name)
 
 
 def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
-    """Read `source` at `inner`, an index over those axes along which `chosen` has all values."""
+    """Read an array at `inner`, an Index of the axes that remain after the selection `chosen`."""
     rest = iter(inner)
     return source(name, tuple(next(rest) if isinstance(c, slice) else c for c in chosen))
 
 
 ROUNDING = 4
-"""Largest difference of equal values by rounding, in units in the last place of the largest value of the axis."""
+"""Largest difference of two values that count as equal, in units in the last place of the largest value of the axis."""
 
 
 def _reach(method: str | None, tolerance: object) -> float | None:
-    """Return the allowed distance from a value of an axis; None: rounding only. Raises ValueError or TypeError."""
+    """Return the allowed distance from a value of an axis, or None if only rounding is allowed.
+
+    Raises ValueError or TypeError.
+    """
     if tolerance is None:
         return None if method is None else np.inf
     if method is None:

@@ -13,10 +13,10 @@ from vibrodrive.model.plan import IN_FLIGHT, Plan
 from vibrodrive.model.records import point_bytes, quantities
 
 PERIODS_MAX = 2**29 - 1
-"""Largest number of recorded periods: ξ (or ξ') of one point is one HDF5 chunk at most, which is below 4 GiB."""
+"""Largest number of recorded periods. All ξ (or ξ') of one point are in one HDF5 chunk, and a chunk is below 4 GiB."""
 
 POINT_BYTES = 8 + 5 * 8 + 8 + 1
-"""Margin, five switch counts, checksum and status of a point."""
+"""Bytes of a point beside its records: margin, five numbers of switches, checksum and status."""
 
 
 def human(n_bytes: float) -> str:
@@ -55,7 +55,7 @@ def result_bytes(plan: Plan) -> int:
 
 
 def file_bytes(plan: Plan) -> int:
-    """Return the bytes of a result file, within about 1 %. HDF5 stores full chunks, also at the edges."""
+    """Return the bytes of a result file, within about 1 %. HDF5 stores full chunks, even at the ends of the axes."""
     chunks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
     rows = chunks * math.prod(plan.chunk)
     per_chunk = (6 + len(quantities(plan.record))) * (4 + 40)  # a checksum and an index entry for each variable
@@ -70,10 +70,10 @@ def block_bytes(plan: Plan) -> int:
 
 
 def working_bytes(plan: Plan, remote: bool = False) -> int:
-    """Return the bytes of the blocks in memory at one time. Threads share these blocks.
+    """Return the bytes of the blocks that are in memory at one time, for all threads together.
 
-    They are the blocks computed together, as many blocks that are being written, and the writer's copy of one
-    coordinate of a block. With an executor (`remote`) they are the blocks of its tasks.
+    These are the blocks being computed, the same number of blocks being written, and the writer's copy of one
+    coordinate of a block. With an executor (`remote`) these are the blocks of its tasks.
     """
     block = block_bytes(plan)
     if remote:
@@ -104,17 +104,17 @@ def refuse_large_block(plan: Plan, remote: bool = False) -> None:
 def refuse_large_results(plan: Plan) -> None:
     """Raise TooLarge if the results of a sweep do not fit into memory."""
     are = "available (with a result file, only blocks are in memory)"
-    _refuse(_extent(plan), "they take", result_bytes(plan), available_memory(), are=are)
+    _refuse(_extent(plan), "the results take", result_bytes(plan), available_memory(), are=are)
 
 
 LARGE = 1 << 26
 """Largest memory in bytes that is not checked, because a check takes as long as a short motion."""
 
 ROW_BYTES = 34 + 24
-"""Bytes of a switch of a single motion, with its error bounds."""
+"""Bytes of one switch of a single motion, with its error bounds."""
 
 MOTION_BYTES = 2 * 16 + 2 * 32
-"""Bytes of a period of a single motion: its section point with bounds, and two main impacts."""
+"""Bytes of one period of a single motion: its section point with error bounds, and two main impacts."""
 
 
 def rows_that_fit(periods: int, rows: int) -> int:
@@ -125,7 +125,7 @@ def rows_that_fit(periods: int, rows: int) -> int:
     if MOTION_BYTES * periods + ROW_BYTES * rows <= LARGE:
         return rows
     need, have = MOTION_BYTES * periods, available_memory()
-    _refuse(f"periods = {periods}", "their section points with bounds, and impacts, take", need, have)
+    _refuse(f"periods = {periods}", "the section points, error bounds and main impacts take", need, have)
     return min(rows, 64 + (have - need) // (2 * ROW_BYTES))
 
 

@@ -1,6 +1,6 @@
-"""Warnings of allowed but unlikely arguments: A and B swapped, ε in per cent, a scene not in SI units.
+"""Warnings of allowed but unlikely arguments. Likely mistakes are: A and B swapped, ε in per cent, a scene not in SI.
 
-Only `limit`, `orbits` and scenes have this check. A sweep without a scene, and existing results, may cover any range.
+Only `limit`, `orbits` and scenes are checked. A sweep without a scene may cover any range.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ SMALL = 0.1
 """Largest ε that counts as a small disturbance."""
 
 LARGE = 100.0
-"""An A above both LARGE and LARGE times B is far from any motion of a vibratory driver."""
+"""Warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation."""
 
 UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
 
 
 def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
-    """Return a sentence on the likely mistake in points (A, B, eps, eta); "" unless all points have the same one."""
+    """Return a sentence for each likely mistake that all points (A, B, eps, eta) have, joined by "; "; "" for none."""
     given = list(points)
     A, B, eps, _ = given[0]
     said = []

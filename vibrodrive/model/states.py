@@ -6,7 +6,7 @@ from vibrodrive.model.choices import Named
 
 
 class State(Named):
-    """The five states of Fig. 2: sliding up and down, sticking in the air, resting at the obstacle, an impact.
+    """The five states of Fig. 2: sliding up, sliding down, sticking in the air, resting at the obstacle, impact.
 
     Examples
     --------
@@ -43,11 +43,11 @@ TRANSITIONS = (
 tests/kernels/test_scheme.py compares both with this table."""
 
 PLAIN_STATES = 12
-"""Largest number of states of a sequence that is shown as letters; a longer one is shown as its number."""
+"""Largest number of states of a sequence that is shown as letters; a longer sequence is shown as its number."""
 
 
 def states(number: int) -> str:
-    """Return the number of a sequence as the first letters of its states (53 -> "UDI"), or as digits if too long."""
+    """Return the letters of the states of the sequence with this number (53 -> "UDI"); a long sequence as digits."""
     found: list[int] = []
     left = number
     while left and len(found) <= PLAIN_STATES:

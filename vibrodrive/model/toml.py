@@ -1,4 +1,4 @@
-"""Configuration of a plan: the TOML text that gives the same plan, bit for bit."""
+"""Conversion of a plan to a configuration: the TOML text from which the same plan is read, bit for bit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vibrodrive.model.config import HOMES
 from vibrodrive.model.plan import POINT, Plan
 
 FEW = 3
-"""Axes of up to this many values are lists: a range would be no shorter."""
+"""Largest number of values of an axis that is written as a list: a range would not be shorter."""
 
 WIDTH = 110
 
@@ -20,7 +20,7 @@ WIDTH = 110
 def as_toml(plan: Plan) -> str:
     """Return the configuration of a plan without a scene in SI units.
 
-    It contains all settings: a later version with other defaults reads the same plan from it.
+    The text contains all settings, so that a later version with other defaults reads the same plan.
     """
     s = plan.settings
     names = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
@@ -48,7 +48,7 @@ def _value(value: object) -> str:
 
 
 def _axis(values: np.ndarray, inline: bool = False) -> str:
-    """Return the values as a range or a list; `inline`: in one line, as an inline table requires."""
+    """Return the values as a range or a list. If `inline`, the text is one line, as in an inline table."""
     first, last, n = float(values[0]), float(values[-1]), len(values)
     if n > FEW:
         ends = f"start = {first!r}, stop = {last!r}, num = {n}"

@@ -177,7 +177,7 @@ def plan_over_axes(arguments: Mapping[str, Any], disturbance: object, method: ob
 def plan_disturbed(
     arguments: Mapping[str, Any], disturbance: object, method: object, axes: Sequence[str], hint: str
 ) -> Plan:
-    """Return the checked plan of disturbed motions. The disturbance in this plan is 1e-3, only to fill its place."""
+    """Return the checked plan of disturbed motions. In this plan the disturbance has the placeholder value 1e-3."""
     name = check_disturbance(disturbance)
     if method is None:
         method = "fixed" if name == "dtau" else "certified"
@@ -265,7 +265,7 @@ class LimitSearch:
             found = motion.judge(base)
             return found, explain_loss(self.wanted, base, motion, found)
 
-        # a side is missing if no value below the limit is kept, or if no loss is found: the motion at 0 replaces it
+        # the motion at 0 replaces a side that is missing, because no lower value is kept or because no value is lost
         values = [np.array([b.kept_below, b.lost if math.isfinite(b.lost) else 0.0]) for _, b in ended]
         requests = [(p.index, p.base, side) for (p, _), side in zip(ended, values, strict=True)]
         explained = evaluator.answers(requests, explain, self.wanted.needs_switches)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
 
 PER_PERIOD = 512  # instants of the orbit in each excitation period
-LOOKED_AT = 1024  # about so many points of a motion determine which of the n shifted solutions is nearest
+LOOKED_AT = 1024  # about this number of points of a motion selects the nearest of the n shifted solutions
 
 
 @dataclass(frozen=True, eq=False)
