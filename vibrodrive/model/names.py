@@ -85,8 +85,7 @@ PARAMETERS: dict[str, Name] = {
     "section_phase": Name("phase φ_s of the Poincaré section", "φ_s", r"\varphi_s", "run", 0.0, -1e6, 1e6,
                           axis=(0.0, TURN, LINEAR), slider=(0.0, 6.28, 0.01)),
 }  # fmt: skip
-"""Dimensionless real arguments of `simulate`. Each of them may be an axis of a sweep. The slider of Δτ gives its decimal
-logarithm."""
+"""Dimensionless real arguments of `simulate`. Each may be an axis of a sweep. The slider of Δτ gives log10(Δτ)."""
 
 SCENE: dict[str, Name] = {
     "a0": Name("amplitude a0 of the excitation", "a₀", "a_0", "physical", axis=(3e-4, 1.2e-3, LINEAR),

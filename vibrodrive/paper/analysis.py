@@ -17,13 +17,13 @@ from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_st
 from vibrodrive.verdicts import NotApplicable
 
 LAGS = 64
-"""A motion on a grid is compared with itself after 1, 2, … LAGS periods."""
+"""Largest number of periods after which a motion on a grid is compared with itself."""
 
 SETTLED = 1e-6
-"""A motion has settled on an orbit if its distance from the orbit is at most this."""
+"""Largest distance from an orbit at which a motion counts as settled on this orbit."""
 
 SETTLING = 3000
-"""Number of transient periods, for undisturbed motions at any A."""
+"""Number of transient periods of undisturbed motions. It suffices at any A."""
 
 SAMPLED = 200
 """Number of values of A in a diagram at which the impacts of a motion are analysed."""
@@ -41,16 +41,16 @@ def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
 
 
 def widths(motion: Trajectory) -> list[np.ndarray]:
-    """Return the width of the band of ξ and of ξ' over the phase: two float64 arrays (PHASES,)."""
+    """Return [widths of the band of ξ, widths of the band of ξ'] over the phase, float64 arrays (PHASES,)."""
     sample = motion.sample(PHASES)
     return [np.ptp(v[:-1].reshape(-1, PHASES), axis=0) for v in (sample.xi, sample.dxi)]
 
 
 class PhaseSlip(NamedTuple):
-    """A transient motion between two basic motions, the paper's terms in Fig. 12.
+    """A transient motion between two basic motions, in the terms of the paper (Fig. 12).
 
-    before, during, after : first and last instant of the basic motion before it, of the transient motion, and of the
-        basic motion after it, in τ.
+    before, during, after : (first, last) instant τ of the basic motion before the transient motion, of the transient
+        motion, and of the basic motion after it.
     """
 
     usual: int  # periods between impacts in the basic motion
@@ -80,9 +80,9 @@ def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
 
 
 def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
-    """Return the main impacts of a motion, as rows of `Trajectory.impacts`. Slower impacts, the touches, are left out.
+    """Return the main impacts of a motion, as rows of `Trajectory.impacts`, without slower impacts (touches).
 
-    Raises NotApplicable if the undisturbed orbit has none.
+    Raises NotApplicable if the undisturbed orbit has no impacts.
     """
     if base.cycle is None:
         raise NotApplicable("the undisturbed motion does not land")
@@ -90,7 +90,7 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
 
 
 def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:
-    """Compare motions of a configuration with the undisturbed orbits, at SAMPLED values of A in its range.
+    """Return comparisons of disturbed motions with the undisturbed orbits, at SAMPLED values of A of a configuration.
 
     Values of A without a periodic orbit are left out.
     """
@@ -116,13 +116,13 @@ def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
 
 
 def low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
-    """Return two shares of solutions whose structure is kept: of those with a period up to 3, and of the others."""
+    """Return [share at periods up to 3, share at longer periods] of the solutions whose structure is kept."""
     sides = ([v for m, vs in kept.items() if (m <= 3) is low for v in vs] for low in (True, False))
     return [float(np.mean(side)) if side else np.nan for side in sides]
 
 
 def shares(kept: Mapping[int, list[bool]]) -> str:
-    """Return, as text, the shares of solutions whose structure is kept, for the first four periods."""
+    """Return the share of solutions whose structure is kept, for each of the first four periods, as text."""
     return ", ".join(f"n = {m}: {100 * float(np.mean(kept[m])):.0f} %" for m in list(kept)[:4])
 
 

@@ -1,7 +1,7 @@
-"""Claims of the paper, each computed from the configurations of this run and judged.
+"""Claims of the paper and the functions that test them.
 
-Each claim has a function that computes numbers and a verdict from results. The function contains no expected result, so
-other configurations give other numbers and possibly another verdict.
+The function of a claim computes numbers and a verdict from the configurations of a run. It contains no expected result,
+so other configurations give other numbers and possibly another verdict.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement of the paper. `figure` is a name in run.SUBJECTS: that of a drawing, or "limits"."""
+    """One statement of the paper. `figure` is a name in run.SUBJECTS: the name of a drawing, or "limits"."""
 
     id: str
     figure: str
@@ -73,7 +73,7 @@ def when(reproduced: bool | np.bool_, corrected: bool | np.bool_ = False) -> Ver
 
 
 def listed(items: Iterable[Any]) -> str:
-    """Return values as text, separated by commas; “none” if there are none."""
+    """Return values as text, separated by commas; “none” for no values."""
     return ", ".join(f"{i:g}" if isinstance(i, float) else str(i) for i in items) or "none"
 
 
@@ -94,5 +94,5 @@ def claims_page(judged: Sequence[Judged]) -> list[str]:
         "",
         READING,
         "",
-        *table(["figure", "the paper says", "came out", "verdict"], judged),
+        *table(["figure", "claim of the paper", "result", "verdict"], judged),
     ]

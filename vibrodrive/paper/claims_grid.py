@@ -29,10 +29,10 @@ LONG = 600
 """Number of periods over which a structure is checked. The figures of the paper show only a few periods."""
 
 
-@claim("step-kept", "fig08", "At A = 1.5 the constant step Δτ = 0.5 leaves the structure of the orbit as it is.")
+@claim("step-kept", "fig08", "At A = 1.5 the constant step Δτ = 0.5 does not change the structure of the orbit.")
 def step_kept(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 0)
-    text = f"Δτ = {step:g} over {LONG} periods: {_answers(found, 'impacts', 'word')}"
+    text = f"at Δτ = {step:g}, over {LONG} periods, {_answers(found, 'impacts', 'word')}"
     return Outcome(text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(_whole(found)))
 
 
@@ -45,23 +45,23 @@ def band_beside_band(session: Session) -> Outcome:
     for name, motion in (("ε", physical), ("Δτ", late)):
         xi, dxi = (float(w.mean()) for w in analysis.widths(motion))
         numbers[name] = {"xi": xi, "dxi": dxi, "rho": curve_distance(curve, motion)}
-        rows.append(f"{name} = {motion.arguments['eps' if name == 'ε' else 'dtau']:g}: {xi:.2g}, {dxi:.2g}")
+        rows.append(f"{xi:.2g} and {dxi:.2g} at {name} = {motion.arguments['eps' if name == 'ε' else 'dtau']:g}")
     ratio = {key: numbers["Δτ"][key] / numbers["ε"][key] for key in ("xi", "dxi", "rho")}
     text = (
-        f"mean width of the band of ξ and of ξ' at one phase: {'; '.join(rows)}, ratios {ratio['xi']:.2g} and "
-        f"{ratio['dxi']:.2g}; as curves both leave the orbit by up to {numbers['ε']['rho']:.2g} and "
-        f"{numbers['Δτ']['rho']:.2g}"
+        f"the mean widths of the band of ξ and of ξ' at one phase are {', and '.join(rows)}, with ratios of "
+        f"{ratio['xi']:.2g} and {ratio['dxi']:.2g}; the largest distance of the motion from the orbit as a curve is "
+        f"{numbers['ε']['rho']:.2g} under ε and {numbers['Δτ']['rho']:.2g} under Δτ"
     )
     near = [0.5 < r < 2.0 for r in ratio.values()]
     return Outcome(text, numbers | {"ratio": ratio}, when(all(near), any(near)))
 
 
-@claim("step-lost", "fig08", "Δτ = 0.7 destroys the structure: it lies beyond the limit.")
+@claim("step-lost", "fig08", "Δτ = 0.7 is beyond the limit and destroys the structure.")
 def step_lost(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 1)
     arguments = list(points(session.config("fig08").plan()))[1]
     k = limit(arguments["A"], "dtau", "fixed", "word", B=arguments["B"], threads=session.threads)
-    text = f"Δτ = {step:g}: {_answers(found, 'impacts', 'word')}; the word is first lost at Δτ = {k.k2:.4g}"
+    text = f"at Δτ = {step:g} {_answers(found, 'impacts', 'word')}; the least step that loses the word is {k.k2:.4g}"
     return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not _whole(found)))
 
 
@@ -76,8 +76,8 @@ def step_multiple(session: Session) -> Outcome:
     distance = returning(motion.section, LAGS)
     m = int(distance.argmin()) + 1
     near = [c for c in convergents(arguments["dtau"], LAGS) if c.periods == m]
-    text = f"after {m} periods it returns to within {distance.min():.2g}, not exactly"
-    text += f"; {near[0].steps}·Δτ = {m}·2π {near[0].miss:+.2g}" if near else ""
+    text = f"the motion nearly repeats after {m} periods, with a difference of {distance.min():.2g}"
+    text += f"; {near[0].steps}·Δτ differs from {m}·2π by {near[0].miss:+.2g}" if near else ""
     exact = int(period(motion.section)) > 1
     return Outcome(text, {"m": m, "distance": distance.min()}, when(exact, m > 1 and distance.min() < 0.05))
 
@@ -91,7 +91,7 @@ def similar(session: Session) -> Outcome:
     motions = session.motions("fig09")
     base = session.undisturbed("fig09")
     found = compare_structure(base, motions[0])
-    text = f"Δτ = {motions[0].arguments['dtau']:g}: {_answers(found)}, ρ = {found.rho:.2g}"
+    text = f"at Δτ = {motions[0].arguments['dtau']:g} {_answers(found)}, and ρ = {found.rho:.2g}"
     return Outcome(text, {"rho": found.rho}, when(bool(found.impacts and found.order) and found.rho > 0))
 
 
@@ -106,10 +106,10 @@ def near_limit(session: Session) -> Outcome:
     point = {name: arguments[name] for name in ("A", "B", "transient", "periods", "section_phase")}
     k, seen = (dict(each_limit(point, "dtau", "fixed", what, session.threads))[0] for what in (IMPACTS, AT_SECTION))
     text = (
-        f"printed {PRINTED:g}: {_answers(printed)}; drawn {arguments['dtau']:g}: {_answers(drawn)} with "
-        f"ρ = {drawn.rho:.2g}; impacts are first lost at {k.k2:.3g}, last kept at {k.last_kept:.3g} "
-        f"({100 * k.share_kept:.0f} % kept between); the order at the section is first lost at {seen.k2:.3g}, last "
-        f"kept at {seen.last_kept:.3g}"
+        f"at the step {PRINTED:g}, which is printed, {_answers(printed)}; at the step {arguments['dtau']:g}, which is "
+        f"drawn, {_answers(drawn)}, with ρ = {drawn.rho:.2g}; the impacts are first lost at Δτ = {k.k2:.3g} and last "
+        f"kept at {k.last_kept:.3g}, and kept at {100 * k.share_kept:.0f} % of the steps between; the order at the "
+        f"section is first lost at {seen.k2:.3g} and last kept at {seen.last_kept:.3g}"
     )
     numbers = {"k2": k.k2, "last_kept": k.last_kept, "share_kept": k.share_kept, "rho": drawn.rho}
     numbers |= {"k2_at_section": seen.k2, "last_kept_at_section": seen.last_kept}
@@ -130,8 +130,9 @@ def cloud(session: Session) -> Outcome:
     m = int(returning(motion.section, LAGS).argmin()) + 1
     back = returning(motion.section, LAGS).min()
     text = (
-        f"Δτ = {motion.arguments['dtau']:g}: {_answers(found)}; {distinct} distinct points in "
-        f"{len(motion.section)} periods, but after {m} periods the motion returns to within {back:.2g}"
+        f"at Δτ = {motion.arguments['dtau']:g} {_answers(found)}; there are {distinct} distinct points in "
+        f"{len(motion.section)} periods, but the motion nearly repeats after {m} periods, with a difference of "
+        f"{back:.2g}"
     )
     lost = n == 0 and not found.impacts
     return Outcome(
@@ -151,8 +152,8 @@ def reactions(session: Session) -> Outcome:
         back.append((int(distance.argmin()) + 1, float(distance.min())))
     (m_eps, d_eps), (m_dtau, d_dtau) = back
     text = (
-        f"under the largest ε drawn the motion returns to within {d_eps:.2g} after {m_eps} periods, "
-        f"and under the largest Δτ to within {d_dtau:.2g} after {m_dtau} periods"
+        f"at the largest ε drawn the motion repeats after {m_eps} periods with a difference of {d_eps:.2g}, "
+        f"and at the largest Δτ after {m_dtau} periods with a difference of {d_dtau:.2g}"
     )
     numbers = {"eps": [m_eps, d_eps], "dtau": [m_dtau, d_dtau]}
     return Outcome(text, numbers, when(d_eps < 0.05 and d_dtau > 0.1, d_eps < 0.05))
@@ -175,9 +176,9 @@ def not_yet_critical(session: Session) -> Outcome:
     by_period = analysis.kept_by_period((f.n, f.impacts) for f in landed)
     share, low = float(np.mean([bool(f.impacts) for f in landed])), analysis.low_and_high(by_period)[0]
     text = (
-        f"at Δτ = {results.scalars['dtau']:g} impacts are kept at {100 * share:.0f} % of {len(landed)} values of A, "
-        f"and at {100 * low:.0f} % of those with a period of 3 or less ({analysis.shares(by_period)}); "
-        f"the order at the drawn section is kept at {100 * seen:.0f} %"
+        f"at Δτ = {results.scalars['dtau']:g} the impacts are kept at {100 * share:.0f} % of {len(landed)} values of "
+        f"A, and at {100 * low:.0f} % of the values with a period of 3 or less ({analysis.shares(by_period)}); "
+        f"the order at the drawn section is kept at {100 * seen:.0f} % of all values"
     )
     numbers = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
     return Outcome(text, numbers, when(share > 0.5, low > 0.5))
@@ -193,7 +194,7 @@ def unique(session: Session) -> Outcome:
     exact = [simulate(**analysis.without_grid(a)) for a in points(session.config("fig11").plan())]
     shifts = [int(deviation(base.points, m.section)[1]) for m in exact]
     text = (
-        f"{sum(same)} of {len(same)} starts give the same section to the bit; without the grid they lead to "
+        f"{sum(same)} of {len(same)} starts give the same section, bit for bit; without the grid the starts lead to "
         f"{len(set(shifts))} solutions"
     )
     return Outcome(text, {"same": same, "exact_shifts": shifts}, when(all(same) and len(set(shifts)) > 1))
@@ -209,12 +210,12 @@ def unique_limit(session: Session) -> Outcome:
         lost = dict(each_limit(point, kind, threads=session.threads))[0]
         numbers[kind] = {"ku": one.ku, "k2": lost.k2, "last_several": one.last_several, "share": one.share_several}
         rows.append(
-            f"k_u({symbol}) = {one.ku:.3g}, {one.ku / lost.k2:.3g} k₂; several motions remain up to "
-            f"{one.last_several:.3g}, at {100 * one.share_several:.0f} % of the values between"
+            f"k_u({symbol}) = {one.ku:.3g}, which is {one.ku / lost.k2:.3g} k₂; several motions remain at "
+            f"{100 * one.share_several:.0f} % of the values between k_u and {one.last_several:.3g}"
         )
     limits = [found["ku"] for found in numbers.values()]
     sharp = all(found["last_several"] <= found["ku"] for found in numbers.values())
-    text = f"A = {arguments['A']:g}: {'; '.join(rows)}"
+    text = f"at A = {arguments['A']:g}, {'; '.join(rows)}"
     return Outcome(text, numbers, when(sharp and np.isfinite(limits).all(), bool(np.isfinite(limits).all())))
 
 
@@ -224,8 +225,8 @@ def basic_motion(session: Session) -> Outcome:
     slip = analysis.find_phase_slip(motion, base)
     back = returning(motion.section, LAGS)
     text = (
-        f"after {slip.basic} periods it returns to within {back[slip.basic - 1]:.2g}, after {base.n} periods to within "
-        f"{back[base.n - 1]:.2g}; its impacts are {slip.usual} periods apart"
+        f"the motion differs from itself {slip.basic} periods later by {back[slip.basic - 1]:.2g}, and from itself "
+        f"{base.n} periods later by {back[base.n - 1]:.2g}; its impacts are {slip.usual} periods apart"
     )
     return Outcome(text, {"basic": slip.basic, "gap": slip.usual, "n": base.n}, when(slip.basic == 6 and base.n == 2))
 
@@ -233,7 +234,7 @@ def basic_motion(session: Session) -> Outcome:
 @claim(
     "transient",
     "fig12",
-    "Now and then a transient motion of exactly 2π comes between basic ones, with some regularity.",
+    "With some regularity, a transient motion of exactly 2π separates two basic motions.",
 )
 def transient(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
@@ -244,15 +245,15 @@ def transient(session: Session) -> Outcome:
     between = Counter(int(np.sum(apart[a:b])) for a, b in itertools.pairwise(odd))
     recurs = between.most_common(1)[0][0] if between else 0
     text = (
-        f"gaps of {_set(apart[odd])} among gaps of {slip.usual}: {_set(added)} × 2π is inserted "
-        f"{len(odd)} times, every {_set(between)} periods"
+        f"the impacts are {slip.usual} periods apart, with {len(odd)} exceptions of {_set(apart[odd])} periods; "
+        f"{_set(added)} × 2π is inserted every {_set(between)} periods"
     )
     closes = [c.periods for c in convergents(motion.arguments["dtau"], 1000)]
-    text += f", and {recurs} periods are a convergent, after which the grid nearly closes" if recurs in closes else ""
+    text += f"; the grid nearly closes after {recurs} periods, which are a convergent" if recurs in closes else ""
     return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
 
 
-@claim("why-six", "grid", "(open in the paper: why 6×2π?) The grid nearly closes after 6 periods: 377·0.1 ≈ 6·2π.")
+@claim("why-six", "grid", "(The paper does not explain 6×2π.) The grid nearly closes after 6 periods: 377·0.1 ≈ 6·2π.")
 def why_six(session: Session) -> Outcome:
     results = session.results("grid")
     steps = results.axes["dtau"]
@@ -262,9 +263,10 @@ def why_six(session: Session) -> Outcome:
     step = session.motions("fig12")[0].arguments["dtau"]
     here = convergents(step, LAGS)[-1]
     text = (
-        f"at Δτ = {step:g}: {here.steps}·Δτ = {here.periods}·2π {here.miss:+.2g}; at {100 * equal:.0f} % of "
-        f"{len(steps)} values of Δτ the motion returns most closely after as many periods as the grid does, and at "
-        f"{100 * multiple:.0f} % after a multiple of them (by chance: {100 * float(np.mean(1 / closes)):.0f} %)"
+        f"at Δτ = {step:g}, {here.steps}·Δτ differs from {here.periods}·2π by {here.miss:+.2g}; at "
+        f"{100 * equal:.0f} % of {len(steps)} values of Δτ the motion returns most closely after the same number of "
+        f"periods as the grid, and at {100 * multiple:.0f} % after a multiple of this number (by chance this would be "
+        f"{100 * float(np.mean(1 / closes)):.0f} %)"
     )
     numbers = {"equal": equal, "multiple": multiple, "chance": float(np.mean(1 / closes)), "q": here.periods}
     return Outcome(text, numbers, when(multiple > 0.8 and multiple > 3 * numbers["chance"], multiple > 0.5))
@@ -283,11 +285,11 @@ def _whole(found: Structure) -> bool:
 
 
 def _answers(found: Structure, *asked: str) -> str:
-    """Return a text that says for each property if the motion keeps or loses it.
+    """Return a text with the properties that the motion keeps and those that it loses.
 
     `asked` contains names of attributes of Structure; by default they are "impacts" and "order".
     """
-    named = {"order": "order at the section"}
+    named = {"order": "the order at the section is", "impacts": "the impacts are", "word": "the word is"}
     return ", ".join(
         f"{named.get(name, name)} {'kept' if getattr(found, name) else 'lost'}"
         for name in asked or ("impacts", "order")

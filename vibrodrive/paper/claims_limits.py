@@ -23,7 +23,7 @@ from vibrodrive.stability.structure import SETTLING, WATCHED, reference_orbit
 from vibrodrive.verdicts import NotApplicable
 
 RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
-"""Number of periods of each motion in a search for a limit, as in Figs. 6 and 9."""
+"""Numbers of periods of each motion in a search for a limit, as in Figs. 6 and 9."""
 
 MOST = 43
 """Largest number of values of A at which the limits in ε and Δτ are compared."""
@@ -51,7 +51,7 @@ AFTER = 200  # periods after a start
 AROUND_LOSS = 0.15  # range of A around the loss of sticking
 
 
-@claim("alike", "limits", "Both kinds of disturbance act alike: the scenery of stability is similar over A.")
+@claim("alike", "limits", "Both kinds of disturbance have similar effects: their limits depend on A in a similar way.")
 def alike(session: Session) -> Outcome:
     plan = session.config("limits").plan()
     if set(plan.axes) != {"A"}:
@@ -65,10 +65,11 @@ def alike(session: Session) -> Outcome:
         f"{x:.3g} (A = {a:.4g}, n = {n})" for a, x, n in zip(found.A[~close], r[~close], found.n[~close], strict=True)
     ]
     text = (
-        f"as velocities, k₂(Δτ)/(k₂(ε)ηA) lies between {r.min():.2g} and {r.max():.2g} at {len(r)} values of A from "
-        f"{found.A.min():.3g} to {found.A.max():.3g}, while k₂(ε)ηA runs from {found.eps.min():.1g} to "
-        f"{found.eps.max():.1g}; median {np.median(r):.2g}, within a factor {ALIKE:g} at {100 * close.mean():.0f} %; "
-        f"exceptions: {', '.join(far) or 'none'}"
+        f"the ratio k₂(Δτ)/(k₂(ε)ηA) of the limits as velocities is between {r.min():.2g} and {r.max():.2g} at "
+        f"{len(r)} values of A from {found.A.min():.3g} to {found.A.max():.3g}, and k₂(ε)ηA is between "
+        f"{found.eps.min():.1g} and {found.eps.max():.1g}; the median of the ratio is {np.median(r):.2g}; at "
+        f"{100 * close.mean():.0f} % of the values the ratio is at most a factor {ALIKE:g} from 1; the exceptions are: "
+        f"{', '.join(far) or 'none'}"
     )
     numbers = {"A": found.A, "n": found.n, "velocity_eps": found.eps, "velocity_dtau": found.dtau, "ratio": r}
     return Outcome(text, numbers, when(close.all(), close.mean() > 0.75 and bool(1 / ALIKE <= np.median(r) <= ALIKE)))
@@ -77,7 +78,7 @@ def alike(session: Session) -> Outcome:
 @claim(
     "any-frequency",
     "limits",
-    "η = 10·√102 is chosen without restricting generality: any high frequency ratio does the same.",
+    "η = 10·√102 is chosen without restricting generality: any high frequency ratio has the same effect.",
 )
 def any_frequency(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
@@ -87,11 +88,11 @@ def any_frequency(session: Session) -> Outcome:
     here = TIMES_ETA.index(1.0)
     settled = V[:, here] / V[:, -1]
     above = V[:, here + 1] / V[:, -1]
-    rows = [f"A = {a:g}: {', '.join(f'{v:.3f}' for v in row)}" for a, row in zip(A_OF_PERIODS, V, strict=True)]
+    rows = [f"{', '.join(f'{v:.3f}' for v in row)} for A = {a:g}" for a, row in zip(A_OF_PERIODS, V, strict=True)]
     text = (
-        f"k₂ηA at η = {', '.join(f'{e:.4g}' for e in eta)}: {'; '.join(rows)}; at the two "
-        f"largest η the limits differ by at most {100 * np.abs(above - 1).max():.0f} %; at the paper's η they are "
-        f"{', '.join(f'{100 * s:.0f} %' for s in settled)} of those at the largest η"
+        f"at η = {', '.join(f'{e:.4g}' for e in eta)}, k₂ηA is {'; '.join(rows)}; the limits at the two largest η "
+        f"differ by at most {100 * np.abs(above - 1).max():.0f} %; the limits at the paper's η are "
+        f"{', '.join(f'{100 * s:.0f} %' for s in settled)} of the limits at the largest η"
     )
     numbers = {"A": A_OF_PERIODS, "eta": eta, "velocity": V}
     return Outcome(text, numbers, when((np.abs(settled - 1) < SETTLES).all(), (np.abs(above - 1) < SETTLES).all()))
@@ -107,10 +108,11 @@ def any_incline(session: Session) -> Outcome:
         at = np.flatnonzero(a == found.A)
         spread.append(found.eps[at].max() / found.eps[at].min())
         values = zip(found.n[at], found.eps[at], strict=True)
-        rows.append(f"A = {a:g}: {', '.join(f'{v:.2g} (n = {n})' for n, v in values)}")
+        rows.append(f"{', '.join(f'{v:.2g} (n = {n})' for n, v in values)} for A = {a:g}")
     text = (
-        f"k₂(ε)ηA at B = {listed(INCLINES)}: {'; '.join(rows)}; B changes it up to {max(spread):.0f}-fold, but as "
-        f"velocities the limits in ε and Δτ agree within a factor {ALIKE:g} at {100 * close.mean():.0f} % of the points"
+        f"at B = {listed(INCLINES)}, k₂(ε)ηA is {'; '.join(rows)}; B changes k₂(ε)ηA by a factor of up to "
+        f"{max(spread):.0f}; as velocities, the limits in ε and Δτ agree within a factor of {ALIKE:g} at "
+        f"{100 * close.mean():.0f} % of the points"
     )
     numbers = {"A": found.A, "B": found.B, "n": found.n, "velocity_eps": found.eps, "velocity_dtau": found.dtau}
     return Outcome(text, numbers, when(max(spread) < ALIKE, close.mean() > 0.75))
@@ -129,9 +131,9 @@ def rational(session: Session) -> Outcome:
         seen.append(_repeats(motion.section, len(motion.section) // 2))
     expected = [q for _, q in RATIONAL]
     text = (
-        f"ε = {arguments['eps']:g}, A = {arguments['A']:g}: period "
+        f"at ε = {arguments['eps']:g}, A = {arguments['A']:g} the motion has the period "
         + ", ".join(f"{n} at η = {eta:.6g}" for n, (eta, _) in zip(seen, RATIONAL, strict=False))
-        + f"; {seen[-1] or 'none'} at {arguments['eta']:.6g}"
+        + f", and {seen[-1] or 'none'} at η = {arguments['eta']:.6g}"
     )
     numbers = {"eta": [*(eta for eta, _ in RATIONAL), arguments["eta"]], "period": seen}
     return Outcome(text, numbers, when(seen == [*expected, 0]))
@@ -160,11 +162,11 @@ def interruptions_and_limit(session: Session) -> Outcome:
         over = float(np.mean(V[above] / (level + slope * (A[above] - at))) - 1)
         seen.append(abs(over) > SEEN)
         told.append(
-            f"{name} goes from {V[0]:.2g} to {V[len(away) - 1]:.2g} below it and from {V[len(away)]:.2g} to "
-            f"{V[-1]:.2g} above it, {100 * over:+.0f} % off the line extended from below"
+            f"{name} changes from {V[0]:.2g} to {V[len(away) - 1]:.2g} below this A and from {V[len(away)]:.2g} to "
+            f"{V[-1]:.2g} above it, where it differs by {100 * over:+.0f} % from the linear continuation from below"
         )
         numbers |= {name: V}
-    text = f"sticking vanishes at A = {at:.4g}; between {A[0]:.4g} and {A[-1]:.4g} {'; '.join(told)}"
+    text = f"sticking vanishes at A = {at:.4g}; between A = {A[0]:.4g} and {A[-1]:.4g}, {'; '.join(told)}"
     return Outcome(text, numbers, when(all(seen), any(seen)))
 
 
@@ -188,9 +190,9 @@ def computing_time(session: Session) -> Outcome:
     }
     spent = {name: _seconds_per_period(span | way) for name, way in ways.items()}
     text = (
-        f"time per period on one core, every grid point visited: {_time(spent['muller'])} with this method, "
-        f"{_time(spent['fixed'])} for a constant step of {fine:g}, {_time(spent['coarse'])} for one of {coarse:g}; "
-        f"the exact switches take {_time(spent['certified'])}"
+        f"if every grid point is visited, one period takes {_time(spent['muller'])} on one core with Muller's method, "
+        f"{_time(spent['fixed'])} with a constant step of {fine:g}, and {_time(spent['coarse'])} with a constant step "
+        f"of {coarse:g}; with certified switches it takes {_time(spent['certified'])}"
     )
     avoided = spent["coarse"] < 0.1 * spent["muller"]
     return Outcome(text, {"seconds": spent}, when(avoided and spent["coarse"] < spent["certified"], avoided))
@@ -207,10 +209,10 @@ def all_times(session: Session) -> Outcome:
         changes.append(abs(long.k2 / short.k2 - 1))
         numbers[kind] = [short.k2, long.k2]
         rows.append(
-            f"k₂({symbol}) = {short.k2:.4g} over 1500 periods, {long.k2:.4g} over {ALL_TIMES} "
+            f"k₂({symbol}) is {short.k2:.4g} over 1500 periods and {long.k2:.4g} over {ALL_TIMES} periods "
             f"({100 * (long.k2 / short.k2 - 1):+.1f} %)"
         )
-    text = f"A = {at['A']:g}: {'; '.join(rows)}"
+    text = f"at A = {at['A']:g}, {'; '.join(rows)}"
     return Outcome(text, {"k2": numbers}, when(max(changes) < 0.02, max(changes) < 0.2))
 
 
@@ -244,13 +246,13 @@ def jointly(session: Session) -> Outcome:
             size = 0.5 * (low + high)
             low, high = (size, high) if within(size, share * k2) else (low, size)
         found.append(low)
-    pairs = ", ".join(f"{k1:.2g} at {share:g} k₂" for k1, share in zip(found, SHARES_OF_K2, strict=True))
-    text = f"A = {point['A']:g}, k₃ = {DISTANCE:g}: k₂(ε) = {k2:.3g}; k₁ of ξ, ξ' and τ together is {pairs}"
+    pairs = ", ".join(f"{k1:.2g} at ε = {share:g} k₂" for k1, share in zip(found, SHARES_OF_K2, strict=True))
+    text = f"at A = {point['A']:g} and k₃ = {DISTANCE:g}, k₂(ε) = {k2:.3g}; k₁, for an error of ξ, ξ' or τ, is {pairs}"
     return Outcome(text, {"k2": k2, "k1": found, "share": SHARES_OF_K2}, when(min(found) > 0))
 
 
 class _Pairs(NamedTuple):
-    """Limits in ε and in Δτ as velocity amplitudes, at the points where the limits in ε and in Δτ are known."""
+    """Limits in ε and in Δτ as velocity amplitudes, at the points at which both limits are known."""
 
     A: np.ndarray
     B: np.ndarray
@@ -268,20 +270,19 @@ class _Pairs(NamedTuple):
 
 
 def _both(session: Session, **axes: Any) -> _Pairs:
-    """Return the limits in ε and in Δτ over axes."""
+    """Return the limits in ε and in Δτ at all points of axes at which both limits are known."""
     found = [dict(each_limit({**RECORD, **axes}, kind, threads=session.threads)) for kind in ("eps", "dtau")]
     pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
     if not known:
-        raise NotApplicable("at no point are both limits known, in ε and in Δτ")
+        raise NotApplicable("there is no point at which both limits, in ε and in Δτ, are known")
     return _Pairs(*map(np.array, zip(*known, strict=True)))
 
 
 def _repeats(section: np.ndarray, longest: int) -> int:
     """Return the smallest number of periods after which section points repeat within rounding; 0 if there is none.
 
-    `structure.period` cannot be used, because it finds no period if points are as close to each other as they are under
-    a small disturbance.
+    `structure.period` cannot be used: it finds no period if two points are as close as under a small disturbance.
     """
     return next((n for n in range(1, longest + 1) if np.abs(section[n:] - section[:-n]).max() < 1e-9), 0)
 
@@ -297,5 +298,5 @@ def _seconds_per_period(arguments: dict[str, Any]) -> float:
 
 
 def _time(seconds: float) -> str:
-    """Return a time as text with one digit, because times vary between runs."""
+    """Return a time in µs as text with one digit, because times differ between runs."""
     return f"{float(f'{1e6 * seconds:.0e}'):g} µs"

@@ -34,8 +34,8 @@ def structure_kept(session: Session) -> Outcome:
         for m in (undisturbed, disturbed)
     ]
     text = (
-        f"main impacts once a period: {_kept(found.impacts)}; but {rates[1]:.0f} switches a period, without "
-        f"disturbance {rates[0]:.0f}: the sequence of states is {'the same' if found.word else 'another one'}"
+        f"the main impacts are {_kept(found.impacts)}; a period has {rates[1]:.0f} switches with the disturbance and "
+        f"{rates[0]:.0f} without it, and the sequence of states is {'the same' if found.word else 'another one'}"
     )
     numbers = {"impacts": found.impacts, "word": found.word, "switches_per_period": rates}
     coarse = bool(found.impacts)
@@ -48,21 +48,21 @@ def broad_band(session: Session) -> Outcome:
     spread = [[float(w.max()) for w in analysis.widths(motion)] for motion in motions]
     speed = [float(motion.impacts["speed"].max(initial=0.0)) for motion in motions]
     text = (
-        f"at the same phase ξ varies by up to {spread[1][0]:.2g} and ξ' by {spread[1][1]:.2g} "
-        f"(undisturbed: {spread[0][0]:.1g} and {spread[0][1]:.1g}); the fastest impact grows from "
+        f"at the same phase ξ varies by up to {spread[1][0]:.2g} and ξ' by up to {spread[1][1]:.2g} "
+        f"({spread[0][0]:.1g} and {spread[0][1]:.1g} without disturbance); the largest impact speed grows from "
         f"{speed[0]:.3g} to {speed[1]:.3g}"
     )
     broad = all(wide > 1e-3 + 100 * narrow for narrow, wide in zip(*spread, strict=True))
     return Outcome(text, {"spread_calm": spread[0], "spread": spread[1], "fastest_impact": speed}, when(broad))
 
 
-@claim("small-epsilon", "fig06", "ε = 0.5e-4 leaves the course of the motion and changes its amplitudes slightly.")
+@claim("small-epsilon", "fig06", "ε = 0.5e-4 keeps the course of the motion and changes its amplitudes slightly.")
 def small_epsilon(session: Session) -> Outcome:
     found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
     apart = _apart(session.undisturbed("fig06").points)
     text = (
-        f"impacts {_kept(found.impacts)}, order at the section {_kept(found.order)}; ρ = {found.rho:.3g}, "
-        f"the distance of the two points is {apart:.3g}"
+        f"the impacts are {_kept(found.impacts)}, the order at the section is {_kept(found.order)}; "
+        f"ρ = {found.rho:.3g}, and the distance between the two section points is {apart:.3g}"
     )
     slight = bool(found.impacts and found.order) and found.rho < 0.25 * apart
     return Outcome(text, {"rho": found.rho, "apart": apart}, when(slight))
@@ -88,8 +88,8 @@ def limit_epsilon(session: Session) -> Outcome:
     kept = [bool(f.impacts) for f in found]
     sides = [listed(e for e, g in zip(eps, kept, strict=True) if g is side) for side in (True, False)]
     text = (
-        f"k₂ = {k.k2:.4g} by the impacts ({k.how}), and {seen.k2:.4g} by the order at the drawn section; impacts are "
-        f"kept at ε = {sides[0]}, lost at {sides[1]}; ρ = {', '.join(f'{r:.2g}' for r in rho)}"
+        f"k₂ = {k.k2:.4g} for the impacts ({k.how}), and {seen.k2:.4g} for the order at the drawn section; the impacts "
+        f"are kept at ε = {sides[0]} and lost at ε = {sides[1]}; for these ε, ρ = {', '.join(f'{r:.2g}' for r in rho)}"
     )
     fits = all(g == (e < k.k2) for e, g in zip(eps, kept, strict=True)) and rho == sorted(rho)
     numbers = {"k2": k.k2, "k2_at_section": seen.k2, "eps": eps, "kept": kept, "rho": rho}
@@ -114,21 +114,21 @@ def bands(session: Session) -> Outcome:
     landed = kept_by_period((f.n, f.impacts) for f in structures(session, "fig07", eps=disturbed.scalars["eps"]))
     low, high = low_and_high(landed)
     text = (
-        f"at ε = {disturbed.scalars['eps']:g} impacts are kept in {100 * low:.0f} % of solutions of period up to 3, "
-        f"and in {100 * high:.0f} % of those of higher order ({shares(landed)}); the order at the drawn section is "
-        f"kept in {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % ({shares(survive)})"
+        f"at ε = {disturbed.scalars['eps']:g} the impacts are kept in {100 * low:.0f} % of the solutions with a period "
+        f"up to 3, and in {100 * high:.0f} % of the solutions with a longer period ({shares(landed)}); the order at "
+        f"the drawn section is kept in {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % of them ({shares(survive)})"
     )
     by_period = [[m, float(np.mean(kept))] for m, kept in survive.items()]
     numbers = {"low": low, "high": high, "at_section": seen, "by_period_at_section": by_period}
     return Outcome(text, numbers, when(low > 0.5 > high, low > high))
 
 
-@claim("precision", "fig07", "The disturbed solutions take a step Δτ = 1e-5, with switching times iterated to 1e-7.")
+@claim("precision", "fig07", "The disturbed solutions need a step Δτ = 1e-5, with switching times iterated to 1e-7.")
 def precision(session: Session) -> Outcome:
     results = session.results("fig07")
     A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)
     eps = float(results.axes["eps"].max())
-    # long enough that pairs of zeros are missed, and short enough that rounding errors remain smaller than their effect
+    # 40 periods are long enough to miss pairs of zeros, and so short that the effect of rounding errors is smaller
     span: dict[str, Any] = {"B": results.scalars["B"], "transient": 0, "periods": 40, "eps": eps}
     exact = collect(make_plan({"A": A, **span})).section
     steps = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5]
@@ -137,7 +137,7 @@ def precision(session: Session) -> Outcome:
         section = collect(make_plan({"A": A, **span, "method": "muller", "dtau": step})).section
         right.append(float((np.abs(section - exact).max(axis=(1, 2)) < 1e-3).mean()))
     enough = max((d for d, share in zip(steps, right, strict=True) if share == 1), default=np.nan)
-    text = "share of motions that are correct over 40 periods: " + ", ".join(
+    text = "the share of motions that are correct over 40 periods is " + ", ".join(
         f"{100 * share:.0f} % at Δτ = {d:g}" for d, share in zip(steps, right, strict=True)
     )
     numbers = {"dtau": steps, "right": right, "enough": enough}
@@ -147,7 +147,7 @@ def precision(session: Session) -> Outcome:
 @claim(
     "sensitivity",
     "fig07",
-    "The further a solution has bifurcated, the more sensitive it is, to either kind of disturbance.",
+    "The more often a solution has bifurcated, the more sensitive it is to both kinds of disturbance.",
 )
 def sensitivity(session: Session) -> Outcome:
     A = [2.5, 3.04, 3.1, 3.17]
@@ -157,7 +157,7 @@ def sensitivity(session: Session) -> Outcome:
     n = [found["eps"][i].n for i in range(len(A))]
     k2 = {kind: [found[kind][i].k2 for i in range(len(A))] for kind in found}
     text = "; ".join(
-        f"n = {n[i]} (A = {a}): k₂(ε) = {k2['eps'][i]:.2g}, k₂(Δτ) = {k2['dtau'][i]:.2g}" for i, a in enumerate(A)
+        f"k₂(ε) = {k2['eps'][i]:.2g} and k₂(Δτ) = {k2['dtau'][i]:.2g} for n = {n[i]} (A = {a})" for i, a in enumerate(A)
     )
     falling = all(v == sorted(v, reverse=True) for v in k2.values()) and n == sorted(n)
     return Outcome(text, {"A": A, "n": n, "k2_eps": k2["eps"], "k2_dtau": k2["dtau"]}, when(falling))

@@ -30,7 +30,7 @@ PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
 """The paper's setting of Muller's method."""
 
 FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
-"""A slide down that turns in the air if it starts high enough."""
+"""Start of a slide down that ends in the air if its initial gap is large enough."""
 
 HIGH = 30.0
 CLOSENESS = tuple(10.0**-k for k in range(1, 14))
@@ -51,8 +51,8 @@ def skipped(session: Session) -> Outcome:
     apart = Counter(np.diff(without).tolist())
     intervals = ", ".join(f"{d} ({n} times)" for d, n in sorted(apart.items()))
     text = (
-        f"Δτ = {arguments[1]['dtau']:g}: {len(without)} of {LONG} periods pass without {most.name}, other states are "
-        f"skipped {np.delete(lost, most).max():.0f} times; from one such period to the next: {intervals} periods"
+        f"at Δτ = {arguments[1]['dtau']:g}, {len(without)} of {LONG} periods contain no {most.name}, and other states "
+        f"are skipped {np.delete(lost, most).max():.0f} times; the next such period follows after {intervals} periods"
     )
     numbers = {"state": most.name, "without": len(without), "intervals": sorted(apart.items())}
     some = len(without) > 1
@@ -62,8 +62,8 @@ def skipped(session: Session) -> Outcome:
 @claim(
     "zeros-in-step",
     "fig08",
-    "A step with an even number of zeros does not recognise the switching point, one with an odd number takes the "
-    "wrong one.",
+    "If a step contains an even number of zeros, the switching point is not found; with an odd number, a wrong "
+    "switching point is found.",
 )
 def zeros_in_step(session: Session) -> Outcome:
     plan = session.config("atlas_undisturbed").plan()
@@ -82,11 +82,11 @@ def zeros_in_step(session: Session) -> Outcome:
     passed = sum(n for name, n in found.items() if name.startswith(("missed", "late")))
     wrong = sum(n for name, n in found.items() if name.startswith("wrong"))
     text = (
-        f"ε = 0, {found['judged']} switches at {plan.n_points} values of A and Δτ up to "
-        f"{plan.axes['dtau'][-1]:g}: {passed} not recognised, {unseen} of them with an even number of zeros in the "
-        f"step; {wrong} in time but with the wrong next state: {found['wrong, odd']} with an odd number of three zeros "
-        f"or more, {found['wrong, even']} with an even number, and {found['wrong, one']} with one zero that is found "
-        "too late for the right decision"
+        f"of {found['judged']} switches at ε = 0, at {plan.n_points} pairs of A and Δτ with Δτ up to "
+        f"{plan.axes['dtau'][-1]:g}, {passed} are not found, {unseen} of them with an even number of zeros in the "
+        f"step; {wrong} are found in time but lead to the wrong next state, {found['wrong, odd']} of them with an odd "
+        f"number of three zeros or more, {found['wrong, even']} with an even number, and {found['wrong, one']} with "
+        "one zero that is found too late for the right decision"
     )
     told = unseen == passed > 0
     return Outcome(text, dict(found), when(told and found["wrong, odd"] == wrong > 0, told))
@@ -110,11 +110,11 @@ def disturbed_switches(session: Session) -> Outcome:
         jumping.append((np.count_nonzero(speed) + np.count_nonzero(depth)) / np.count_nonzero(before != State.IMPACT))
         numbers[name] = {"dxi": [np.median(speed), speed.max()], "xi": [np.median(depth), depth.max()]}
         rows.append(
-            f"{name}: ξ' {np.median(speed):.2g} ({speed.max():.2g}) where a slide turns or stops, "
-            f"ξ {np.median(depth):.2g} ({depth.max():.2g}) at impacts; "
+            f"{name}: ξ' jumps by {np.median(speed):.2g} ({speed.max():.2g}) where a slide turns or stops, "
+            f"ξ jumps by {np.median(depth):.2g} ({depth.max():.2g}) at impacts; "
             f"{100 * jumping[-1]:.0f} % of the switches have a jump"
         )
-    text = f"jumps, median (largest): {' – '.join(rows)} – where a sticking or a rest ends late, ξ and ξ' do not jump"
+    text = f"medians (largest values) of the jumps: {' – '.join(rows)} – where a stick or rest ends late, nothing jumps"
     return Outcome(text, numbers | {"jumping": jumping}, when(min(jumping) == 1.0, min(jumping[:-1]) > 0.5))
 
 
@@ -129,18 +129,18 @@ def touching(session: Session) -> Outcome:
     for name, way in ways.items():
         close = [d for d in CLOSENESS if all(_lands(drop - s * d, way) == (s > 0) for s in (1, -1))]
         right[name] = close[-1] if close == list(CLOSENESS[: len(close)]) and close else np.inf
-    text = "smallest height of the lowest point, above or below the obstacle, at which the decision is right "
-    text += f"(tried down to {CLOSENESS[-1]:g}): {', '.join(f'{n} {d:.0e}' for n, d in right.items())}"
+    text = "the decision is right down to these distances of the lowest point from the obstacle, above or below it "
+    text += f"(tried down to {CLOSENESS[-1]:g}): {', '.join(f'{d:.0e} with {n}' for n, d in right.items())}"
     return Outcome(text, right, when(max(right.values()) > CLOSENESS[-1]))
 
 
 def _lands(height: float, way: dict[str, Any]) -> bool:
-    """Return True if the slide down from this height ends at the obstacle."""
+    """Return True if a motion with this initial gap first switches at the obstacle."""
     return bool(simulate(**FALL, xi0=height, **way).switches[0]["after"] == State.IMPACT)
 
 
 def zeros_of_step(motion: Plan, comparison: Comparison, k: int) -> list[int]:
-    """Return the number of zeros of each test function of eq. (8) in the step that contains certified switch k.
+    """Return the number of zeros of each switching function of eq. (8) in the step that contains certified switch k.
 
     A slide is continued beyond its end by the closed form of eqs. (4) and (5) at ε = 0.
     """
@@ -149,7 +149,7 @@ def zeros_of_step(motion: Plan, comparison: Comparison, k: int) -> list[int]:
     if end == np.inf:
         return [0]
     steps = max(1, math.ceil((end - start) / step - 1e-9))
-    first = 1 if steps == 1 else 0  # the zero with which the state begins is left out
+    first = 1 if steps == 1 else 0  # leaves out the zero at the beginning of the state
     tau = start + step * (steps - 1 + np.arange(first, FRACTIONS + 1) / FRACTIONS)
     if state in (State.REST, State.STICK):
         force = A * np.sin(tau) - B

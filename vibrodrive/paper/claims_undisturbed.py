@@ -30,21 +30,21 @@ def route(session: Session) -> Outcome:
     irregular = float((n[beyond] == 0).mean()) if beyond.any() else np.nan
     doubling = bool(starts[1] < starts[2] < starts[4])
     text = (
-        f"the mass moves from A = {starts[1]:.4g}; period 2 from {starts[2]:.4g}, 4 from {starts[4]:.4g}, "
-        f"then windows of period {listed(higher)}, and 3 from {starts[3]:.4g}; {100 * irregular:.1f} % of "
-        f"the values beyond the second doubling show no period up to {LONGEST_PERIOD}"
+        f"the mass moves above A = {starts[1]:.4g}; the period is 2 above {starts[2]:.4g} and 4 above {starts[4]:.4g}; "
+        f"windows of period {listed(higher)} follow, and the period is 3 above {starts[3]:.4g}; "
+        f"{100 * irregular:.1f} % of the values beyond the second doubling have no period up to {LONGEST_PERIOD}"
     )
     numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
     numbers |= {"higher_periods": higher, "share_without_period": irregular}
-    # the doublings agree with the logistic equation; windows of regular motion instead of chaos do not
+    # the doublings agree with the logistic equation; if windows of regular motion replace chaos, the claim is corrected
     return Outcome(text, numbers, when(doubling and irregular > 0.5, doubling and len(higher) > 0))
 
 
 @claim(
     "interruptions",
     "fig03",
-    "When A grows, sticking at the return is the first to disappear; resting after the impact goes, "
-    "in part or wholly, once the solution has bifurcated.",
+    "When A grows, the sticking where the mass turns disappears first; the resting after the impact disappears "
+    "partly or completely when the solution has bifurcated.",
 )
 def interruptions(session: Session) -> Outcome:
     results = session.results("fig03")
@@ -57,8 +57,8 @@ def interruptions(session: Session) -> Outcome:
     bifurcated = moving & (period(results.section) > 1)
     partly = float((rest[bifurcated] < 0.99).mean()) if bifurcated.any() else np.nan
     text = (
-        f"sticking vanishes at A = {stick_gone:.4g}, resting begins to fail at {rest_less:.4g}; of the "
-        f"bifurcated solutions {100 * partly:.0f} % rest after some impacts only, or after none"
+        f"sticking vanishes at A = {stick_gone:.4g}; from A = {rest_less:.4g} on a rest does not follow every impact; "
+        f"in {100 * partly:.0f} % of the bifurcated solutions it follows some impacts only, or none"
     )
     numbers = {"stick_vanishes": stick_gone, "rest_fails_from": rest_less, "share_partly": partly}
     return Outcome(text, numbers, when(stick_gone < rest_less and partly > 0))
@@ -67,7 +67,7 @@ def interruptions(session: Session) -> Outcome:
 @claim(
     "two-solutions",
     "fig04",
-    "A = 3.04 has two solutions of period 2×2π, alike but 2π apart; the start decides which is reached.",
+    "At A = 3.04 two equal solutions of period 2×2π are shifted by 2π; the start selects one of them.",
 )
 def two_solutions(session: Session) -> Outcome:
     motions = session.motions("fig04")
@@ -75,7 +75,7 @@ def two_solutions(session: Session) -> Outcome:
     found = [deviation(base.points, m.section) for m in motions]
     shifts = [int(s) for _, s in found]
     rho = max(float(r) for r, _ in found)
-    text = f"period {base.n}; the starts lead to one orbit, shifted by {listed(shifts)} × 2π, to within {rho:.1g}"
+    text = f"the starts lead to one orbit of period {base.n}, shifted by {listed(shifts)} × 2π, to within {rho:.1g}"
     settled = rho < SETTLED and base.n == 2
     return Outcome(text, {"n": base.n, "shifts": shifts, "rho": rho}, when(settled and len(set(shifts)) == 2))
 
@@ -94,15 +94,15 @@ def invisible_shift(session: Session) -> Outcome:
     section, curve = (max(float(np.abs(v - of[0]).max()) for v in of) for of in (values, moved))
     apart = max(float(np.abs(c - curves[0]).max()) for c in curves)
     text = (
-        f"shifts {listed(shifts)} × 2π: the values in a diagram differ by {section:.1g}, the phase curves by "
-        f"{curve:.1g} after the shift; at the same time the states differ by up to {apart:.2g}"
+        f"the solutions are shifted by {listed(shifts)} × 2π; their values in a diagram differ by {section:.1g} and "
+        f"their phase curves by {curve:.1g}; at equal times their states differ by up to {apart:.2g}"
     )
     equal = section < SETTLED and curve < SETTLED
     return Outcome(text, {"section": section, "curve": curve, "apart": apart}, when(equal and apart > 1e-3))
 
 
 @claim(
-    "n-solutions", "coexisting", "A subharmonic of order n means n stable solutions of one shape, whole periods apart."
+    "n-solutions", "coexisting", "A subharmonic of order n means n stable solutions of one shape, full periods apart."
 )
 def n_solutions(session: Session) -> Outcome:
     results = session.results("coexisting")
@@ -117,9 +117,9 @@ def n_solutions(session: Session) -> Outcome:
         counted[orbit.n] = len(set(kind[away < SETTLED].tolist()))
     settled = float((rho < SETTLED).mean())
     text = (
-        f"{100 * settled:.1f} % of {rho.size} starts reach the orbit, its solutions in shares of "
-        f"{', '.join(f'{100 * s:.0f} %' for s in shares)}; numbers of solutions found: for n = "
-        f"{', '.join(f'{n}: {c}' for n, c in counted.items())}"
+        f"{100 * settled:.1f} % of {rho.size} starts reach the orbit; the shares of its solutions are "
+        f"{', '.join(f'{100 * s:.0f} %' for s in shares)}; the number of solutions found is "
+        f"{', '.join(f'{c} for n = {n}' for n, c in counted.items())}"
     )
     numbers = {"n": base.n, "shares": shares, "settled": settled, "solutions_by_n": [list(i) for i in counted.items()]}
     return Outcome(text, numbers, when(settled == 1 and all(n == c for n, c in counted.items())))
@@ -128,13 +128,13 @@ def n_solutions(session: Session) -> Outcome:
 @claim(
     "two-interruptions",
     "fig05",
-    "The undisturbed motion at A = 1.5 is interrupted twice a period: where it turns and at the obstacle.",
+    "The undisturbed motion at A = 1.5 is interrupted twice a period: where the mass turns, and at the obstacle.",
 )
 def two_interruptions(session: Session) -> Outcome:
     base = session.undisturbed("fig05")
     names = [[s.name for s in word] for word in base.word]
     both = all({"STICK", "REST"} <= set(word) for word in names) and base.n == 1
-    return Outcome("between impacts: " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
+    return Outcome("the states of a period are " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
 
 
 @claim("two-points", "fig06", "The undisturbed motion has two points in the Poincaré section.")

@@ -30,7 +30,7 @@ NOT_SETTLED = "#fff3b0"  # no solution has this colour
 
 
 def fig02(session: Session) -> Figure:
-    """Draw the scheme of Fig. 2. The undisturbed motion of Fig. 5 gives the path of the simplest solution in it."""
+    """Draw the scheme of Fig. 2. The path of the simplest solution is that of the undisturbed motion of Fig. 5."""
     switches = session.motions("fig05")[0].switches
     steps = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
     return scheme({(State(before), State(after)) for before, after in steps}, "path of the simplest solution")
@@ -130,11 +130,11 @@ def coexisting(session: Session) -> Figure:
 
 @style.styled
 def grid(session: Session) -> Figure:
-    """Draw the numbers of periods after which the motion nearly repeats, and those after which the grid nearly closes.
+    """Compare the number of periods after which a motion nearly repeats with that after which the grid nearly closes.
 
-    The grid closes after m periods if m·2π is a number of steps Δτ. Panel a) shows over Δτ the number of periods, up to
-    LAGS, after which the motion returns most closely, and the one after which the grid closes most closely. Panel b)
-    shows both distances over the number of periods at the Δτ of Fig. 12.
+    The grid closes after m periods if m·2π is a number of steps Δτ. Panel a) shows over Δτ two numbers of periods up to
+    LAGS: after the first the motion returns most closely, after the second the grid closes most closely. Panel b)
+    shows the distances of the motion and of the grid over the number of periods, at the Δτ of Fig. 12.
     """
     results = session.results("grid")
     steps = results.axes["dtau"]
@@ -168,7 +168,7 @@ def grid(session: Session) -> Figure:
 
 
 def _axis_values(session: Session, name: str) -> list[str]:
-    """Return a title for each point of a configuration: its values on the axes."""
+    """Return a title for each point of a configuration, with the values of the axes."""
     plan = session.config(name).plan()
     index: Iterator[tuple[int, ...]] = np.ndindex(plan.shape)
     return [", ".join(style.equation(n, plan.axes[n][i]) for n, i in zip(plan.axes, at, strict=True)) for at in index]
@@ -192,7 +192,7 @@ FIGURES = {
     "fig10": Drawing("bifurcation diagram, constant step", _diagram("fig10")),
     "fig11": Drawing("phase curves, exact and with a constant step", fig11),
     "fig12": Drawing("basic and transient motions", fig12),
-    "coexisting": Drawing("which start leads to which solution", coexisting),
-    "grid": Drawing("when a grid closes and when its motion returns", grid),
+    "coexisting": Drawing("solutions reached from different starts", coexisting),
+    "grid": Drawing("periods after which a grid closes and its motion returns", grid),
 }
 """Drawings of `vibrodrive paper`: the figures of the paper, and two that explain Fig. 4 and Fig. 12."""

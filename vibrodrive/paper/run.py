@@ -26,7 +26,7 @@ from vibrodrive.verdicts import Judged, write
 from vibrodrive.version import __version__
 
 SUBJECTS = (*FIGURES, "limits")
-"""Names for the argument `figures`: those of the drawings, and "limits" for claims that have no figure in the paper."""
+"""Values of the argument `figures`: the names of the drawings, and "limits" for claims that have no figure."""
 
 
 class Paper(NamedTuple):
@@ -39,7 +39,7 @@ class Paper(NamedTuple):
 def _prepare(folder: Path) -> None:
     """Create the directory. Raises ValueError if it contains a file that must not be replaced, or OSError."""
     try:
-        os.stat(folder)  # names a circle of links in the error; mkdir reports only that the path exists
+        os.stat(folder)  # its error names a circle of links; the error of mkdir is only that the path exists
     except FileNotFoundError:
         folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -62,11 +62,11 @@ def run_paper(
     Parameters
     ----------
     out : path
-        directory; it is created if missing. Files of an earlier run are replaced. A file of the same name that is not a
-        result file of vibrodrive is not replaced.
+        directory; it is created if missing. Files of an earlier run are replaced. A file with the name of a result file
+        that vibrodrive has not written is not replaced.
     figures : sequence of str, optional
-        names of drawings (see figures.FIGURES), and "limits" for the claims about limits; by default all. Claims about
-        other figures are left out.
+        names of drawings (see figures.FIGURES), and "limits" for the claims about limits; by default all. Only claims
+        about these figures are tested.
     progress : callable, optional
         function that is called at each step with one line of text.
     threads : int, optional
