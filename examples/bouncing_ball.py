@@ -50,7 +50,7 @@ only rounding remains.
 
 {table}
 
-The verdict is "holds" if the slope of log(error) over log(B) is −1 within 0.01, and (found − law) · B at the
+The verdict is "holds" if the slope of log(error) over log(B) is −1 within 0.01, and (value − law) · B at the
 largest B equals the first-order term within a relative difference of 1e-5. Γ is from `bifurcations`; phase, speed
 and multiplier are from `orbits`. At every B in the table the error of the law is larger than rounding. Larger
 powers of ten are not possible, because A = ΓB must not exceed 1e9. At B = 10 the laws do not apply at Γ = 3.5: the

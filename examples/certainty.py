@@ -152,10 +152,9 @@ by a sixth to a quarter.
 
 Each row of the table stands for a set of ranges of parameters and starts. Motions are drawn at random from
 these ranges (seed {seed}). For up to 100 switches of each motion, the instant, ξ and ξ' are compared with the
-reference, and so are ξ and ξ' of each section point. *Wrong states* counts motions in which a state that is
-reported as certain differs from the reference. *Certainty ends* counts motions with a finite `certain_until`.
-For each motion the largest bound is divided by the largest error. The last two columns give the median and the
-90 % quantile of this ratio.
+reference, and so are ξ and ξ' of each section point. A scene becomes uncertain if its `certain_until` is
+finite. For each motion the largest bound is divided by the largest error. The last two columns give the median
+and the 90 % quantile of this ratio.
 
 {table}
 

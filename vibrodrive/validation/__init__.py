@@ -1,1 +1,1 @@
-"""Checks of the program against exact or published results, each with a number, its bound and a verdict."""
+"""Checks of the program against exact or published results. Each check gives numbers, their bounds and a verdict."""

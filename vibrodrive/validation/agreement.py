@@ -97,7 +97,7 @@ def slide(model: Oscillator, s: Segment) -> Slide:
 
 
 def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
-    """Return the switching function at the end of a segment, and the bound of its rounding.
+    """Return (switching function at the end of a segment, bound of its rounding error).
 
     The function is computed with the digits that the caller has set in mpmath. The recorded phases at both ends of the
     segment have errors of at least 2**-51. A long slide continues from a new reference state after every two periods,

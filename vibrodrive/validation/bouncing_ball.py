@@ -86,7 +86,7 @@ def _first_order(s: float) -> tuple[float, float, float]:
 
 
 def laws() -> tuple[Law, ...]:
-    """Return the laws of five quantities: two values of Γ = A/B, and phase, speed over B and multiplier at MIDDLE."""
+    """Return the laws of five quantities: the ends of the range of Γ, and phase, speed over B, multiplier at MIDDLE."""
     s = math.sqrt(MIDDLE**2 - math.pi**2)
     phase, speed, multiplier = _first_order(s)
     first, second = math.hypot(1.0, math.pi), math.hypot(2.0, math.pi)
@@ -163,21 +163,21 @@ def findings() -> list[Finding]:
         slope, factor = a.off
         out.append(Finding(f"{a.law.quantity}: |slope of log(error) over log(B) + 1|", slope, SLOPE_WITHIN))
         out.append(
-            Finding(f"{a.law.quantity}: error × B, relative difference from the first order", factor, FACTOR_WITHIN)
+            Finding(f"{a.law.quantity}: relative difference of error × B from the factor of 1/B", factor, FACTOR_WITHIN)
         )
     return out
 
 
 def table(found: Sequence[Approach]) -> Iterator[str]:
-    """Yield lines of Markdown: the verdicts, then a row for each quantity and B."""
-    yield "| quantity | law | slope of the error | (found − law) · B, largest B | from the first order | verdict |"
+    """Yield the lines of two Markdown tables: one with the verdicts, and one with a row for each quantity and B."""
+    yield "| quantity | law | slope of the error | (value − law) · B at the largest B | factor of 1/B | verdict |"
     yield "|---|---|---|---|---|---|"
     for a in found:
         verdict = "holds" if a.holds else "**fails**"
         law = f"{a.law.formula} = {a.law.limit:.10f}"
         yield f"| {a.law.quantity} | {law} | {a.slope:.4f} | {a.factor:.6f} | {a.law.factor:.6f} | {verdict} |"
     yield ""
-    yield "| quantity | B | found | relative error of the law | left by law and first order |"
+    yield "| quantity | B | value | relative error of the law | relative error of the law with the term in 1/B |"
     yield "|---|---|---|---|---|"
     for a in found:
         for B, value, error, beyond in zip(a.B, a.found, a.error, a.beyond, strict=True):

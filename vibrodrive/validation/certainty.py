@@ -30,11 +30,11 @@ WITHIN = 1000.0
 """Bound of the median, over scenes, of the ratio of the largest error bound to the largest error."""
 
 BELOW_REFERENCE = 1e-30
-"""Possible error of the reference itself. It is added to each bound, because some gaps are as small as 1e-100."""
+"""Possible error of the reference. It is added to each bound, because some gaps are as small as 1e-100."""
 
 
 class Pair(NamedTuple):
-    """One number of a motion: name, error and error bound."""
+    """Error and error bound of one number of a motion."""
 
     what: str
     number: int
@@ -66,7 +66,7 @@ class Held(NamedTuple):
 
 
 def hold(scene: Mapping[str, Any], most: int = MOST, **settings: Any) -> Held:
-    """Compare a motion and its bounds with the reference, from the start.
+    """Compare a motion and its error bounds with the reference, from the start of the motion.
 
     Raises ArithmeticError if the reference finds a zero of order three.
     """
@@ -76,7 +76,7 @@ def hold(scene: Mapping[str, Any], most: int = MOST, **settings: Any) -> Held:
 
 
 def compare(motion: Trajectory, exact: Reference, most: int = MOST) -> Held:
-    """Compare a motion, recorded from its start, with its reference, which may end earlier than the motion."""
+    """Compare a motion that is recorded from its start with the reference. The reference may end earlier."""
     pairs: list[Pair] = []
     others = 0
     for n, (row, bound, s) in enumerate(zip(motion.switches, motion.switch_errors, exact.switches, strict=False)):
@@ -151,26 +151,26 @@ def _small_gap(draw: np.random.Generator) -> Scene:
 
 
 BANDS: dict[str, Callable[[np.random.Generator], Scene]] = {
-    "from rest, A to 3.25": lambda draw: {"A": draw.uniform(1.12, 3.25), "periods": 60},
+    "start from rest, A up to 3.25": lambda draw: {"A": draw.uniform(1.12, 3.25), "periods": 60},
     "any start, ε = 0": _undisturbed,
-    "long": lambda draw: {"A": draw.uniform(3.0, 9.0), "B": draw.choice([0.1, 0.6]), "periods": 120},
-    "A to 10⁶": lambda draw: {"A": 10.0 ** draw.uniform(1.0, 6.0), "B": draw.choice([0.0, 0.1, 0.6]), "periods": 10},
-    "next to the onset": _onset,
+    "long motion": lambda draw: {"A": draw.uniform(3.0, 9.0), "B": draw.choice([0.1, 0.6]), "periods": 120},
+    "A up to 10⁶": lambda draw: {"A": 10.0 ** draw.uniform(1.0, 6.0), "B": draw.choice([0.0, 0.1, 0.6]), "periods": 10},
+    "A close to the onset": _onset,
     "disturbed, η of the paper": lambda draw: {
         "A": draw.uniform(1.2, 9.0), "eps": 10.0 ** draw.uniform(-6.0, -2.5), "periods": 5,
     },
     "disturbed, any η": _any_disturbance,
     "slow disturbance": _slow,
-    "ripple, A ε η² to 100 A": _ripple,
+    "fast disturbance, ε η² up to 100": _ripple,
     "fast impact": _fast,
     "start where H falls to 1": _boundary,
     "small gap": _small_gap,
 }  # fmt: skip
-"""Kinds of scenes, each with the function that draws one."""
+"""Functions that draw a scene, by the kind of scene."""
 
 
 def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:
-    """Yield scenes of all kinds in turn, with random section phases: (kind, arguments)."""
+    """Return pairs (kind, arguments) of scenes with random section phases. All kinds occur in turn."""
     generator = np.random.default_rng(seed)
     bands = list(BANDS.items())
     scenes = []
@@ -183,22 +183,22 @@ def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:
 
 
 def bounds_of_drawn(seed: int) -> list[Finding]:
-    """Check random scenes: errors above their bounds, wrong states marked as certain, and sizes of the bounds."""
+    """Return findings for random scenes: errors above their bounds, wrong states marked as certain, size of bounds."""
     held = [hold(scene) for _, scene in draw(seed)]
     known = [h.looseness for h in held if not math.isnan(h.looseness)]
-    drawn = f"of {DRAWN} random scenes (seed {seed}):"
+    drawn = f"number of {DRAWN} random scenes (seed {seed}) with"
     return [
         Finding(f"{drawn} an error above its bound", sum(len(h.broken) > 0 for h in held), 0),
         Finding(f"{drawn} wrong states marked as certain", sum(h.others > 0 for h in held), 0),
-        Finding("largest bound over largest error, median", float(np.median(known)), WITHIN),
+        Finding("median of the largest bound over the largest error", float(np.median(known)), WITHIN),
     ]
 
 
 def table(found: Mapping[str, list[Held]]) -> list[str]:
-    """Return a Markdown table, a row for each kind of scene: errors above bounds, wrong states, bounds over errors."""
+    """Return the lines of a Markdown table with a row for each kind of scene."""
     lines = [
-        "| scenes | number | with an error above its bound | with wrong states | certainty ends "
-        "| bound / error, median | bound / error, 90 % quantile |",
+        "| kind of scene | scenes | scenes with an error above its bound | scenes with a wrong state marked as certain "
+        "| scenes that become uncertain | median of bound / error | 90 % quantile of bound / error |",
         "|---|---|---|---|---|---|---|",
     ]
     for name, held in {**found, "all": [h for several in found.values() for h in several]}.items():

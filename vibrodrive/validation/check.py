@@ -18,7 +18,7 @@ class Verdict(StrEnum):
 
 
 class Finding(NamedTuple):
-    """Number with its upper bound, which NaN exceeds, or text with the text that it must equal."""
+    """A number with its upper bound, or a text with the text that it must equal. NaN exceeds every bound."""
 
     what: str
     number: float | str
@@ -33,7 +33,7 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Check:
-    """Check: a function that returns findings.
+    """A check: a function that returns findings.
 
     `needs` names packages that the check requires although vibrodrive does not. If such a package is missing, the check
     is skipped. The function of a `drawn` check takes the seed of its random scenes as argument.

@@ -1,4 +1,4 @@
-"""Phases after a million periods: H = 1 at the end of each rest."""
+"""Check of the phase after a million periods. At the end of each rest H must be 1."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WITHIN = 1e-12
 
 
 def million_periods() -> list[Finding]:
-    """Return the error in τ of the last ends of rests. It follows from H - 1 and its slope, in 50 digits."""
+    """Return a finding for each scene: the error in τ of the last ends of rests, computed from H with 50 digits."""
     found = []
     for scene in SCENES:
         late = phase_error(simulate(A=1.5, **scene, transient=MILLION, periods=5))

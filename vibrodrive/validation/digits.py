@@ -1,4 +1,4 @@
-"""Comparison of certified motions with the 50-digit reference: fixed scenes, and random scenes."""
+"""Comparison of certified motions with the 50-digit reference, for fixed scenes and for random scenes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ at ε = 0 and below 1e-11 at ε = 2e-4. Errors are larger in scenes of up to 100
 start at τ = -1e4."""
 
 LATE_IN = {"fast disturbance": 1e-8}
-"""Bounds for scenes with chatter: there are about twenty hops, and each hop multiplies the error by 2 to 3."""
+"""Bounds for scenes with chatter. These have about twenty short flights, and each multiplies the error by 2 to 3."""
 
 DRAWN = 60
 """Number of random scenes; they take about 15 s."""
@@ -49,9 +49,9 @@ def _error(name: str, found: Agreement) -> Finding:
 
 
 def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
-    """Return random scenes: a level to a steep incline (B up to 1.3), and any start with ξ ≤ 5 and |ξ'| ≤ 4.
+    """Return random scenes with B up to 1.3, initial gaps ξ up to 5 and initial velocities |ξ'| up to 4.
 
-    η is that of the paper, or between 0.3 and 200. Every second scene has a disturbance.
+    η has the value of the paper, or a value from 0.3 to 200. Every second scene has a disturbance.
     """
     generator = np.random.default_rng(seed)
 
@@ -80,8 +80,8 @@ def drawn_scenes(seed: int) -> list[Finding]:
     another = sum(_went_another_way(follow(scene, most=SWITCHES, periods=12)) for scene in scenes)
     worst = max(_residual(scene) for scene in scenes)
     return [
-        Finding(f"of {DRAWN} random scenes (seed {seed}): wrong states without a flag", another, 0),
-        Finding("residual of a switching function, relative to its bound by rounding", worst, 1.0),
+        Finding(f"number of {DRAWN} random scenes (seed {seed}) with wrong states without a flag", another, 0),
+        Finding("largest residual of a switching function, relative to the bound of its rounding", worst, 1.0),
     ]
 
 

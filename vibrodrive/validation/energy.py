@@ -29,6 +29,12 @@ def energy_balance() -> list[Finding]:
     relative = (off / swept.drive_work)[periodic]
     kept = (off * (PERIODS - 1) / (B * swept.xi_max))[~periodic]
     return [
-        Finding(f"{relative.size} periodic motions: imbalance over drive", float(relative.max()), WITHIN),
-        Finding(f"{kept.size} others: imbalance over B ξ_max in {PERIODS} periods", float(kept.max()), 1.0),
+        Finding(
+            f"{relative.size} periodic motions: largest imbalance over work of the excitation",
+            float(relative.max()),
+            WITHIN,
+        ),
+        Finding(
+            f"{kept.size} other motions: largest imbalance over B ξ_max in {PERIODS} periods", float(kept.max()), 1.0
+        ),
     ]

@@ -1,4 +1,4 @@
-"""The grazing ladder: flights whose lowest points approach the obstacle, from above and below."""
+"""Check of slides whose lowest point, without the obstacle, would be just above or just below the obstacle."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ THROWS: dict[str, dict[str, float]] = {
     "fast disturbance": {"A": 1.9, "B": 0.2, "eps": 2e-5, "eta": 431.7, "dxi0": -1.0, "tau0": 2.9},
     "from great height": {"A": 4.5, "B": 0.9, "dxi0": -20.0, "tau0": 0.3},
 }
-"""Slides down that end in the air if they start high enough."""
+"""Starts of slides down, by name. A slide ends in the air if its initial gap is large enough."""
 
 
 def lowest(scene: dict[str, Any], height: float) -> Any:
@@ -35,7 +35,7 @@ def lowest(scene: dict[str, Any], height: float) -> Any:
 
 
 def grazing_ladder() -> list[Finding]:
-    """Count wrong decisions without a flag, and flags at decisions that rounding is far too small to change."""
+    """Return two findings: wrong decisions without a flag, and flagged decisions that rounding cannot change."""
     wrong = timid = 0
     for scene in THROWS.values():
         drop = lowest(scene, 1e6)
@@ -51,6 +51,6 @@ def grazing_ladder() -> list[Finding]:
             timid += close and abs(depth) > 100 * ROUNDING * terms and motion.margin >= 0.9 * abs(depth)
     rungs = len(THROWS) * len(LADDER)
     return [
-        Finding(f"of {rungs} flights: wrong decisions without a flag", int(wrong), 0),
+        Finding(f"wrong decisions without a flag in {rungs} flights", int(wrong), 0),
         Finding("flights flagged although rounding is at most a hundredth of the height", int(timid), 0),
     ]

@@ -1,4 +1,4 @@
-"""Checks of results that different computations must give equal to the last bit."""
+"""Checks of different computations that must give the same results, bit for bit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def differing(one: Results, other: Results) -> int:
 
 
 def skip_is_literal() -> list[Finding]:
-    """Compare a scan that skips grid points with one that visits all of them."""
+    """Compare a scan that skips grid points with a scan that visits all grid points."""
     found = []
     span: dict[str, Any] = {"A": np.linspace(1.2, 3.25, 40), "eps": [0.0, 2e-4], "transient": 5, "periods": 10}
     for method, dtau in (("fixed", 0.1), ("fixed", 1e-3), ("muller", 0.1), ("muller", 1e-3)):
@@ -44,7 +44,7 @@ def skip_is_literal() -> list[Finding]:
 
 
 def one_thread_is_two() -> list[Finding]:
-    """Compare a sweep on one thread with one on several threads."""
+    """Compare a sweep on one thread with the same sweep on two threads."""
     if check_threads(None) < 2:
         raise NotApplicable("needs two threads")
     run: dict[str, Any] = {"A": np.linspace(1.0, 3.25, 150), "eps": [0.0, 2e-4], "transient": 20, "periods": 20}
@@ -52,7 +52,7 @@ def one_thread_is_two() -> list[Finding]:
 
 
 def resumed_is_uninterrupted() -> list[Finding]:
-    """Compare a sweep that was interrupted and resumed in a file with the same sweep in memory."""
+    """Compare a sweep that is interrupted and resumed in a file with the same sweep in memory."""
     run: dict[str, Any] = {"A": np.linspace(3.0, 3.25, 700), "eps": [0.0, 1e-4, 2e-4], "transient": 5, "periods": 5}
     plan = make_plan(run)
     half = range(len(plan.blocks()) // 2)

@@ -1,8 +1,9 @@
 """Comparison with general solvers: the same motion by terminal events of scipy and of heyoka, if installed.
 
-Each slide is one call of the solver, up to its event. The end of a sticking or rest is a zero of H, a function of time:
-at ε = 0 an arcsine, else found by a scan and bisection. With a disturbance such solvers miss some switches over long
-motions, at any tolerance. Over PERIODS periods of these scenes they do not.
+Each slide is one call of the solver, which stops at its event. A sticking or a rest ends where H, a function of time,
+reaches a bound. At ε = 0 this instant is an arcsine; with a disturbance it is found by a scan and bisection. With a
+disturbance such solvers miss some switches of long motions, at any tolerance. In PERIODS periods of these scenes no
+switch is missed.
 """
 
 from __future__ import annotations
@@ -135,7 +136,7 @@ def _side_by_side(solver: Callable[..., Slide], within: float) -> list[Finding]:
     for scene in SCENES:
         theirs = _switches(**scene, slide=solver(**scene))
         ours = simulate(**scene, transient=0, periods=PERIODS).switches
-        apart = math.inf  # if states or numbers of switches differ
+        apart = math.inf  # remains so if states or numbers of switches differ
         if [row[1:3] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
             tau = TWO_PI * ours["period"] + ours["phase"]
             apart = max(abs(row[0] - t) for row, t in zip(theirs, tau.tolist(), strict=True))
@@ -145,7 +146,7 @@ def _side_by_side(solver: Callable[..., Slide], within: float) -> list[Finding]:
 
 
 def _force(A: float, B: float, eps: float, eta: float, sin: Callable[[Any], Any], tau: Any) -> Any:
-    """Return H(τ), by the sine of a solver."""
+    """Return H(τ), computed with the sine function of a solver."""
     slow = A * sin(tau) - B
     return slow + A * eps * eta**2 * sin(eta * tau) if eps else slow
 
@@ -210,10 +211,10 @@ def _heyoka_slide(A: float, B: float, eps: float = 0.0, eta: float = ETA) -> Sli
     def slide(state: int, tau: float, xi: float) -> End:
         solver = solvers[state]
         solver.time = tau
-        solver.state[:] = xi, 1e-16 if state == UP else -1e-16  # if it starts from 0, the solver may miss the next zero
+        solver.state[:] = xi, 1e-16 if state == UP else -1e-16  # from a start at 0 the solver may miss the next zero
         solver.reset_cooldowns()
         outcome = solver.propagate_until(tau + 2.0 * TWO_PI)[0]
-        impact = state == DOWN and int(outcome) == -2  # the second of its terminal events
+        impact = state == DOWN and int(outcome) == -2  # -2: the second terminal event
         return solver.time, 0.0 if impact else float(solver.state[0]), impact
 
     return slide

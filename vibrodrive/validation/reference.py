@@ -8,10 +8,10 @@ It does not rely on changes of sign:
 * The same kind of bound for g' or g'' proves that g is monotone, convex or concave on the window. Then the values at
   the ends, or the value at the only minimum, determine the number of zeros.
 
-A window is first evaluated in double precision with a large allowance for rounding. If this does not decide, it is
-evaluated in full precision. For a slide that starts with ξ' = 0, g has a zero at the start, which is a double zero
-after STICK and REST. A Taylor bound proves g > 0 on a first interval, and the search begins at the end of this
-interval.
+A window is first evaluated in double precision with a large allowance for rounding. If this does not determine the
+number of zeros, the window is evaluated in full precision. For a slide that starts with ξ' = 0, g has a zero at the
+start. It is a double zero after STICK and REST. A Taylor bound proves g > 0 on a first interval, and the search begins
+at the end of this interval.
 
 A switch takes about 0.3 ms without a disturbance and 1 ms with a disturbance, so references are computed when they are
 needed and are not stored.
@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 try:
     from mpmath import MPContext
-except ImportError:  # checks that need it are skipped
+except ImportError:  # checks that need mpmath are skipped
 
     def MPContext() -> Any:
         return None
@@ -44,7 +44,7 @@ LONG = 2e4 * math.pi  # longest search for the next reversal of a disturbed flig
 class Switch(NamedTuple):
     """One switch: its time, the states before and after it, ξ and ξ' before it, and H.
 
-    `margin` is the distance of its decision from a change; inf if the switch needed no decision.
+    `margin` is the distance of the decision from the opposite decision; inf for a switch without a decision.
     """
 
     tau: Any
@@ -145,13 +145,13 @@ class Switching:
         return g, dg, ddg
 
     def full(self, h: Any) -> Point:
-        """Return the same with allowances, but without a split into line and waves, which small windows do not need."""
+        """Return g, g', g'' in full precision with their allowances; `line` and `slow` equal g."""
         h = mp.mpf(h)
         g, dg, ddg = self.exact(h)
         return Point(h, g, g, g, dg, ddg, self.tiny, self.tiny * self.omega, self.tiny * self.omega**2)
 
     def double(self, h: float) -> Point:
-        """Return the same in double precision, with allowances that include the rounding of doubles."""
+        """Return g, g', g'' in double precision, with allowances for the rounding of doubles."""
         line, slope = self.line[0] + self.line[1] * h, self.line[1]
         g, dg, ddg, slow = line, slope, 0.0, line
         pad, dpad, ddpad = abs(self.line[0]) + abs(slope) * h, abs(slope), 0.0
@@ -171,8 +171,8 @@ class Switching:
     def judge(self, a: Point, b: Point) -> str:
         """Classify the zeros of g in (a, b] for g(a) > 0.
 
-        "clear" means no zero, "zero" one zero, "minimum" none to two zeros with one minimum between them. "unknown" is
-        undecided.
+        The result is "clear" for no zero, "zero" for one zero, "minimum" for one minimum with none, one or two zeros,
+        and "unknown" if these bounds do not determine the number of zeros.
         """
         w8 = (b.h - a.h) ** 2 / 8
         pad, dpad, ddpad = max(a.pad, b.pad), max(a.dpad, b.dpad), max(a.ddpad, b.ddpad)
@@ -230,7 +230,9 @@ class Switching:
             if small != (width * self.omega < SMALL):
                 small = not small
                 evaluate = self.full if small else self.double
-                left = evaluate(left.h if small else math.nextafter(float(left.h), 0.0))  # no gap between windows
+                left = evaluate(
+                    left.h if small else math.nextafter(float(left.h), 0.0)
+                )  # leaves no gap to the last window
             right = evaluate(left.h + width)
             verdict = self.judge(left, right)
             if verdict == "unknown":
@@ -330,7 +332,7 @@ class Oscillator:
         return (DOWN if H < -1 else STICK), margin
 
     def release(self, state: int, tau: Any, horizon: Any) -> tuple[Any, int]:
-        """Return the duration of STICK or REST, None if it reaches `horizon`, and the next state."""
+        """Return (duration of STICK or REST, or None if it reaches `horizon`; next state)."""
         limits = [(UP, 1 + self.B, -1)]  # g = 1 - H
         if state == STICK:
             limits.append((DOWN, 1 - self.B, 1))  # g = 1 + H
@@ -358,9 +360,8 @@ class Oscillator:
     def latest_reversal(self, slide: Slide, horizon: Any) -> Any:
         """Return a time after which a slide down cannot reverse; inf for B < 1, where every slide down reverses.
 
-        For B > 1 the mean of ξ'' is negative. Without a disturbance, ξ' is at most as large after a period as before
-        it. With a disturbance and B equal or close to 1 there is no such bound, and the search ends after the time
-        LONG.
+        For B > 1 the mean of ξ'' is negative. Without a disturbance, ξ' does not increase from one period to the next.
+        With a disturbance and B equal or close to 1 there is no such bound, and the search ends after the time LONG.
         """
         if self.B < 1:
             return mp.inf
@@ -373,7 +374,7 @@ class Oscillator:
         return min(latest, max(horizon, mp.mpf(LONG)))
 
     def slide_down(self, slide: Slide, horizon: Any) -> tuple[Any, int, Any]:
-        """Return the duration of DOWN, None if it reaches `horizon`, the next state, and the margin of the decision."""
+        """Return (duration of DOWN, or None if it reaches `horizon`; next state; margin of the decision)."""
         reversal = slide.reversal(self.latest_reversal(slide, horizon))
         if reversal is None:
             if slide.at(horizon)[0] > 0:
@@ -407,8 +408,8 @@ def reference(
     * at an impact: |ξ| at the reversal that would follow without an obstacle; inf if no reversal would follow,
     * at a decision by H: ||H| - 1|.
 
-    If two of these apply, the margin is the smaller one. If there are `max_switches` switches earlier, the computation
-    ends there, and the section is shorter.
+    If two of these apply, the margin is the smaller value. The computation ends after `max_switches` switches, and the
+    section is then shorter.
 
     A slide also ends at an instant at which ξ' only touches zero. There |H| = 1, and the slide continues immediately.
     The margin of this switch is 0.
@@ -472,11 +473,11 @@ def reference(
 
 
 SCENES: dict[str, dict[str, Any]] = {
-    # those of the paper
+    # motions of the paper
     "one-periodic": {"A": 1.5, "periods": 1000},
     "two-periodic": {"A": 3.04, "periods": 1000},
     "disturbed": {"A": 3.04, "eps": 2e-4, "periods": 100},
-    # others
+    # other motions
     "level plane": {"A": 2.9, "B": 0.0, "xi0": 1.0, "periods": 60},
     "steep": {"A": 3.3, "B": 0.5, "periods": 60},
     "slides by itself": {"A": 3.0, "B": 1.3, "xi0": 4.0, "tau0": 1.0, "periods": 60},

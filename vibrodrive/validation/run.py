@@ -26,16 +26,16 @@ from vibrodrive.validation.check import Check, Verdict, judge
 from vibrodrive.verdicts import Judged
 
 CHECKS = (
-    Check("hash", "A small sweep has the hash that it has on every machine", fingerprint.small_sweep),
+    Check("hash", "A small sweep has the same hash as on all machines", fingerprint.small_sweep),
     Check("digits", "Switches of fixed scenes against a 50-digit reference", digits.fixed_scenes, ("mpmath",)),
     Check("drawn", "Random scenes against the reference", digits.drawn_scenes, ("mpmath",), drawn=True),
     Check("bounds", "Bounds of errors against the reference", certainty.bounds_of_drawn, ("mpmath",), drawn=True),
     Check("grazing", "Flights that graze the obstacle at ±1e-3 to ±1e-15", grazing.grazing_ladder, ("mpmath",)),
     Check("million", "Phase after a million periods", clocks.million_periods, ("mpmath",)),
     Check("energy", "Energy balance: excitation = friction + impacts", energy.energy_balance),
-    Check("skip", "Skipping grid points = visiting each", identity.skip_is_literal),
-    Check("threads", "One thread = two", identity.one_thread_is_two),
-    Check("resume", "Resumed = uninterrupted", identity.resumed_is_uninterrupted),
+    Check("skip", "Skipping grid points gives the same bits as visiting all", identity.skip_is_literal),
+    Check("threads", "One thread gives the same bits as two threads", identity.one_thread_is_two),
+    Check("resume", "A resumed sweep has the same bits as an uninterrupted one", identity.resumed_is_uninterrupted),
     Check("ball", "B → ∞: the laws of the inelastic bouncing ball", bouncing_ball.findings),
     Check("scipy", "Comparison with scipy's events", peers.scipy_events, ("scipy",)),
     Check("heyoka", "Comparison with heyoka's events", peers.heyoka_events, ("heyoka",)),
@@ -49,7 +49,7 @@ def validate(
     checks: Sequence[Check] = CHECKS,
     say: Callable[[str], None] = lambda line: None,
 ) -> list[Judged]:
-    """Run checks in order: those whose ids are in `only`, or all. `say` is called with a line of text after each check.
+    """Run the checks with the ids in `only`, by default all. After each check `say` is called with a line of text.
 
     Raises ValueError for an unknown id.
     """
@@ -86,5 +86,5 @@ def write(folder: Path, seed: int, judged: Sequence[Judged]) -> list[Path]:
 
 
 def counts(judged: Sequence[Judged]) -> str:
-    """Return the counts of verdicts as text, `12 checks: 10 holds, …`."""
+    """Return one line with the number of each verdict, such as `12 checks: 10 holds, …`."""
     return verdicts.counts(judged, "checks", Verdict)
