@@ -31,6 +31,9 @@ class Outcome(NamedTuple):
     verdict: Verdict
 
 
+Test = Callable[[Session], Outcome]
+
+
 @dataclass(frozen=True)
 class Claim:
     """One statement of the paper. `figure` is a name in run.SUBJECTS: the name of a drawing, or "limits"."""
@@ -38,17 +41,17 @@ class Claim:
     id: str
     figure: str
     says: str
-    test: Callable[[Session], Outcome]
+    test: Test
 
 
 CLAIMS: list[Claim] = []
 
 
-def claim(id: str, figure: str, says: str) -> Callable[[Callable[[Session], Outcome]], Callable[[Session], Outcome]]:
-    """Register the decorated function as the test of a claim."""
+def claim(figure: str, says: str) -> Callable[[Test], Test]:
+    """Register the decorated function as the test of a claim. Its name, with hyphens, is the id of the claim."""
 
-    def register(test: Callable[[Session], Outcome]) -> Callable[[Session], Outcome]:
-        CLAIMS.append(Claim(id, figure, says, test))
+    def register(test: Test) -> Test:
+        CLAIMS.append(Claim(test.__name__.replace("_", "-"), figure, says, test))
         return test
 
     return register

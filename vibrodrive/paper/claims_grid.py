@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Iterable
 
 import numpy as np
 
@@ -13,8 +12,8 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.plan import make_plan
 from vibrodrive.paper import analysis
 from vibrodrive.paper.analysis import AT_SECTION, LAGS, landings
-from vibrodrive.paper.claim import Outcome, claim, when
-from vibrodrive.paper.session import Session, points
+from vibrodrive.paper.claim import Outcome, claim, listed, when
+from vibrodrive.paper.session import Session
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.criterion import IMPACTS
 from vibrodrive.stability.limit import each_limit
@@ -29,17 +28,19 @@ LONG = 600
 """Number of periods over which a structure is checked. The figures of the paper show only a few periods."""
 
 
-@claim("step-kept", "fig08", "At A = 1.5 the constant step Δτ = 0.5 does not change the structure of the orbit.")
+@claim("fig08", "At A = 1.5 the constant step Δτ = 0.5 does not change the structure of the orbit.")
 def step_kept(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 0)
     text = f"at Δτ = {step:g}, over {LONG} periods, {_answers(found, 'impacts', 'word')}"
-    return Outcome(text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(_whole(found)))
+    return Outcome(
+        text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(bool(found.impacts and found.word))
+    )
 
 
-@claim("band-beside-band", "fig08", "Fig. 8a can be compared with Fig. 5b: late switches make a band, as ε does.")
+@claim("fig08", "Fig. 8a can be compared with Fig. 5b: late switches make a band, as ε does.")
 def band_beside_band(session: Session) -> Outcome:
     calm, physical = session.motions("fig05")
-    late = simulate(**(next(points(session.config("fig08").plan())) | {"periods": len(physical.section)}))
+    late = simulate(**(session.points("fig08")[0] | {"periods": len(physical.section)}))
     curve = orbit_curve(calm, session.undisturbed("fig05").n)
     rows, numbers = [], {}
     for name, motion in (("ε", physical), ("Δτ", late)):
@@ -56,22 +57,18 @@ def band_beside_band(session: Session) -> Outcome:
     return Outcome(text, numbers | {"ratio": ratio}, when(all(near), any(near)))
 
 
-@claim("step-lost", "fig08", "Δτ = 0.7 is beyond the limit and destroys the structure.")
+@claim("fig08", "Δτ = 0.7 is beyond the limit and destroys the structure.")
 def step_lost(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 1)
-    arguments = list(points(session.config("fig08").plan()))[1]
+    arguments = session.points("fig08", 2)[1]
     k = limit(arguments["A"], "dtau", "fixed", "word", B=arguments["B"], threads=session.threads)
     text = f"at Δτ = {step:g} {_answers(found, 'impacts', 'word')}; the least step that loses the word is {k.k2:.4g}"
-    return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not _whole(found)))
+    return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not (found.impacts and found.word)))
 
 
-@claim(
-    "step-multiple",
-    "fig08",
-    "Beyond the limit (Δτ = 0.7) the solution has a multiple of the excitation period as its period.",
-)
+@claim("fig08", "Beyond the limit (Δτ = 0.7) the solution has a multiple of the excitation period as its period.")
 def step_multiple(session: Session) -> Outcome:
-    arguments = list(points(session.config("fig08").plan()))[1]
+    arguments = session.points("fig08", 2)[1]
     motion = simulate(**(arguments | {"periods": LONG, "section_phase": np.pi / 2}))
     distance = returning(motion.section, LAGS)
     m = int(distance.argmin()) + 1
@@ -82,11 +79,7 @@ def step_multiple(session: Session) -> Outcome:
     return Outcome(text, {"m": m, "distance": distance.min()}, when(exact, m > 1 and distance.min() < 0.05))
 
 
-@claim(
-    "similar",
-    "fig09",
-    "Small numerical disturbances act like physical ones: the section points spread, the structure stays.",
-)
+@claim("fig09", "Small numerical disturbances act like physical ones: the section points spread, the structure stays.")
 def similar(session: Session) -> Outcome:
     motions = session.motions("fig09")
     base = session.undisturbed("fig09")
@@ -95,11 +88,9 @@ def similar(session: Session) -> Outcome:
     return Outcome(text, {"rho": found.rho}, when(bool(found.impacts and found.order) and found.rho > 0))
 
 
-@claim(
-    "near-limit", "fig09", "The case “Δτ = 0.5” is close to the limit: the structure is kept with an extreme deviation."
-)
+@claim("fig09", "The case “Δτ = 0.5” is close to the limit: the structure is kept with an extreme deviation.")
 def near_limit(session: Session) -> Outcome:
-    arguments = list(points(session.config("fig09").plan()))[1]
+    arguments = session.points("fig09", 2)[1]
     base = session.undisturbed("fig09")
     drawn = compare_structure(base, simulate(**arguments))
     printed = compare_structure(base, simulate(**(arguments | {"dtau": PRINTED})))
@@ -121,7 +112,7 @@ PRINTED = 0.5
 """Step of Fig. 9b as printed in the paper."""
 
 
-@claim("cloud", "fig09", "Large numerical disturbances make the motion irregular: a cloud of points.")
+@claim("fig09", "Large numerical disturbances make the motion irregular: a cloud of points.")
 def cloud(session: Session) -> Outcome:
     motion = session.motions("fig09")[-1]
     found = compare_structure(session.undisturbed("fig09"), motion)
@@ -140,11 +131,7 @@ def cloud(session: Session) -> Outcome:
     )
 
 
-@claim(
-    "reactions",
-    "fig09",
-    "Large numerical disturbances make the motion irregular, large physical ones give it other periods.",
-)
+@claim("fig09", "Large numerical disturbances make the motion irregular, large physical ones give it other periods.")
 def reactions(session: Session) -> Outcome:
     back = []
     for motion in (session.motions("fig06")[-1], session.motions("fig09")[-1]):
@@ -159,11 +146,7 @@ def reactions(session: Session) -> Outcome:
     return Outcome(text, numbers, when(d_eps < 0.05 and d_dtau > 0.1, d_eps < 0.05))
 
 
-@claim(
-    "not-yet-critical",
-    "fig10",
-    "Δτ = 0.1 is large but not yet critical; its diagram shows that both kinds of disturbance act alike.",
-)
+@claim("fig10", "Δτ = 0.1 is large but not yet critical; its diagram shows that both kinds of disturbance act alike.")
 def not_yet_critical(session: Session) -> Outcome:
     results = session.results("fig10")
     same = {name: results.scalars[name] for name in ("B", "section_phase")}
@@ -184,14 +167,14 @@ def not_yet_critical(session: Session) -> Outcome:
     return Outcome(text, numbers, when(share > 0.5, low > 0.5))
 
 
-@claim("unique", "fig11", "With Δτ = 0.1 all starts end in one and the same motion: the solution has become unique.")
+@claim("fig11", "With Δτ = 0.1 all starts end in one and the same motion: the solution has become unique.")
 def unique(session: Session) -> Outcome:
     motions = session.motions("fig11")
     if len(motions) < 2:
         raise NotApplicable("this claim needs several starts")
     same = [bool(np.array_equal(m.section, motions[0].section)) for m in motions]
     base = session.undisturbed("fig11")
-    exact = [simulate(**analysis.without_grid(a)) for a in points(session.config("fig11").plan())]
+    exact = [simulate(**analysis.without_grid(a)) for a in session.points("fig11")]
     shifts = [int(deviation(base.points, m.section)[1]) for m in exact]
     text = (
         f"{sum(same)} of {len(same)} starts give the same section, bit for bit; without the grid the starts lead to "
@@ -200,9 +183,9 @@ def unique(session: Session) -> Outcome:
     return Outcome(text, {"same": same, "exact_shifts": shifts}, when(all(same) and len(set(shifts)) > 1))
 
 
-@claim("unique-limit", "fig11", "Uniqueness has a limit in the size of the disturbance, as orbital stability has.")
+@claim("fig11", "Uniqueness has a limit in the size of the disturbance, as orbital stability has.")
 def unique_limit(session: Session) -> Outcome:
-    arguments = next(points(session.config("fig11").plan()))
+    arguments = session.points("fig11")[0]
     point = {name: arguments[name] for name in ("A", "B", "eta")}
     rows, numbers = [], {}
     for symbol, kind in (("ε", "eps"), ("Δτ", "dtau")):
@@ -219,7 +202,7 @@ def unique_limit(session: Session) -> Outcome:
     return Outcome(text, numbers, when(sharp and np.isfinite(limits).all(), bool(np.isfinite(limits).all())))
 
 
-@claim("basic-motion", "fig12", "The motion consists of a basic motion of 6×2π, in place of 2×2π.")
+@claim("fig12", "The motion consists of a basic motion of 6×2π, in place of 2×2π.")
 def basic_motion(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
     slip = analysis.find_phase_slip(motion, base)
@@ -231,11 +214,7 @@ def basic_motion(session: Session) -> Outcome:
     return Outcome(text, {"basic": slip.basic, "gap": slip.usual, "n": base.n}, when(slip.basic == 6 and base.n == 2))
 
 
-@claim(
-    "transient",
-    "fig12",
-    "With some regularity, a transient motion of exactly 2π separates two basic motions.",
-)
+@claim("fig12", "With some regularity, a transient motion of exactly 2π separates two basic motions.")
 def transient(session: Session) -> Outcome:
     motion, base = session.motions("fig12")[0], session.undisturbed("fig12")
     slip = analysis.find_phase_slip(motion, base)
@@ -245,15 +224,15 @@ def transient(session: Session) -> Outcome:
     between = Counter(int(np.sum(apart[a:b])) for a, b in itertools.pairwise(odd))
     recurs = between.most_common(1)[0][0] if between else 0
     text = (
-        f"the impacts are {slip.usual} periods apart, with {len(odd)} exceptions of {_set(apart[odd])} periods; "
-        f"{_set(added)} × 2π is inserted every {_set(between)} periods"
+        f"the impacts are {slip.usual} periods apart, with {len(odd)} exceptions of {listed(np.unique(apart[odd]))} periods; "
+        f"{listed(added)} × 2π is inserted every {listed(sorted(between))} periods"
     )
     closes = [c.periods for c in convergents(motion.arguments["dtau"], 1000)]
     text += f"; the grid nearly closes after {recurs} periods, which are a convergent" if recurs in closes else ""
     return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
 
 
-@claim("why-six", "grid", "(The paper does not explain 6×2π.) The grid nearly closes after 6 periods: 377·0.1 ≈ 6·2π.")
+@claim("grid", "(The paper does not explain 6×2π.) The grid nearly closes after 6 periods: 377·0.1 ≈ 6·2π.")
 def why_six(session: Session) -> Outcome:
     results = session.results("grid")
     steps = results.axes["dtau"]
@@ -273,15 +252,9 @@ def why_six(session: Session) -> Outcome:
 
 
 def _structure(session: Session, name: str, index: int) -> tuple[Structure, float]:
-    arguments = list(points(session.config(name).plan()))
-    if index >= len(arguments):
-        raise NotApplicable(f"{name} has no point {index}")
-    motion = simulate(**(arguments[index] | {"periods": LONG}))
-    return compare_structure(session.undisturbed(name), motion), arguments[index]["dtau"]
-
-
-def _whole(found: Structure) -> bool:
-    return bool(found.impacts and found.word)
+    arguments = session.points(name, index + 1)[index]
+    motion = simulate(**(arguments | {"periods": LONG}))
+    return compare_structure(session.undisturbed(name), motion), arguments["dtau"]
 
 
 def _answers(found: Structure, *asked: str) -> str:
@@ -294,7 +267,3 @@ def _answers(found: Structure, *asked: str) -> str:
         f"{named.get(name, name)} {'kept' if getattr(found, name) else 'lost'}"
         for name in asked or ("impacts", "order")
     )
-
-
-def _set(values: Iterable[int]) -> str:
-    return ", ".join(str(v) for v in sorted({int(v) for v in values})) or "none"

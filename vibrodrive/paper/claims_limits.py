@@ -15,7 +15,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.claim import Outcome, claim, listed, when
-from vibrodrive.paper.session import Session, points
+from vibrodrive.paper.session import Session
 from vibrodrive.stability.limit import Disturbance, Limit, each_limit
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.questions import limit
@@ -51,7 +51,7 @@ AFTER = 200  # periods after a start
 AROUND_LOSS = 0.15  # range of A around the loss of sticking
 
 
-@claim("alike", "limits", "Both kinds of disturbance have similar effects: their limits depend on A in a similar way.")
+@claim("limits", "Both kinds of disturbance have similar effects: their limits depend on A in a similar way.")
 def alike(session: Session) -> Outcome:
     plan = session.config("limits").plan()
     if set(plan.axes) != {"A"}:
@@ -75,11 +75,7 @@ def alike(session: Session) -> Outcome:
     return Outcome(text, numbers, when(close.all(), close.mean() > 0.75 and bool(1 / ALIKE <= np.median(r) <= ALIKE)))
 
 
-@claim(
-    "any-frequency",
-    "limits",
-    "η = 10·√102 is chosen without restricting generality: any high frequency ratio has the same effect.",
-)
+@claim("limits", "η = 10·√102 is chosen without restricting generality: any high frequency ratio has the same effect.")
 def any_frequency(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
     eta = scalars["eta"] * np.array(TIMES_ETA)
@@ -98,7 +94,7 @@ def any_frequency(session: Session) -> Outcome:
     return Outcome(text, numbers, when((np.abs(settled - 1) < SETTLES).all(), (np.abs(above - 1) < SETTLES).all()))
 
 
-@claim("any-incline", "limits", "B = 0.1 is assumed without restricting generality.")
+@claim("limits", "B = 0.1 is assumed without restricting generality.")
 def any_incline(session: Session) -> Outcome:
     eta = session.config("limits").plan().scalars["eta"]
     found = _both(session, A=A_OF_INCLINES, B=INCLINES, eta=eta)
@@ -118,13 +114,9 @@ def any_incline(session: Session) -> Outcome:
     return Outcome(text, numbers, when(max(spread) < ALIKE, close.mean() > 0.75))
 
 
-@claim(
-    "rational",
-    "fig05",
-    "A rational η would make the disturbed motion periodic, with a multiple of the excitation period.",
-)
+@claim("fig05", "A rational η would make the disturbed motion periodic, with a multiple of the excitation period.")
 def rational(session: Session) -> Outcome:
-    arguments = list(points(session.config("fig05").plan()))[-1]
+    arguments = session.points("fig05")[-1]
     seen = []
     for eta in [*(eta for eta, _ in RATIONAL), arguments["eta"]]:
         motion = simulate(**(arguments | {"eta": eta}))
@@ -140,9 +132,7 @@ def rational(session: Session) -> Outcome:
 
 
 @claim(
-    "interruptions-and-limit",
-    "fig03",
-    "Orbital stability rests on the two interruptions and the plastic impact, and they influence the limit k₂.",
+    "fig03", "Orbital stability rests on the two interruptions and the plastic impact, and they influence the limit k₂."
 )
 def interruptions_and_limit(session: Session) -> Outcome:
     results = session.results("fig03")
@@ -171,9 +161,7 @@ def interruptions_and_limit(session: Session) -> Outcome:
 
 
 @claim(
-    "computing-time",
-    "fig07",
-    "Constant step sizes avoid the computing time of a step Δτ = 1e-5 with switching times iterated to 1e-7.",
+    "fig07", "Constant step sizes avoid the computing time of a step Δτ = 1e-5 with switching times iterated to 1e-7."
 )
 def computing_time(session: Session) -> Outcome:
     results = session.results("fig07")
@@ -198,7 +186,7 @@ def computing_time(session: Session) -> Outcome:
     return Outcome(text, {"seconds": spent}, when(avoided and spent["coarse"] < spent["certified"], avoided))
 
 
-@claim("all-times", "limits", "Practical stability is meant for all times from t₀ on; Figs. 6 and 9 show 1500 periods.")
+@claim("limits", "Practical stability is meant for all times from t₀ on; Figs. 6 and 9 show 1500 periods.")
 def all_times(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
     at: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"], "threads": session.threads}
@@ -217,7 +205,6 @@ def all_times(session: Session) -> Outcome:
 
 
 @claim(
-    "jointly",
     "limits",
     "For a distance k₃ there are k₁ and k₂: starts within ‖ΔX₀‖ + |Δt₀| < k₁ and disturbances below k₂ stay within k₃.",
 )

@@ -20,11 +20,7 @@ from vibrodrive.stability.structure import compare_structure, order, period
 from vibrodrive.verdicts import NotApplicable
 
 
-@claim(
-    "structure-kept",
-    "fig05",
-    "ε = 5e-4 keeps the structure at A = 1.5: the states follow each other as without disturbance.",
-)
+@claim("fig05", "ε = 5e-4 keeps the structure at A = 1.5: the states follow each other as without disturbance.")
 def structure_kept(session: Session) -> Outcome:
     undisturbed, disturbed = _two(session.motions("fig05"))
     found = compare_structure(session.undisturbed("fig05"), disturbed)
@@ -42,7 +38,7 @@ def structure_kept(session: Session) -> Outcome:
     return Outcome(text, numbers, when(coarse and bool(found.word), coarse))
 
 
-@claim("broad-band", "fig05", "Periods differ from one another: the phase curve becomes a broad band.")
+@claim("fig05", "Periods differ from one another: the phase curve becomes a broad band.")
 def broad_band(session: Session) -> Outcome:
     motions = _two(session.motions("fig05"))
     spread = [[float(w.max()) for w in analysis.widths(motion)] for motion in motions]
@@ -56,7 +52,7 @@ def broad_band(session: Session) -> Outcome:
     return Outcome(text, {"spread_calm": spread[0], "spread": spread[1], "fastest_impact": speed}, when(broad))
 
 
-@claim("small-epsilon", "fig06", "ε = 0.5e-4 keeps the course of the motion and changes its amplitudes slightly.")
+@claim("fig06", "ε = 0.5e-4 keeps the course of the motion and changes its amplitudes slightly.")
 def small_epsilon(session: Session) -> Outcome:
     found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
     apart = _apart(session.undisturbed("fig06").points)
@@ -68,11 +64,7 @@ def small_epsilon(session: Session) -> Outcome:
     return Outcome(text, {"rho": found.rho, "apart": apart}, when(slight))
 
 
-@claim(
-    "limit-epsilon",
-    "fig06",
-    "With growing ε the points spread up to a limit; beyond it other structures appear, a cloud of points.",
-)
+@claim("fig06", "With growing ε the points spread up to a limit; beyond it other structures appear, a cloud of points.")
 def limit_epsilon(session: Session) -> Outcome:
     motions = session.motions("fig06")
     base, s = session.undisturbed("fig06"), session.config("fig06").plan().settings
@@ -97,7 +89,6 @@ def limit_epsilon(session: Session) -> Outcome:
 
 
 @claim(
-    "bands",
     "fig07",
     "ε = 2e-4 turns stable solutions into bands; low orders survive, high orders and bifurcation points do not.",
 )
@@ -123,7 +114,7 @@ def bands(session: Session) -> Outcome:
     return Outcome(text, numbers, when(low > 0.5 > high, low > high))
 
 
-@claim("precision", "fig07", "The disturbed solutions need a step Δτ = 1e-5, with switching times iterated to 1e-7.")
+@claim("fig07", "The disturbed solutions need a step Δτ = 1e-5, with switching times iterated to 1e-7.")
 def precision(session: Session) -> Outcome:
     results = session.results("fig07")
     A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)
@@ -144,11 +135,7 @@ def precision(session: Session) -> Outcome:
     return Outcome(text, numbers, when(enough <= 1e-5, bool(enough > 1e-5)))
 
 
-@claim(
-    "sensitivity",
-    "fig07",
-    "The more often a solution has bifurcated, the more sensitive it is to both kinds of disturbance.",
-)
+@claim("fig07", "The more often a solution has bifurcated, the more sensitive it is to both kinds of disturbance.")
 def sensitivity(session: Session) -> Outcome:
     A = [2.5, 3.04, 3.1, 3.17]
     B = session.results("fig07").scalars["B"]

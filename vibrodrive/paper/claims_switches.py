@@ -13,7 +13,7 @@ from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import without_grid
 from vibrodrive.paper.claim import Outcome, claim, when
-from vibrodrive.paper.session import Session, points
+from vibrodrive.paper.session import Session
 from vibrodrive.stability.failures import KINDS, Comparison, compared
 from vibrodrive.verdicts import NotApplicable
 
@@ -36,13 +36,11 @@ HIGH = 30.0
 CLOSENESS = tuple(10.0**-k for k in range(1, 14))
 
 
-@claim("skipped", "fig08", "At Δτ = 0.7 several switching points are skipped, in equal intervals.")
+@claim("fig08", "At Δτ = 0.7 several switching points are skipped, in equal intervals.")
 def skipped(session: Session) -> Outcome:
-    arguments = list(points(session.config("fig08").plan()))
-    if len(arguments) < 2:
-        raise NotApplicable("fig08 has only one value of Δτ; this claim needs two")
-    motion = simulate(**(arguments[1] | {"periods": LONG}))
-    exact = simulate(**without_grid(arguments[1]))
+    arguments = session.points("fig08", 2)[1]
+    motion = simulate(**(arguments | {"periods": LONG}))
+    exact = simulate(**without_grid(arguments))
     usual, entered = (np.bincount(m.switches["after"], minlength=len(State)) for m in (exact, motion))
     lost = usual * LONG / len(exact.section) - entered
     most = State(int(lost.argmax()))
@@ -51,7 +49,7 @@ def skipped(session: Session) -> Outcome:
     apart = Counter(np.diff(without).tolist())
     intervals = ", ".join(f"{d} ({n} times)" for d, n in sorted(apart.items()))
     text = (
-        f"at Δτ = {arguments[1]['dtau']:g}, {len(without)} of {LONG} periods contain no {most.name}, and other states "
+        f"at Δτ = {arguments['dtau']:g}, {len(without)} of {LONG} periods contain no {most.name}, and other states "
         f"are skipped {np.delete(lost, most).max():.0f} times; the next such period follows after {intervals} periods"
     )
     numbers = {"state": most.name, "without": len(without), "intervals": sorted(apart.items())}
@@ -60,7 +58,6 @@ def skipped(session: Session) -> Outcome:
 
 
 @claim(
-    "zeros-in-step",
     "fig08",
     "If a step contains an even number of zeros, the switching point is not found; with an odd number, a wrong "
     "switching point is found.",
@@ -92,13 +89,9 @@ def zeros_in_step(session: Session) -> Outcome:
     return Outcome(text, dict(found), when(told and found["wrong, odd"] == wrong > 0, told))
 
 
-@claim(
-    "disturbed-switches",
-    "fig09",
-    "A wrong localisation disturbs the state at all switching points, by instantaneous jumps of ξ and ξ'.",
-)
+@claim("fig09", "A wrong localisation disturbs the state at all switching points, by instantaneous jumps of ξ and ξ'.")
 def disturbed_switches(session: Session) -> Outcome:
-    arguments = [*points(session.config("fig09").plan())]
+    arguments = session.points("fig09")
     rows, numbers, jumping = [], {}, []
     for name, at in [(f"Δτ = {a['dtau']:g}", a) for a in arguments] + [("Muller", arguments[0] | PAPERS)]:
         switches = simulate(**at).switches
@@ -118,9 +111,7 @@ def disturbed_switches(session: Session) -> Outcome:
     return Outcome(text, numbers | {"jumping": jumping}, when(min(jumping) == 1.0, min(jumping[:-1]) > 0.5))
 
 
-@claim(
-    "touching", "fig02", "Two coinciding zeros are a problem, as when the mass touches the obstacle without an impact."
-)
+@claim("fig02", "Two coinciding zeros are a problem, as when the mass touches the obstacle without an impact.")
 def touching(session: Session) -> Outcome:
     drop = HIGH - float(simulate(**FALL, xi0=HIGH).switches[0]["xi"])
     ways: dict[str, dict[str, Any]] = {"certified": {}, "Muller (the paper's setting)": PAPERS}

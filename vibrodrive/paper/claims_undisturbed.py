@@ -19,7 +19,7 @@ from vibrodrive.verdicts import NotApplicable
 HIGHER = (3.1, 3.22)  # excitation amplitudes with subharmonics of order 4 and 3
 
 
-@claim("route", "fig03", "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.")
+@claim("fig03", "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.")
 def route(session: Session) -> Outcome:
     results = session.results("fig03")
     A, n = results.axes["A"], period(results.section)
@@ -41,7 +41,6 @@ def route(session: Session) -> Outcome:
 
 
 @claim(
-    "interruptions",
     "fig03",
     "When A grows, the sticking where the mass turns disappears first; the resting after the impact disappears "
     "partly or completely when the solution has bifurcated.",
@@ -64,11 +63,7 @@ def interruptions(session: Session) -> Outcome:
     return Outcome(text, numbers, when(stick_gone < rest_less and partly > 0))
 
 
-@claim(
-    "two-solutions",
-    "fig04",
-    "At A = 3.04 two equal solutions of period 2×2π are shifted by 2π; the start selects one of them.",
-)
+@claim("fig04", "At A = 3.04 two equal solutions of period 2×2π are shifted by 2π; the start selects one of them.")
 def two_solutions(session: Session) -> Outcome:
     motions = session.motions("fig04")
     base = session.undisturbed("fig04")
@@ -80,7 +75,7 @@ def two_solutions(session: Session) -> Outcome:
     return Outcome(text, {"n": base.n, "shifts": shifts, "rho": rho}, when(settled and len(set(shifts)) == 2))
 
 
-@claim("invisible-shift", "fig04", "The shift by 2π is not visible in the bifurcation diagram and in phase curves.")
+@claim("fig04", "The shift by 2π is not visible in the bifurcation diagram and in phase curves.")
 def invisible_shift(session: Session) -> Outcome:
     motions = session.motions("fig04")
     base = session.undisturbed("fig04")
@@ -101,9 +96,7 @@ def invisible_shift(session: Session) -> Outcome:
     return Outcome(text, {"section": section, "curve": curve, "apart": apart}, when(equal and apart > 1e-3))
 
 
-@claim(
-    "n-solutions", "coexisting", "A subharmonic of order n means n stable solutions of one shape, full periods apart."
-)
+@claim("coexisting", "A subharmonic of order n means n stable solutions of one shape, full periods apart.")
 def n_solutions(session: Session) -> Outcome:
     results = session.results("coexisting")
     base = session.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
@@ -126,7 +119,6 @@ def n_solutions(session: Session) -> Outcome:
 
 
 @claim(
-    "two-interruptions",
     "fig05",
     "The undisturbed motion at A = 1.5 is interrupted twice a period: where the mass turns, and at the obstacle.",
 )
@@ -137,7 +129,7 @@ def two_interruptions(session: Session) -> Outcome:
     return Outcome("the states of a period are " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
 
 
-@claim("two-points", "fig06", "The undisturbed motion has two points in the Poincaré section.")
+@claim("fig06", "The undisturbed motion has two points in the Poincaré section.")
 def two_points(session: Session) -> Outcome:
     undisturbed = session.motions("fig06")[0]
     base = session.undisturbed("fig06")

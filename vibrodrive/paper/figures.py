@@ -21,7 +21,7 @@ from vibrodrive.figures.model import drawing
 from vibrodrive.figures.scheme import scheme
 from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import LAGS, SETTLED, closing_periods, find_phase_slip, without_grid
-from vibrodrive.paper.session import Session, points
+from vibrodrive.paper.session import Session
 from vibrodrive.stability.commensurability import closing, returning
 from vibrodrive.stability.structure import deviation
 from vibrodrive.verdicts import NotApplicable
@@ -65,7 +65,7 @@ def _sections(name: str) -> Callable[[Session], Figure]:
 
 def fig11(session: Session) -> Figure:
     disturbed = session.motions("fig11")[0]
-    exact = simulate(**without_grid(next(points(session.config("fig11").plan()))))
+    exact = simulate(**without_grid(session.points("fig11")[0]))
     step = disturbed.arguments["dtau"]
     return figures.phase_curve([exact, disturbed], titles=["exact", style.equation("dtau", step)])
 

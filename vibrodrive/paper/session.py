@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,6 @@ from typing import Any
 from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.model import config
-from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.structure import ReferenceOrbit, reference_orbit
 from vibrodrive.store.every_kind import load
@@ -38,6 +37,16 @@ class Session:
 
     def config(self, name: str) -> config.Config:
         return self._once(("config", name), lambda: config.read(self.configs / f"{name}.toml"))
+
+    def points(self, name: str, least: int = 1) -> list[dict[str, Any]]:
+        """Return the arguments of `simulate` for each point of a configuration.
+
+        Raises NotApplicable if there are fewer than `least` points.
+        """
+        plan = self.config(name).plan()
+        if plan.n_points < least:
+            raise NotApplicable(f"{name} has fewer than {least} points")
+        return [plan.arguments(at) for at in range(plan.n_points)]
 
     def results(self, name: str) -> Results:
         """Return the sweep of a configuration, computed into NAME.h5."""
@@ -78,7 +87,7 @@ class Session:
         return load(path)
 
     def _follow(self, name: str) -> list[Trajectory]:
-        motions = [simulate(**arguments) for arguments in points(self.config(name).plan())]
+        motions = [simulate(**arguments) for arguments in self.points(name)]
         path = self.out / f"{name}_switches.h5"
         with new_file(path, seal=True) as file:
             file.attrs.update(about("switches", self._origin(name)))
@@ -89,8 +98,3 @@ class Session:
                 group.attrs.update(motion.arguments)
         self.files.append(path)
         return motions
-
-
-def points(plan: Plan) -> Iterator[dict[str, Any]]:
-    """Return an iterator over the points of a plan that gives the arguments of `simulate` for each point."""
-    return map(plan.arguments, range(plan.n_points))
