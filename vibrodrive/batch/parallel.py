@@ -26,8 +26,7 @@ from vibrodrive.jit.compile import jit, prepare
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.kernels.arguments import Arguments, packed
 
-LOOK = 0.05
-"""Seconds between two checks for an early end of the computation: Ctrl-C, or a halt from another process."""
+LOOK = 0.05  # seconds between two checks for an early end of the computation: Ctrl-C, or a halt from another process
 
 BRIEF = 1 << 14
 """Largest work for which no thread is started: a few milliseconds on one thread. The unit is the work of one excitation

@@ -37,8 +37,7 @@ if TYPE_CHECKING:
 
     from vibrodrive.model.drawing import Style, Width
 
-LONG = 100_000
-"""Progress is shown for motions of at least this many periods, which may take more than a second."""
+LONG = 100_000  # progress is shown for motions of at least this many periods, which may take more than a second
 
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 """Row of `Trajectory.switch_errors`: bounds of the errors of the row of `Trajectory.switches` with the same index."""

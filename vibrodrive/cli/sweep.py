@@ -139,8 +139,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"time     about {duration(found.computing)}, plus {duration(found.loading)} to load the kernels")
 
 
-BASE_MEMORY = 200_000_000
-"""Bytes of memory for the interpreter, NumPy, Numba and the compiled kernels."""
+BASE_MEMORY = 200_000_000  # bytes of memory for the interpreter, NumPy, Numba and the compiled kernels
 
 
 def _tell_statuses(path: Path) -> None:

@@ -108,8 +108,7 @@ batches."""
 low_bits: Any = _bits if COMPILED else _low_bits
 """low_bits(t): an integer whose last bits are those of the integer n in t = n + ROUND."""
 
-flip: Any = _xor_sign if COMPILED else _flip
-"""flip(x, bits): -x if the second-lowest bit of `bits` is set, else x."""
+flip: Any = _xor_sign if COMPILED else _flip  # flip(x, bits): -x if the second-lowest bit of `bits` is set, else x
 
 wide: Any = _prefer_wide if COMPILED else _nothing
 """wide(): compile the calling function for the widest registers of the processor. LLVM's default is half that width, to

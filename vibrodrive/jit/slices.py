@@ -22,11 +22,8 @@ SECONDS = 0.05
 slice may take several times as long. It is long compared with the few microseconds of a call, and with the 5 ms for
 which another thread may hold the GIL."""
 
-FIRST = 256
-"""Default number of steps of the first slice."""
-
-GROWTH = 16
-"""Largest ratio of the steps of a slice to those of the slice before."""
+FIRST = 256  # default number of steps of the first slice
+GROWTH = 16  # largest ratio of the steps of a slice to those of the slice before
 
 
 class Halt:

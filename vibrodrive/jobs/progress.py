@@ -24,8 +24,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
 
-PLAIN_SECONDS = 10.0
-"""Seconds between lines if stderr is not a terminal (a log, a batch system)."""
+PLAIN_SECONDS = 10.0  # seconds between lines if stderr is not a terminal (a log, a batch system)
 
 COMPILING = "compiling the kernels, once for this version, Python and processor"
 """Shown at the start of a compilation; its duration is unknown."""
@@ -184,9 +183,7 @@ def show_to_person(name: str) -> Show | None:
 WATCH_SECONDS = 0.2
 
 WATCHER = "watch"  # name of the thread that shows progress; at most one exists
-
-SHOWN_AFTER = 1.0
-"""Seconds after which the progress of a call in Python is shown; most calls are shorter."""
+SHOWN_AFTER = 1.0  # seconds after which the progress of a call in Python is shown; most calls are shorter
 
 
 @contextlib.contextmanager

@@ -35,8 +35,7 @@ from vibrodrive.store.writer import Writer, open_writer
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
 
-PATIENCE = 0.7
-"""Seconds to wait for a write after a signal; blocks not committed by then are computed again."""
+PATIENCE = 0.7  # seconds to wait for a write after a signal; blocks not committed by then are computed again
 
 
 @dataclass(frozen=True)
@@ -255,11 +254,8 @@ _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+
 
 _NO_DASK = "--dask needs the extra `dask`: pip install 'vibrodrive[dask]'"
 
-REACH_SECONDS = 10
-"""Largest time for the answer of a scheduler, in seconds."""
-
-WORKERS_SECONDS = 1.0
-"""Interval of reading the number of workers of a cluster, in seconds."""
+REACH_SECONDS = 10  # largest time for the answer of a scheduler, in seconds
+WORKERS_SECONDS = 1.0  # interval of reading the number of workers of a cluster, in seconds
 
 
 @contextlib.contextmanager

@@ -27,12 +27,10 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels import margins, motion, switch
 from vibrodrive.kernels.codes import CERTIFIED, IMPACT, INFINITY, OK, S1, S2, S4, STRETCHED, TOO_CLOSE, UP
 
-HALF_LAST_BIT = 2.0**-51
-"""Half the last bit of a phase: the largest rounding error of φ."""
+HALF_LAST_BIT = 2.0**-51  # half the last bit of a phase: the largest rounding error of φ
 
 
-UNDERFLOW = 1e-300
-"""Upper bound of the rounding error of a subnormal ξ or ξ', which has fewer bits."""
+UNDERFLOW = 1e-300  # upper bound of the rounding error of a subnormal ξ or ξ', which has fewer bits
 
 
 class End(NamedTuple):

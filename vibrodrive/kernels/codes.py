@@ -54,8 +54,7 @@ values are a sum of WRITE_POINT (write a section point), CHECK_RECURRENCE (recur
 switch: `keep_switch` in history.py)."""
 
 
-ENDED_EARLY = -1.0
-"""Value of LEFT if all results of a trajectory are known before its record ends."""
+ENDED_EARLY = -1.0  # value of LEFT if all results of a trajectory are known before its record ends
 
 
 OF_THE_RECORD, ALL, NONE = 0, 1, 2

@@ -20,8 +20,7 @@ from vibrodrive.kernels import summary, switch
 from vibrodrive.kernels.codes import ALL, DOWN, IMPACT, NONE, OF_THE_RECORD, REST, S1, S3, S4, STICK, UP
 from vibrodrive.kernels.outputs import Switch
 
-ROWS = 2 * summary.REACH
-"""Number of switches for which a lane has room."""
+ROWS = 2 * summary.REACH  # number of switches for which a lane has room
 
 APART = ROWS + 11
 """Distance from one lane to the next, in rows. It is not a multiple of a page, because the lanes would then compete for

@@ -23,8 +23,7 @@ from a given row. With the distance LANES it would be every eighth row."""
 ROWS_W = 109
 ROWS_K = 36
 
-LINE = 64
-"""Length of a cache line, in bytes."""
+LINE = 64  # length of a cache line, in bytes
 
 (
     # parameters of the trajectory. AF = A ε η² is the acceleration amplitude of the disturbance. INVERSE is 1/η, or 0

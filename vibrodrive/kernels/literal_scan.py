@@ -92,8 +92,7 @@ def suspects(table, n, bound, two_sided, f, fast):
     return count
 
 
-CLOSE = 16
-"""Largest number of values before a suspect value that are evaluated one by one."""
+CLOSE = 16  # largest number of values before a suspect value that are evaluated one by one
 
 
 @inline

@@ -82,8 +82,7 @@ def derivatives(h, d1, c2, al, be, s, v):
     return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
 
 
-TINY = 1.2e-16
-"""Share of h below which a step no longer changes h, and an error is not larger than the rounding of h."""
+TINY = 1.2e-16  # share of h below which a step no longer changes h, and an error is not larger than the rounding of h
 
 
 @inline
@@ -331,8 +330,7 @@ def propagate_disturbed(w, k, i, h):
     return Arrival(x, v, turned, phi, low, p, q, theta, pf, qf)
 
 
-NEAR_BOUNDARY = 1e-8
-"""Largest change of φ and of θ, in radians, by which the end of a wait is corrected."""
+NEAR_BOUNDARY = 1e-8  # largest change of φ and of θ, in radians, by which the end of a wait is corrected
 
 
 @inline

@@ -15,8 +15,7 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
 from vibrodrive.kernels.outputs import Errors, Log, Outcome, Recorder, extent_of
 
-MOST = 1000
-"""Number of steps of a search after which a kernel checks `halt`."""
+MOST = 1000  # number of steps of a search after which a kernel checks `halt`
 
 
 @part

@@ -68,11 +68,8 @@ two successive main impacts."""
 ) = range(19)  # fmt: skip
 """Columns of a summary; model/records.py gives their meanings."""
 
-LONGEST = 64
-"""Longest period of a motion that is searched for, in excitation periods."""
-
-REACH = 1024
-"""Number of switches before the last one among which the period is searched for."""
+LONGEST = 64  # longest period of a motion that is searched for, in excitation periods
+REACH = 1024  # number of switches before the last one among which the period is searched for
 
 SAME = 1e-6
 """Largest difference in time, ξ and ξ' between a switch and the same switch a period later. A smaller value would miss

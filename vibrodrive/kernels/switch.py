@@ -19,8 +19,7 @@ SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
 """Costs of one evaluation in a search, and of one grid point of a literal scan. They are charged to the budget of a
 period. The unit is one switch."""
 
-STEEP_COST = 1.0 / SEARCH_PRICE
-"""Number of evaluations that cost as much of the budget as one switch."""
+STEEP_COST = 1.0 / SEARCH_PRICE  # number of evaluations that cost as much of the budget as one switch
 
 
 @inline

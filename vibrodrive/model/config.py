@@ -57,8 +57,7 @@ HOMES: dict[str, tuple[str, ...]] = {
 }
 """Tables of the arguments of a sweep: parameters as one number, axes ([sweep]) and settings."""
 
-MOST_BYTES = 1 << 25
-"""Largest size of a configuration file: about two million numbers, which take ten seconds to read."""
+MOST_BYTES = 1 << 25  # largest size of a configuration file: about two million numbers, which take ten seconds to read
 
 DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 """Pattern of a key with more than 100 parts. Such a key is refused, because the time to read a key grows as the square

@@ -46,9 +46,7 @@ IN_FLIGHT = 16
 tasks."""
 
 POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
-
-SAMPLED = 100
-"""Number of points that are checked before a warning, if parameters change together."""
+SAMPLED = 100  # number of points that are checked before a warning, if parameters change together
 
 """Methods that use these parameters; the results of other methods do not depend on them."""
 

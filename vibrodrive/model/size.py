@@ -107,11 +107,8 @@ def refuse_large_results(plan: Plan) -> None:
     _refuse(_extent(plan), "the results take", result_bytes(plan), available_memory(), are=are)
 
 
-LARGE = 1 << 26
-"""Largest memory in bytes that is not checked, because a check takes as long as a short motion."""
-
-ROW_BYTES = 34 + 24
-"""Bytes of one switch of a single motion, with its error bounds."""
+LARGE = 1 << 26  # largest memory in bytes that is not checked, because a check takes as long as a short motion
+ROW_BYTES = 34 + 24  # bytes of one switch of a single motion, with its error bounds
 
 MOTION_BYTES = 2 * 16 + 2 * 32
 """Bytes of one period of a single motion: its section point with error bounds, and two main impacts."""

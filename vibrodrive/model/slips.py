@@ -8,11 +8,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable
 
-SMALL = 0.1
-"""Largest ε that counts as a small disturbance."""
-
-LARGE = 100.0
-"""Warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation."""
+SMALL = 0.1  # largest ε that counts as a small disturbance
+LARGE = 100.0  # warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation
 
 UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
 

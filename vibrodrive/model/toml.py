@@ -11,8 +11,7 @@ from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.config import HOMES
 from vibrodrive.model.plan import POINT, Plan
 
-FEW = 3
-"""Largest number of values of an axis that is written as a list: a range would not be shorter."""
+FEW = 3  # largest number of values of an axis that is written as a list: a range would not be shorter
 
 WIDTH = 110
 

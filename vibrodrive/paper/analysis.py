@@ -16,20 +16,14 @@ from vibrodrive.stability.main_impacts import impact_gaps, no_touches
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
 from vibrodrive.verdicts import NotApplicable
 
-LAGS = 64
-"""Largest number of periods after which a motion on a grid is compared with itself."""
-
-SETTLED = 1e-6
-"""Largest distance from an orbit at which a motion counts as settled on this orbit."""
+LAGS = 64  # largest number of periods after which a motion on a grid is compared with itself
+SETTLED = 1e-6  # largest distance from an orbit at which a motion counts as settled on this orbit
 
 SETTLING = 3000
 """Number of transient periods of undisturbed motions. It suffices at any A."""
 
-SAMPLED = 200
-"""Number of values of A in a diagram at which the impacts of a motion are analysed."""
-
-PHASES = 200
-"""Number of instants in a period at which different periods of a motion are compared."""
+SAMPLED = 200  # number of values of A in a diagram at which the impacts of a motion are analysed
+PHASES = 200  # number of instants in a period at which different periods of a motion are compared
 
 AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
 """Criterion of the paper: the order of the section points, and the numbers of periods between impacts."""

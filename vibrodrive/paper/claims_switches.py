@@ -17,17 +17,10 @@ from vibrodrive.paper.session import Session
 from vibrodrive.stability.failures import KINDS, Comparison, compared
 from vibrodrive.verdicts import NotApplicable
 
-LONG = 600
-"""Number of periods in which skipped switches are counted."""
-
-JUDGED = 10
-"""Number of periods of each motion whose switches are judged, as in a map of failures."""
-
-FRACTIONS = 400
-"""Number of parts of a step in which the zeros of a switching function are counted."""
-
-PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
-"""The paper's setting of Muller's method."""
+LONG = 600  # number of periods in which skipped switches are counted
+JUDGED = 10  # number of periods of each motion whose switches are judged, as in a map of failures
+FRACTIONS = 400  # number of parts of a step in which the zeros of a switching function are counted
+PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}  # the paper's setting of Muller's method
 
 FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
 """Start of a slide down that ends in the air if its initial gap is large enough."""

@@ -28,8 +28,7 @@ UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
 WRITING = "another process is writing this file: wait until it has finished, or choose another file"
 
-FAR = 1 << 62
-"""Offset of the byte locked on Windows, after the end of any file: locked bytes cannot be read there."""
+FAR = 1 << 62  # offset of the byte locked on Windows, after the end of any file: locked bytes cannot be read there
 
 
 class Lock:

@@ -11,8 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-MOST = 1 << 16
-"""Largest default length of a chunk along a dimension."""
+MOST = 1 << 16  # largest default length of a chunk along a dimension
 
 
 def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str = "1") -> h5py.Dataset:

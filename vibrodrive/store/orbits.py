@@ -37,9 +37,7 @@ CONTENTS = (
     "All periodic orbits of the undisturbed motion (ε = 0) at each A, one row each along `orbit`, and their "
     "bifurcations. The impacts of an orbit are the rows first_impact to first_impact + impacts - 1 along `impact`."
 )
-MAX_PERIOD = 3
-"""Default of the longest period of orbits."""
-
+MAX_PERIOD = 3  # default of the longest period of orbits
 NEXT = " | "  # separator of the flights in the name of an orbit
 
 

@@ -18,16 +18,12 @@ from vibrodrive.validation.reference import Reference, mp, reference
 
 Scene = dict[str, Any]
 
-MOST = 100
-"""Largest number of switches of a scene that the reference computes."""
-
-BUDGET = 3000
-"""Largest number of switches in a period; scenes with chatter need many."""
+MOST = 100  # largest number of switches of a scene that the reference computes
+BUDGET = 3000  # largest number of switches in a period; scenes with chatter need many
 
 DRAWN = 60
 
-WITHIN = 1000.0
-"""Bound of the median, over scenes, of the ratio of the largest error bound to the largest error."""
+WITHIN = 1000.0  # bound of the median, over scenes, of the ratio of the largest error bound to the largest error
 
 BELOW_REFERENCE = 1e-30
 """Possible error of the reference. It is added to each bound, because some gaps are as small as 1e-100."""

@@ -21,11 +21,8 @@ start at τ = -1e4."""
 LATE_IN = {"fast disturbance": 1e-8}
 """Bounds for scenes with chatter. These have about twenty short flights, and each multiplies the error by 2 to 3."""
 
-DRAWN = 60
-"""Number of random scenes; they take about 15 s."""
-
-SWITCHES = 16
-"""Largest number of compared switches of a random scene."""
+DRAWN = 60  # number of random scenes; they take about 15 s
+SWITCHES = 16  # largest number of compared switches of a random scene
 
 UNSURE = 1e-9
 """Least margin at which a random scene must agree with the reference. A scene with a smaller margin may differ from the

@@ -30,11 +30,8 @@ PERIODS = 20
 
 TWO_PI = 2.0 * math.pi
 
-SCIPY_WITHIN = 1e-9
-"""Bound for scipy: the error of DOP853 at the tolerances below is about 1e-11 over 20 periods."""
-
-HEYOKA_WITHIN = 1e-11
-"""Bound for heyoka: the error of its Taylor series is about 1e-13 over 20 periods."""
+SCIPY_WITHIN = 1e-9  # bound for scipy: the error of DOP853 at the tolerances below is about 1e-11 over 20 periods
+HEYOKA_WITHIN = 1e-11  # bound for heyoka: the error of its Taylor series is about 1e-13 over 20 periods
 
 
 UP, DOWN, STICK, REST, IMPACT = (
