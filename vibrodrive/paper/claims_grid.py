@@ -224,8 +224,8 @@ def transient(session: Session) -> Outcome:
     between = Counter(int(np.sum(apart[a:b])) for a, b in itertools.pairwise(odd))
     recurs = between.most_common(1)[0][0] if between else 0
     text = (
-        f"the impacts are {slip.usual} periods apart, with {len(odd)} exceptions of {listed(np.unique(apart[odd]))} periods; "
-        f"{listed(added)} × 2π is inserted every {listed(sorted(between))} periods"
+        f"the impacts are {slip.usual} periods apart, with {len(odd)} exceptions of {listed(np.unique(apart[odd]))} "
+        f"periods; {listed(added)} × 2π is inserted every {listed(sorted(between))} periods"
     )
     closes = [c.periods for c in convergents(motion.arguments["dtau"], 1000)]
     text += f"; the grid nearly closes after {recurs} periods, which are a convergent" if recurs in closes else ""
