@@ -8,7 +8,6 @@ import io
 import itertools
 import math
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -148,8 +147,8 @@ def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
     assert (pixels == pixels[..., :1]).all()  # grey
 
 
-SIZES = [(3840, 2160), (1920, 1080), (1440, 900), (1024, 768), (900, 600), (800, 600), (390, 844)]
-"""Screens and windows, a cell of a notebook, and last a phone."""
+SIZES = [(3840, 2160), (900, 600), (390, 844)]
+"""A large screen, a cell of a notebook, and a phone."""
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -359,6 +358,13 @@ def test_a_link_restores_the_view(tab, explorer):
     assert texts[:5] == ["1e-6", "2e-6", "5e-6", "1e-5", "2e-5"]
     assert texts[-1] == "0.001"
     assert list(map(float, texts)) == pytest.approx([10**u for u in exponents], rel=0.005)
+    tab.driver.execute_script(
+        "const s = document.getElementById('save'); s.value = 'link'; s.dispatchEvent(new Event('change'))"
+    )
+    text = tab.ask("document.querySelector('dialog[open] textarea').value")
+    assert "token" not in text
+    assert read_address(text.partition("?")[2]) == view
+    tab.driver.execute_script("document.getElementById('text').close()")
 
 
 def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
@@ -598,17 +604,6 @@ def test_a_picture_that_fails_ends_the_search_for_curves_and_says_so(tab, explor
     tab.until(f"!{NOTE}.includes('being computed')", "the end of the note")
 
 
-def test_clicks_and_files_in_quick_succession_come_to_an_end(tab, explorer):
-    tab.open(explorer.address + SMALL)
-    tab.click(300, 300)
-    tab.click(600, 320)
-    tab.settle()
-    tab.click(450, 300)
-    tab.ask("(page.file = null, page.command({file: 'toml'}))")
-    tab.until("page.file !== null", "the file")
-    tab.until("!page.busy && location.search.includes('at=')", "the motion in the address")
-
-
 def test_curves_that_come_too_late_are_not_laid_over_another_view():
     sought = overlay_of(View.read({"orbits": 2}))
     for shown, belong in [
@@ -617,17 +612,6 @@ def test_curves_that_come_too_late_are_not_laid_over_another_view():
         ({"orbits": 2, "quantity": "xi"}, False),
     ]:
         assert Session.belongs(SimpleNamespace(view=View.read(shown)), sought) is belong
-
-
-def test_nothing_is_said_to_be_computed_when_the_process_for_it_has_ended(tab, explorer, monkeypatch):
-    def ended(aside, halt, function, *arguments):
-        raise RuntimeError("the process for exact results has ended")
-
-    monkeypatch.setattr(Aside, "call", ended)
-    tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&orbits=3&at=2.6")
-    tab.until("page.refused.includes('the process for exact results has ended')", "the reason for missing curves")
-    tab.until(f"page.status.startsWith('200 motions') && !{NOTE}.includes('being computed')", "a complete picture")
-    tab.until("page.words.includes('A = 2.6') && !page.words.includes('being computed')", "a motion")
 
 
 def test_what_is_saved_is_what_is_shown(tab, explorer):
@@ -651,11 +635,9 @@ def test_what_is_saved_is_what_is_shown(tab, explorer):
 
 def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):
     tab.open(explorer.address + SMALL)
-    rng = random.Random(5)
-    nonsense = ["", "x", "-1", "1e999", "nan", "<script>alert(1)</script>", "'\"", "0x10", "9" * 400]
-    for name in rng.sample(["B", "eps", "eta", "tol", "xi0", "tau0", "transient", "periods", "columns", "orbits"], 6):
+    for name, nonsense in (("eps", "<script>alert(1)</script>"), ("periods", "-1")):
         good = tab.ask("page.fields[arguments[0]].value", name)
-        tab.choose(name, rng.choice(nonsense[2:]) if name != "tau0" else "nan")
+        tab.choose(name, nonsense)
         tab.until("page.refused !== ''", f"a refusal of {name}")
         notice = tab.notice()
         assert notice.startswith(f"{name} = ")
@@ -669,21 +651,6 @@ def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):
     assert tab.notice().startswith(("eps = ", "key of a view = "))
 
 
-def test_a_server_that_ends_is_missed_and_its_successor_works(opened):
-    first = vd.explore(threads=1)
-    opened.open(first.address + SMALL)
-    first.close()
-    opened.until(lambda: "does not answer" in page_text(opened), "a notice")
-    assert "Client connection" not in page_text(opened)  # the message of Bokeh
-    second = vd.explore(threads=1)
-    try:
-        opened.open(second.address + SMALL)
-        assert opened.ask("page.settled")
-    finally:
-        second.close()
-    opened.complaints()  # messages about the lost connection
-
-
 def test_a_server_that_is_stopped_is_missed_until_it_goes_on(opened):
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser", "--port", "0"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -695,6 +662,9 @@ def test_a_server_that_is_stopped_is_missed_until_it_goes_on(opened):
         opened.until(lambda: "does not answer" not in page_text(opened), "the end of the notice")
         opened.choose("eps", "1e-4")
         opened.settle()
+        server.kill()
+        opened.until(lambda: "does not answer" in page_text(opened), "a notice that it has ended")
+        assert "Client connection" not in page_text(opened)  # the message of Bokeh
     finally:
         server.kill()
         server.communicate()
@@ -760,17 +730,6 @@ def test_a_slider_runs_until_it_is_stopped(tab, explorer):
     tab.settle()
     assert tab.ask("page.played") == ""
     assert shown(tab).eps > 0.0
-
-
-def test_a_link_has_the_view_and_no_token(tab, explorer):
-    tab.open(explorer.address + SMALL + "&low=3.0")
-    tab.driver.execute_script(
-        "const s = document.getElementById('save'); s.value = 'link'; s.dispatchEvent(new Event('change'))"
-    )
-    text = tab.ask("document.querySelector('dialog[open] textarea').value")
-    assert "token" not in text
-    assert read_address(text.partition("?")[2]) == shown(tab)
-    tab.driver.execute_script("document.getElementById('text').close()")
 
 
 def test_a_drawing_of_the_mechanism_is_there_from_the_beginning(tab, explorer):
