@@ -51,12 +51,6 @@ def test_the_page_states_all_ten_equations_and_where_they_stand():
     assert all(places for _, places in ROWS)
 
 
-def test_a_link_says_the_name_of_its_file():
-    assert len(LINK.findall(TEXT)) == TEXT.count("](../vibrodrive/")
-    for name, path, _ in LINK.findall(TEXT):
-        assert Path(path).name == name
-
-
 @pytest.mark.parametrize(("path", "name"), sorted(set(named(TEXT))))
 def test_every_function_named_stands_in_that_file(path, name):
     assert name in definitions(path)
@@ -65,8 +59,3 @@ def test_every_function_named_stands_in_that_file(path, name):
 @pytest.mark.parametrize(("number", "path", "name"), [(n, *place) for n, places in ROWS for place in places])
 def test_the_function_says_which_equation_it_is(number, path, name):
     assert number in equations(definitions(path)[name])
-
-
-def test_equations_are_read_from_docstrings():
-    assert equations("eqs. (3)-(5) and eq. (9); not (7)") == {3, 4, 5, 9}
-    assert equations("eqs. (4), (5)") == {4, 5}

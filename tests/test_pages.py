@@ -131,13 +131,6 @@ def test_configurations_shown_are_accepted(page):
         assert config.parse(shown).plan().n_points > 0
 
 
-def test_the_configuration_of_the_table_names_every_axis():
-    (text,) = blocks((DOCS / "commands.md").read_text(), "toml")
-    shown = config.parse(text).plan()
-    assert (shown.shape, shown.settings.periods) == ((1000, 2), 500)
-    assert set(re.search(r"any of ([\w, ]+)\n", text)[1].split(", ")) == set(plan.COLUMNS)
-
-
 def test_the_table_of_keys_names_every_key():
     table, named = "", {}
     for row in (DOCS / "commands.md").read_text().split("## Every key")[1].split("\n## ")[0].splitlines()[4:]:
@@ -147,13 +140,6 @@ def test_the_table_of_keys_names_every_key():
             named.setdefault(table, set()).update(re.findall(r"`(\w+)`", cells[2]))
     assert named.pop("") == {"title"}
     assert named == {name: set(keys) for name, keys in config._TABLES.items()}
-
-
-@each_page
-def test_formulas_have_their_braces(page):
-    """The site needs the braces to draw the formula as GitHub does."""
-    text = page.read_text()
-    assert not re.search(r"\\[td]?frac(?!\{)|\\(hat|bar|tilde)(?!\{)|\\hat\{[^{}]*\}_", text)
 
 
 @pytest.mark.jit

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
-import sys
 from ast import literal_eval
 from importlib import import_module
 from pathlib import Path
@@ -17,6 +14,7 @@ from numba import types
 
 import vibrodrive as vd
 from tests.support.agreement import same_status
+from tests.support.process import python
 from vibrodrive.kernels.lane import LINE, new_lanes
 
 RUN = """
@@ -44,37 +42,11 @@ CASES = [
 
 @pytest.mark.jit
 def test_compiled_equals_pure_python():
-    cases = json.dumps(CASES)
-    outputs = []
-    for disable in ("0", "1"):
-        done = subprocess.run(
-            [sys.executable, "-c", RUN, cases],
-            env={**os.environ, "NUMBA_DISABLE_JIT": disable},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        outputs.append(json.loads(done.stdout))
-    assert outputs[0] == outputs[1]
+    compiled, pure = (python(RUN, json.dumps(CASES), NUMBA_DISABLE_JIT=disable) for disable in "01")
+    assert json.loads(compiled) == json.loads(pure)
 
 
 ARGUMENTS = dict(A=np.linspace(1.0, 3.25, 150), eps=[0.0, 2e-4], transient=10, periods=10)
-
-
-@pytest.mark.jit
-def test_one_thread_equals_two_equals_one_by_one():
-    one = vd.sweep(threads=1, **ARGUMENTS)
-    two = vd.sweep(**ARGUMENTS)
-    for name in ("section", "status", "margin", "switches"):
-        assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=name in ("section", "margin"))
-    for i in (0, 17, 149):
-        for j in (0, 1):
-            t = vd.simulate(A=ARGUMENTS["A"][i], eps=ARGUMENTS["eps"][j], transient=10, periods=10)
-            assert np.array_equal(t.section, one.section[i, j])
-            assert t.margin == one.margin[i, j]
-            assert t.status == one.status[i, j]
-            after = np.bincount(t.switches["after"], minlength=5)
-            assert np.array_equal(after, one.switches[i, j])
 
 
 @pytest.mark.jit
@@ -140,14 +112,7 @@ def test_no_formula_is_compiled_for_its_constants(tmp_path):
 
     Some formulas request this with the name of the argument. They are exceptions.
     """
-    done = subprocess.run(
-        [sys.executable, "-c", CONSTANTS],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    count, twice = done.stdout.split(" ", 1)
+    count, twice = python(CONSTANTS, NUMBA_CACHE_DIR=str(tmp_path)).split(" ", 1)
     assert int(count) > 100
     kernels = Path(vd.__file__).parent.glob("kernels/*.py")
     asked = {name for file in kernels for name in re.findall(r"_each\(.*\)\ndef (\w+)", file.read_text("utf-8"))}

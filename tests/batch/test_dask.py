@@ -144,12 +144,6 @@ def test_blocks_of_an_executor_bear_their_numbers():
 
 
 @pytest.mark.jit
-def test_a_client_computes_the_same_bits(cluster, local):
-    with distributed.Client(cluster[0], timeout=LIMIT) as client:
-        assert bits(vd.sweep(**ARGUMENTS, executor=client.get_executor())) == local
-
-
-@pytest.mark.jit
 @pytest.mark.slow("8 s: a new worker replaces the killed one and loads the kernels")
 def test_a_worker_that_is_killed_is_survived(cluster, local, tmp_path):
     address, processes, folder = cluster

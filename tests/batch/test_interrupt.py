@@ -9,8 +9,6 @@ import faulthandler
 import gc
 import os
 import signal
-import subprocess
-import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from tempfile import TemporaryDirectory
@@ -20,6 +18,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.support.process import python
 
 pytestmark = pytest.mark.jit
 
@@ -157,14 +156,5 @@ except KeyboardInterrupt:
 
 def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
     """KeyboardInterrupt is raised immediately, and the process exits normally while the compiler is still running."""
-    done = subprocess.run(
-        [sys.executable, "-c", FIRST],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=LIMIT,
-    )
-    assert done.stdout == "still compiling\n"
-    assert done.stderr == ""
+    assert python(FIRST, NUMBA_CACHE_DIR=str(tmp_path)) == "still compiling\n"
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

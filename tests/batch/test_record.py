@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import pickle
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.model.records import MAIN_IMPACTS, SUMMARIES, check_record
+from vibrodrive.model.records import check_record
 
 pytestmark = pytest.mark.jit
 
@@ -40,15 +37,3 @@ def test_the_record_changes_nothing_else(record):
         assert np.array_equal(getattr(plain, name), getattr(other, name), equal_nan=True)
     assert plain.record == ("section",)
     assert other.record == check_record(record)
-
-
-def test_threads_and_executors_change_no_bit():
-    sweep = dict(A=np.linspace(1, 3.3, 200), eps=[0.0, 1e-4], **RUN, record=("impacts", "summary"))
-    one, two = vd.sweep(**sweep, threads=1), vd.sweep(**sweep)
-    with ThreadPoolExecutor(2) as pool:
-        three = vd.sweep(**sweep, executor=pool)
-    for q in (*SUMMARIES, *MAIN_IMPACTS):
-        first = getattr(one, q.name)
-        assert first.dtype == q.dtype
-        for other in (two, three, pickle.loads(pickle.dumps(two))):
-            assert np.array_equal(first, getattr(other, q.name), equal_nan=True), q.name

@@ -17,6 +17,7 @@ from matplotlib import image
 
 import vibrodrive as vd
 from tests.support import fake
+from tests.support.process import python
 from vibrodrive.jobs.progress import Show, Tally, duration
 from vibrodrive.model import config
 from vibrodrive.model.plan import make_plan
@@ -40,14 +41,6 @@ def run(run):
     return run
 
 
-def fresh(code):
-    """Run Python code in a new process; return its output."""
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
-    ).stdout
-
-
 def test_help_imports_nothing_heavy():
     heavy = ("numba", "llvmlite", "h5py", "matplotlib", "numpy")
     code = (
@@ -55,7 +48,7 @@ def test_help_imports_nothing_heavy():
         "try: main(['sweep', '--help'])\nexcept SystemExit as end: assert end.code == 0\n"
         f"print([m for m in {heavy!r} if m in sys.modules])"
     )
-    out = fresh(code)
+    out = python(code)
     assert "--dry-run" in out
     assert out.splitlines()[-1] == "[]"
 
@@ -65,11 +58,11 @@ def test_looking_at_a_file_imports_no_numba(tmp_path, command):
     path = tmp_path / "s.h5"
     fake.write(path, SMALL)
     code = (
-        "import sys\nfrom vibrodrive.cli import main\n"
+        "import sys\nsys.stderr = sys.stdout\nfrom vibrodrive.cli import main\n"
         f"try: main([{command!r}, {str(path)!r}])\nexcept SystemExit as end: assert end.code == 0, end.code\n"
         "print('numba' in sys.modules)"
     )
-    assert fresh(code).splitlines()[-1] == "False"
+    assert python(code).splitlines()[-1] == "False"
 
 
 def test_the_package_is_lazy_and_its_functions_are_not_hidden_by_its_modules():
@@ -80,7 +73,7 @@ def test_the_package_is_lazy_and_its_functions_are_not_hidden_by_its_modules():
         "assert set(vd.__all__) <= set(dir(vd))\n"
         "try: vd.nonsense\nexcept AttributeError as e: print(e)"
     )
-    assert "nonsense" in fresh(code)
+    assert "nonsense" in python(code)
 
 
 def test_a_sweep_makes_the_file_its_configuration_asks_for(run, quick):
@@ -439,16 +432,16 @@ def test_memory_does_not_grow_with_the_sweep(run):
     peak = {}
     for points in (2000, 60_000):
         code = (
-            "import resource, sys\nfrom vibrodrive.cli import main\n"
+            "import resource, sys\nsys.stderr = sys.stdout\nfrom vibrodrive.cli import main\n"
             f"try: main(['sweep', 'small.toml', '-o', '{points}.h5', '--set', 'A.num={points}', "
             "'--set', 'eps=0', '--set', 'periods=500'])\n"
             "except SystemExit as end: assert not end.code\n"
             "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
         )
         if not peak:
-            fresh(code)  # compiles the kernels, which also needs memory
+            python(code)  # compiles the kernels, which also needs memory
             Path(f"{points}.h5").unlink()
-        peak[points] = int(fresh(code))
+        peak[points] = int(python(code).splitlines()[-1])
     assert peak[60_000] - peak[2000] < 60 * 1024
 
 

@@ -18,6 +18,7 @@ import pytest
 pytest.importorskip("bokeh")
 
 import vibrodrive as vd
+from tests.support.process import python
 from vibrodrive.cli.explore import explore
 
 pytestmark = pytest.mark.jit
@@ -83,8 +84,7 @@ def test_a_page_waits_for_neither_numba_nor_matplotlib():
         build(Document(), View.read({"eps": 1e-4}), "")
         print(*{"numba", "matplotlib", "h5py"} & set(sys.modules))
     """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT, check=False)
-    assert (done.returncode, done.stdout.split()) == (0, [])
+    assert python(script).split() == []
 
 
 def test_a_notebook_and_its_explorer_do_not_import_numba_at_once():
@@ -96,8 +96,7 @@ def test_a_notebook_and_its_explorer_do_not_import_numba_at_once():
         print("numba" in sys.modules)
         explorer.close()
     """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT, check=False)
-    assert (done.returncode, done.stdout.split()) == (0, ["True"])
+    assert python(script) == "True\n"
 
 
 @pytest.mark.parametrize(
@@ -163,12 +162,11 @@ def started(*arguments):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_command(signum):
+def test_a_signal_ends_the_command():
     process, address = started()
     try:
         assert answer(address)[0] == 200
-        process.send_signal(signum)
+        process.send_signal(signal.SIGINT)
         _, complaint = process.communicate(timeout=LIMIT)
         assert process.returncode == 130
         assert complaint.count("\n") == 1
@@ -216,15 +214,6 @@ def test_the_command_opens_a_link_without_its_token(link, monkeypatch):
 def test_a_link_takes_no_option_of_a_configuration(option):
     with pytest.raises(click.ClickException, match="--set and --method change a configuration, not a link"):
         explore.main(["--no-browser", *option, "?low=3.0"], standalone_mode=False)
-
-
-def test_help_names_the_usual_port():
-    from vibrodrive.explorer.server import PORT
-
-    done = subprocess.run(
-        [sys.executable, "-m", "vibrodrive", "explore", "--help"], capture_output=True, text=True, check=True
-    )
-    assert f"(default: {PORT}," in " ".join(done.stdout.split())
 
 
 def test_a_port_that_is_taken_is_refused_in_a_line(explorer):

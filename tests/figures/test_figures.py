@@ -1,14 +1,13 @@
 """Figures show the data: dark pixels at the values, corners of lines at the switches."""
 
 import math
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 
+from tests.support.process import python
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
 from vibrodrive.figures.bifurcation import PANEL_ROWS
@@ -322,4 +321,4 @@ def test_numbers_are_written_as_in_print(value, text):
 
 def test_no_window_system_and_no_numba_is_touched():
     code = "import sys, vibrodrive.figures; sys.exit(bool({'matplotlib.pyplot', 'numba'} & set(sys.modules)))"
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+    python(code)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import importlib
-import os
 import pkgutil
 import re
 import shutil
@@ -24,6 +23,7 @@ import numpy as np
 import pytest
 
 import vibrodrive
+from tests.support.process import python
 from vibrodrive.jit import compile as _jit
 from vibrodrive.jit.compile import _fingerprint
 from vibrodrive.jobs.progress import COMPILING
@@ -117,13 +117,16 @@ def copy(tmp_path):
     return path
 
 
-def changed(copy, name: str) -> bool:
-    """Return True if an edit of this module changes the fingerprint."""
-    before, source = _fingerprint(copy.root, _jit.__name__), copy(name).read_text()
-    copy(name).write_text(source + "\n# edited\n")
-    after = _fingerprint(copy.root, _jit.__name__)
-    copy(name).write_text(source)
-    return before != after
+def changing(copy, names: set[str]) -> set[str]:
+    """Return the modules whose edit changes the fingerprint."""
+    before, found = _fingerprint(copy.root, _jit.__name__), set()
+    for name in names:
+        source = copy(name).read_text()
+        copy(name).write_text(source + "\n# edited\n")
+        if _fingerprint(copy.root, _jit.__name__) != before:
+            found.add(name)
+        copy(name).write_text(source)
+    return found
 
 
 @pytest.mark.jit
@@ -131,11 +134,11 @@ def test_an_edit_of_whatever_is_compiled_makes_new_kernels(copy):
     kernels = behind_the_machine_code()
     assert {"vibrodrive.kernels.engine", "vibrodrive.jit.trig", "vibrodrive.model.choices"} <= kernels
     kernels |= {"vibrodrive.jit.compile", "vibrodrive.jit.pieces"}
-    assert [name for name in sorted(kernels) if not changed(copy, name)] == []
+    assert changing(copy, kernels) == kernels
 
 
 def test_an_edit_of_command_line_figures_or_files_does_not(copy):
-    assert [name for name in sorted(beside_the_machine_code()) if changed(copy, name)] == []
+    assert changing(copy, beside_the_machine_code()) == set()
 
 
 TREE = {
@@ -266,13 +269,12 @@ print("vibrodrive.jit.pieces" in sys.modules, kernel(3.0), square(2.0, True), gc
 
 @pytest.mark.jit
 @pytest.mark.parametrize(("numba", "private"), [("as it is", "True"), ("changed", "False")])
-def test_a_numba_that_has_changed_compiles_the_same_kernels(monkeypatch, tmp_path, numba, private):
+def test_a_numba_that_has_changed_compiles_the_same_kernels(tmp_path, numba, private):
     """Without Numba's private interfaces the kernels give the same results. Python can still call their formulas."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
     (tmp_path / "pieces.py").write_text(PIECES)
-    command = [sys.executable, str(tmp_path / "pieces.py"), numba]
-    assert subprocess.check_output(command, text=True).split() == [private, "6.0", "4.0", "True"]
+    run = "import runpy, sys; runpy.run_path(sys.argv.pop(1))"
+    found = python(run, tmp_path / "pieces.py", numba, NUMBA_CACHE_DIR=str(tmp_path))
+    assert found.split() == [private, "6.0", "4.0", "True"]
 
 
 @pytest.mark.parametrize(("terminal", "shown"), [(True, False), (True, True), (False, False)])
@@ -339,11 +341,8 @@ print("numba.cpython.randomimpl" in sys.modules)
 
 @pytest.mark.jit
 def test_a_kernel_on_the_disk_is_read_without_all_that_numba_compiles_with():
-    outputs = [
-        subprocess.run([sys.executable, "-c", SWEEP_AND_SIMULATE], check=True, capture_output=True, text=True).stdout
-        for _ in range(2)  # the first run may have to compile
-    ]
-    assert outputs[1] == "False\n"
+    python(SWEEP_AND_SIMULATE)  # may have to compile
+    assert python(SWEEP_AND_SIMULATE) == "False\n"
 
 
 KINDS = """
@@ -364,11 +363,9 @@ def test_kernels_of_one_factory_that_two_processes_compiled_are_not_mistaken(tmp
         "from vibrodrive.jit.compile import jit\ndef kernel(n):\n @jit\n def run(x):\n  return x + n\n return run\n"
     )
     (tmp_path / "kinds.py").write_text(source)
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
 
     def run(*kinds):
-        command = [sys.executable, "-c", KINDS, str(tmp_path), *kinds]
-        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+        return python(KINDS, tmp_path, *kinds, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
 
     assert (run("10"), run("20")) == (2 * "[11]\n", 2 * "[21]\n")
     assert run("10", "20") == 2 * "[11, 21]\n"

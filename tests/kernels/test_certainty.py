@@ -8,20 +8,15 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.reference import SCENES, mp, reference, scene
+from tests.support.reference import NAMES, SCENES, mp, reference, scene
 from vibrodrive.validation import certainty
 from vibrodrive.validation.certainty import compare, draw, hold
 
 TOO_CLOSE = vd.Status.TOO_CLOSE
 
 
-LONG = ("one-periodic", "two-periodic", "fast disturbance")
-
-SLOW = pytest.mark.slow("5 to 20 s each: many switches at 50 digits")
-
-
 @pytest.mark.jit
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[SLOW] * (n in LONG)) for n in SCENES])
+@pytest.mark.parametrize("name", NAMES)
 def test_no_error_above_its_bound_in_the_scenes_of_the_reference(name):
     held = compare(vd.simulate(transient=0, **SCENES[name]), scene(name), most=10**9)
     assert not held.broken

@@ -272,15 +272,6 @@ def test_incline_too_steep_to_stick(B):
 # --- long runs ----------------------------------------------------------------------------------------------------
 
 
-def test_contact_for_ten_thousand_periods():
-    """At least one impact in three periods, and rests in between: the mass never passes through the obstacle."""
-    t = vd.simulate(A=3.04, transient=0, periods=10_000)
-    assert t.status == Status.OK
-    assert (t.switches["after"] == State.IMPACT).sum() >= 3000
-    check_above_obstacle(t)
-    check_order(t)
-
-
 @pytest.mark.parametrize(("eps", "eta"), [(0.0, ETA), (0.01, 7.3)])
 def test_phase_after_a_million_periods(eps, eta):
     """H = 1 at the end of a wait, in 50 digits, after a million periods: the phases of τ and ητ are right to 1e-12."""

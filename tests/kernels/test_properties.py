@@ -25,7 +25,7 @@ from vibrodrive import State, Status
 
 pytestmark = pytest.mark.jit
 
-bounded = settings(max_examples=300, derandomize=True, deadline=None)
+bounded = settings(max_examples=200, derandomize=True, deadline=None)
 
 
 def powers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -150,10 +150,10 @@ def test_work_is_what_the_forces_do(scene):
         assert abs((v1**2 - v0**2) / 2 - work) <= 1e-6 * size
 
 
-@settings(max_examples=400, derandomize=True, deadline=None)
+@settings(max_examples=250, derandomize=True, deadline=None)
 @given(MODEST)
 def test_certified_is_the_reference(scene):
-    """400 scenes: the states of the 50-digit reference if all margins exceed 1e-9; otherwise the same or a flag."""
+    """250 scenes: the states of the 50-digit reference if all margins exceed 1e-9; otherwise the same or a flag."""
     assume(scene["xi0"] <= 1e3 or scene["B"] < 0.9)  # otherwise the mass falls for a million periods
     try:
         found = follow(scene, most=16, periods=12)

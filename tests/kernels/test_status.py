@@ -12,13 +12,6 @@ from tests.support.agreement import same_status
 from vibrodrive import State, Status
 
 
-@pytest.mark.parametrize("status", Status)
-def test_advice_is_one_sentence(status):
-    assert len(status.advice) > 20
-    assert "\n" not in status.advice
-    assert status.advice.rstrip(".") == status.advice
-
-
 def test_ok():
     t = vd.simulate(A=3.04, transient=0, periods=50)
     assert t.status == Status.OK

@@ -25,6 +25,9 @@ TEXTS = {
 }
 
 
+everything = pytest.mark.parametrize("path", ["everything"], indirect=True)
+
+
 @pytest.fixture(params=TEXTS)
 def path(request, tmp_path):
     config = parse(TEXTS[request.param])
@@ -55,6 +58,7 @@ def test_its_attributes_are_the_parameters(path):
     assert (attrs["method"], attrs["periods"], attrs["record"]) == ("certified", 3, ", ".join(results.record))
 
 
+@everything
 def test_it_can_be_written_and_read_again(path, tmp_path):
     made = load(path).to_xarray()
     with warnings.catch_warnings():
@@ -65,6 +69,7 @@ def test_it_can_be_written_and_read_again(path, tmp_path):
         assert again.attrs["method"] == "certified"
 
 
+@everything
 def test_without_xarray_one_line_says_what_to_install(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match=r"^to_xarray needs xarray: pip install 'vibrodrive\[data\]'$"):

@@ -88,7 +88,7 @@ def test_what_is_not_recorded_is_named(path):
     assert "impact_phase" not in dir(found)
 
 
-@pytest.mark.parametrize("name", ["sequence", "lyapunov", "share_up", "impact_states", "period"])
+@pytest.mark.parametrize("name", ["sequence", "impact_states"])
 def test_a_flipped_bit_is_found_named_and_mended(path, name):
     plan = make(("impacts", "summary"))
     write(path, plan)

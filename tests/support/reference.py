@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 
+import pytest
+
 from vibrodrive.validation.reference import (
     DOWN,
     ETA,
@@ -21,9 +23,16 @@ from vibrodrive.validation.reference import (
 )
 
 __all__ = [
-    "DOWN", "ETA", "IMPACT", "REST", "SCENES", "STICK", "UP", "Oscillator", "Reference", "Slide", "Switching", "mp",
-    "reference", "scene",
+    "DOWN", "ETA", "IMPACT", "LONG", "NAMES", "REST", "SCENES", "STICK", "UP", "Oscillator", "Reference", "Slide",
+    "Switching", "mp", "reference", "scene",
 ]  # fmt: skip
+
+LONG = pytest.mark.slow("5 to 20 s each: hundreds of switches at 50 digits")
+
+NAMES = [
+    pytest.param(name, marks=[LONG] * (name in ("one-periodic", "two-periodic", "fast disturbance"))) for name in SCENES
+]
+"""The names of SCENES as parameters of a test."""
 
 
 @functools.cache

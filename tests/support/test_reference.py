@@ -10,7 +10,21 @@ from itertools import pairwise
 import pytest
 
 from tests.support import naive
-from tests.support.reference import DOWN, IMPACT, REST, SCENES, STICK, UP, Reference, Switching, mp, reference, scene
+from tests.support.reference import (
+    DOWN,
+    IMPACT,
+    LONG,
+    NAMES,
+    REST,
+    SCENES,
+    STICK,
+    UP,
+    Reference,
+    Switching,
+    mp,
+    reference,
+    scene,
+)
 
 FIG2 = {
     (UP, DOWN), (UP, STICK), (DOWN, IMPACT), (DOWN, UP), (DOWN, STICK),
@@ -28,8 +42,6 @@ def words(switches: list) -> dict[int, list[tuple[int, int]]]:
 
 
 # ---- known numbers
-
-LONG = pytest.mark.slow("5 to 8 s each: hundreds of switches at 50 digits")
 
 
 @LONG
@@ -159,7 +171,7 @@ def test_more_digits_change_nothing():
 # ---- every scene
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", NAMES)
 def test_order_of_states_obeys_fig_2(name):
     r = scene(name)
     assert {(s.before, s.after) for s in r.switches} <= FIG2
