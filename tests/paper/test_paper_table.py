@@ -1,5 +1,5 @@
-"""Numbers of the paper's figures: periods in Fig. 3, the orbits of Figs. 4 and 6, the bands of Figs. 5 to 10, and the motion
-on a coarse grid of Fig. 12. The numbers come from a program that shares no code with this one.
+"""Numbers of the paper's figures: periods in Fig. 3, the orbits of Figs. 4 and 6, the bands of Figs. 5 to 10, and the
+motion on a coarse grid of Fig. 12. The numbers come from a program that shares no code with this one.
 """
 
 from __future__ import annotations
