@@ -16,12 +16,12 @@ from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.states import states
 
 LEAST = 256
-"""Least number of excitation periods over which the summary is computed. It is enough to detect motions of period 64
-and below."""
+"""Least number of excitation periods from which the summary is computed. In so many periods, motions of period 64 and
+below are detected."""
 
 
 def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
-    """Return the summary of the single motion of a plan: values by the names of the quantities (model/records.py).
+    """Return the summary of the single motion of a plan, as values by the names in model/records.py.
 
     Raises Halted if `halt` is called.
     """

@@ -1,4 +1,4 @@
-"""Arrays of a trajectory as tables of pandas."""
+"""Conversion of the arrays of a trajectory to tables of pandas."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Table = Literal["switches", "impacts", "section"]
 def frame(
     arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str, Any], status: Status
 ) -> pandas.DataFrame:
-    """Return the table of `Trajectory.to_dataframe`."""
+    """Return the table that `Trajectory.to_dataframe` returns for `of`."""
     if not isinstance(of, str) or of not in arrays:
         raise ValueError(bad("of", of, "one of " + ", ".join(arrays)))
     try:
@@ -46,7 +46,7 @@ def frame(
 
 
 def _section_times(a: Mapping[str, Any]) -> np.ndarray:
-    """Return τ of each section point: the instants section_phase + 2πk within the record."""
+    """Return the time τ of each section point. These are the instants section_phase + 2πk in the record."""
     turn = 2.0 * math.pi
     offset = (a["section_phase"] - a["tau0"]) % turn or turn
     return a["tau0"] + offset + turn * (a["transient"] + np.arange(a["periods"]))

@@ -1,8 +1,8 @@
-"""Kernels on threads: a loop of `numba.prange`, which Ctrl-C ends within a second.
+"""Computation on several threads: a loop of `numba.prange` that calls kernels. Ctrl-C ends it within a second.
 
-Each thread runs the kernel with its own lanes and takes points from a shared counter, so that points of unequal cost
-keep all cores busy. The loop calls kernels by address (kernels/arguments.py), so it is compiled once for all kernels.
-If it called them by name, Numba would compile each kernel a second time, together with the loop.
+Each thread runs the kernel with its own lanes and takes points from a shared counter. So all cores are in use although
+the cost of points differs. The loop calls kernels by address (kernels/arguments.py), so it is compiled only once. If it
+called kernels by name, Numba would compile each kernel a second time, together with the loop.
 
 Compiled code cannot be interrupted. Therefore the loop runs in a separate thread, while the calling thread waits and
 can be interrupted. The kernels end when a flag in memory is set.
@@ -26,20 +26,20 @@ from vibrodrive.jit.compile import jit, prepare
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.kernels.arguments import Arguments, packed
 
-LOOK = 0.05  # seconds between two checks for an early end of the computation: Ctrl-C, or a halt from another process
+LOOK = 0.05  # time in seconds between two checks for Ctrl-C and for a halt from another process
 
 BRIEF = 1 << 14
-"""Largest work for which no thread is started: a few milliseconds on one thread. The unit is the work of one excitation
+"""Largest work that runs in the calling thread: it takes a few milliseconds. The unit is the work of one excitation
 period without a disturbance (model/plan.py)."""
 
 FORK_SAFE = "tbb", "workqueue"
-"""Threading layers of Numba that work in a forked child of a process that has used them. With GNU's OpenMP
-such a child is aborted."""
+"""Threading layers of Numba that also work in a forked child of a process that has used them. GNU's OpenMP aborts such
+a child."""
 
 _SIGNATURE = types.int64(types.int64)
 _FUNCTION = types.FunctionType(_SIGNATURE)
 
-# copied from numba.experimental, which takes a fifth of a second to import
+# copied from numba.experimental, because an import of this module takes a fifth of a second
 typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: _FUNCTION)
 
 _COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
@@ -50,7 +50,7 @@ _workers: list[_Worker] = []  # idle threads
 
 
 def _in_child() -> None:
-    """Record, in a forked child, whether the threading layer that its parent has started fails in the child."""
+    """Store, in a forked child, whether it can use only one thread because the threading layer of its parent fails."""
     global _lock, _alone
     _lock = threading.Lock()
     _workers.clear()
@@ -68,8 +68,8 @@ if hasattr(os, "register_at_fork"):
 def run_on_threads(first, second, addresses):
     """Call the kernel `first`, then the kernel `second`, in each thread.
 
-    addresses : int64 (2, threads): for each thread the address of the arguments of `first` (row 0) and of `second`
-    (row 1), which are rows of `packed`. An address 0 in row 1 means that `second` has no work.
+    addresses : int64 (2, threads): for each thread, the addresses of the arguments of `first` in row 0 and of `second`
+    in row 1, as `packed` returns these arguments. An address 0 in row 1 means that `second` has no work.
     """
     for thread in numba.prange(addresses.shape[1]):
         first(addresses[0, thread])
@@ -86,12 +86,12 @@ def _by_address(kernel: Any) -> types.CompileResultWAP:
 def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: bool = False) -> None:
     """Run one or two kernels, each with one set of arguments for each thread.
 
-    All kernels have ended when this function returns or raises. Work that is `brief` runs in the calling thread, with
-    the first set of arguments only, because starting threads would take longer than the work. Raises Halted if `halt`
-    is called.
+    All kernels have ended when this function returns or raises an exception. If the work is `brief`, it runs in the
+    calling thread with the first set of arguments only, because starting threads would take longer than the work.
+    Raises Halted if `halt` is called.
     """
     threads = 1 if _alone or brief else len(calls[0][1])
-    if _COMPILES:  # compile in this thread, which Ctrl-C can interrupt: the halt flag does not stop the compiler
+    if _COMPILES:  # compile in the calling thread, which Ctrl-C can interrupt; `halt` does not end a compilation
         for kernel, _ in calls:
             prepare(kernel, *_SIGNATURE.args)
         if threads > 1:
@@ -108,8 +108,8 @@ def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: 
 class _Worker:
     """A thread that runs one task after another.
 
-    OpenMP starts a team of threads for each thread that enters a parallel loop, and ends the team when that thread
-    ends. So the worker is reused for later tasks.
+    A worker is reused for later tasks, because OpenMP starts a team of threads for each thread that enters a parallel
+    loop, and ends this team when the thread ends.
     """
 
     def __init__(self) -> None:
@@ -118,7 +118,7 @@ class _Worker:
         self.wanted, self.ended = threading.Lock(), threading.Lock()
         self.wanted.acquire()
         self.ended.acquire()
-        start_new_thread(self._serve, ())  # not a Thread, which the interpreter would join at exit
+        start_new_thread(self._serve, ())  # not a `Thread`, for whose end the interpreter would wait at exit
 
     def _serve(self) -> None:
         while True:
@@ -132,7 +132,7 @@ class _Worker:
 
 
 def _nothing() -> None:
-    """Do nothing. An idle worker has this task, so that it holds no reference to the arrays of its last task."""
+    """Do nothing. This is the task of an idle worker, so that it holds no reference to the arrays of its last task."""
 
 
 def _watch(work: Callable[[], None], halt: Halt) -> None:
@@ -143,7 +143,7 @@ def _watch(work: Callable[[], None], halt: Halt) -> None:
     try:
         while not worker.ended.acquire(timeout=LOOK):
             if halt.called:
-                halt.call()  # set the flag in memory, which the kernels read
+                halt.call()  # sets the flag in memory that kernels read
     except BaseException:
         halt.call()
         while not worker.ended.acquire(timeout=LOOK):

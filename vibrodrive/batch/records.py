@@ -27,7 +27,7 @@ class Arrays(NamedTuple):
 def new_errors(method: int, points: int, instants: int) -> Errors:
     """Return arrays for the error bounds of `points` motions, each with `instants` bounds for its section points.
 
-    The initial values are 0, or NaN for the method FIXED, whose kernels compute no bounds.
+    The initial values are 0. For the method FIXED, whose kernels compute no bounds, they are NaN.
     """
     shapes = (points, instants, 2), (points,)
     return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
@@ -36,9 +36,9 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
 def as_quantities(
     summary: np.ndarray | None, impacts: np.ndarray | None, errors: Errors | None
 ) -> dict[str, np.ndarray]:
-    """Return the output of kernels as arrays by the names of the quantities (model/records.py).
+    """Return the output of kernels as arrays by the names in model/records.py.
 
-    summary float64 (points, OUT), impacts float64 (points, 2 periods, 4), errors: bounds of errors; each may be None
+    The arguments are those of `Arrays`. Each of them may be None.
     """
     found: dict[str, np.ndarray] = {}
     if summary is not None:

@@ -1,7 +1,7 @@
-"""Computation of many points: blocks of a plan, computed on all cores and yielded as they finish.
+"""Computation of many points: blocks of a plan are computed on all cores, and each is yielded when it is finished.
 
-Local blocks are computed by a loop of `numba.prange` (parallel.py). With an executor (any object with the interface of
-`concurrent.futures`) each block is a task on one thread. Both ways give the same results to the bit.
+Local blocks are computed on threads (parallel.py). With an executor, that is any object with the interface of
+`concurrent.futures`, each block is a task on one thread. Both ways give the same results to the bit.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 
 RETRIES = 3
-"""Number of times that a failed block is submitted again. With a larger number a sweep survives the loss of more
-workers."""
+"""Number of times that a failed block is submitted again. With a larger number, a sweep can lose more workers and
+continue."""
 
 
 REGISTER = 8
-"""Number of lanes in the widest register. A full register costs little more than one lane, so points are divided among
-threads in groups of this size."""
+"""Number of lanes in the widest register, and least number of lanes of a thread. A full register costs little more than
+one lane."""
 
 Span = tuple[int, int, int]  # block to compute: index, start, stop
 
@@ -85,10 +85,10 @@ def fill_records(
     margin: np.ndarray,
     counts: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Compute points: write the given arrays and return the others that the plan records, by name (model/records.py).
+    """Compute `points`, float64 (n, columns), of a plan.
 
-    points float64 (n, columns), section float64 (n, periods, 2), status int8 (n,), margin float64 (n,), counts int64
-    (n, 5)
+    The results are written into `section`, float64 (n, periods, 2), `status`, int8 (n,), `margin`, float64 (n,), and
+    `counts`, int64 (n, 5). Other arrays that the plan records are returned by the names in model/records.py.
     """
     n, periods = len(points), plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
@@ -100,9 +100,9 @@ def fill_records(
 
 
 def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, arrays: Arrays) -> None:
-    """Compute `points`, float64 (n, columns), into `arrays`, which have one row for each point.
+    """Compute `points`, float64 (n, columns), and write the results into `arrays`, which have one row for each point.
 
-    The columns of `points` are COLUMNS.
+    The columns of `points` are COLUMNS of model/parameters.py.
     """
     section, status, margin, counts, impacts, summary, errors = arrays
     s, n = settings, len(points)
@@ -124,7 +124,7 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
 
     def each(order: np.ndarray) -> list[Arguments]:
         """Return one set of arguments for each thread. The threads have separate memory and share one counter."""
-        lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # divides few points evenly among the threads
+        lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # so that all threads have work for few points
         shared = points, order, np.zeros(1, np.int64), numbers_of(s, lanes)
         own = zip(w, k, sections, history, totals, strict=True)
         return [
@@ -136,13 +136,14 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
         run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief)
         return
     disturbed = _disturbed(points)
-    # expensive (disturbed) points first: when lanes run empty at the end, the remaining points are cheap
+    # points with a disturbance are expensive and come first, so that the points at the end, when some lanes are empty,
+    # are cheap
     kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (True, False)]
     run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt, brief=brief)
 
 
 def _most_work(settings: Settings, points: np.ndarray, bounded: bool) -> float:
-    """Return an upper bound of the work of each of these points, in excitation periods without a disturbance."""
+    """Return an upper bound of the work of any of the points, in excitation periods without a disturbance."""
     eps, eta, dtau = (points[:, COLUMNS.index(name)] for name in ("eps", "eta", "dtau"))
     return settings.work(eps.max(), eta.max(), dtau.min(), bounded)
 
@@ -155,9 +156,9 @@ def _disturbed(points: np.ndarray) -> np.ndarray:
 def load_kernels(plan: Plan) -> None:
     """Load or compile the kernels of a sweep by computing at most two of its points for one period.
 
-    There are two kinds of points, with and without a disturbance. One point of each kind in the plan is computed. It is
-    found among the combinations of the smallest and largest values of the axes, because ε A η² is monotone in each
-    parameter.
+    There are two kinds of points, with and without a disturbance. One point of each kind that the plan contains is
+    computed. The combinations of the smallest and largest values of the axes contain such points, because ε A η² is
+    monotone in each parameter.
     """
     ends = [np.unique([axis.argmin(), axis.argmax()]) for axis in plan.axes.values()]
     corners = np.meshgrid(*ends, indexing="ij") if ends else []
@@ -170,7 +171,7 @@ def load_kernels(plan: Plan) -> None:
 
 
 def check_threads(threads: int | None) -> int:
-    """Return the number of threads to use, by default all that Numba has.
+    """Return the number of threads to use. The default is the number of threads of Numba.
 
     Raises TypeError or ValueError if `threads` is invalid.
     """
@@ -193,9 +194,9 @@ def run_blocks(
 ) -> Generator[Block, None, None]:
     """Compute the blocks of a plan (all, or those with the indices `which`) and yield each block when it is finished.
 
-    On local threads, several blocks are computed together as a wave. The caller uses the blocks of one wave while the
-    next wave is computed. Closing the generator ends the computation. Raises TypeError or ValueError if the number of
-    threads is invalid.
+    On local threads, several blocks are computed together as a wave. While the caller uses the blocks of one wave, the
+    next wave is computed. The computation ends if the generator is closed. Raises TypeError or ValueError if the number
+    of threads is invalid.
     """
     spans = _spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
@@ -280,7 +281,7 @@ def collect(
     count = check_threads(threads)
     if executor is not None:
         check_executor(executor)
-        with closing(run_blocks(plan, executor=executor)) as blocks:  # closing cancels tasks that have not started
+        with closing(run_blocks(plan, executor=executor)) as blocks:  # `closing` cancels tasks that have not started
             return Results.collect(plan, _counted(blocks, tell))
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):

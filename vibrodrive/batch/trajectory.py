@@ -1,4 +1,4 @@
-"""One trajectory: all switches after the transient, the section, and samples of the closed form."""
+"""Computation of one trajectory: switches and section points after the transient, and samples of the closed form."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from vibrodrive.model.drawing import Style, Width
 
-LONG = 100_000  # progress is shown for motions of at least this many periods, which may take more than a second
+LONG = 100_000  # least number of periods of a motion for which progress is shown; it may take more than a second
 
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 """Row of `Trajectory.switch_errors`: bounds of the errors of the row of `Trajectory.switches` with the same index."""
@@ -48,7 +48,7 @@ MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("ro
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
     """Convert the main impacts that a kernel has written for one motion, float64 (2 periods, 4), to MAIN_IMPACT."""
-    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # NaN from `last` on
+    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # rows >= last are NaN
     known = written[:last]
     rows = np.empty(len(known), MAIN_IMPACT)
     for column, name in enumerate(MAIN_IMPACT.names or ()):
@@ -107,22 +107,23 @@ class Trajectory:
         or after it. Any other impact is a touch.
     status : Status
         OK, or another value that `status.advice` explains in a sentence. OK means that all decisions of the motion are
-        certain: at none of them was the accumulated error large enough to change it (`docs/certainty.md`). With
-        "muller", OK assumes that the grid misses no zero. With "fixed", OK considers the error since the previous
-        switch only, as if the state there were exact.
+        certain: the accumulated error was always too small to change the decision (`docs/certainty.md`). With "muller",
+        OK assumes that the grid misses no zero. With "fixed", OK considers only the error since the previous switch, as
+        if the state at the previous switch were exact.
     margin : float
-        smallest distance, in H, ξ or ξ', of a decision from the opposite decision. The state at the previous switch is
-        taken as exact. inf if there was no decision.
+        smallest distance, in H, ξ or ξ', of any decision from the opposite decision. The state at the previous switch
+        is assumed to be exact. If there was no decision, the margin is inf.
     error : float64 (periods, 2)
         bounds of the errors of ξ and ξ' in `section`. The error is the difference from the exact solution of the model
-        with the same initial values. The bounds are inf after the first decision that may be wrong. They are NaN where
-        `section` is NaN. With "fixed" all are NaN: its switches are late by up to Δτ, which is a disturbance to be
-        studied, not an error to be bounded.
+        with the same initial values. The bounds are inf after the first decision that may be wrong, and NaN where
+        `section` is NaN. With "fixed" all bounds are NaN: switches are late by up to Δτ, and this delay is a
+        disturbance to be studied, not an error.
     switch_errors : structured array
-        bounds of the errors of each row of `switches`: tau (instant of the switch), xi, dxi; inf and NaN as in `error`.
+        bounds of the errors of each row of `switches`: tau (time of the switch), xi (ξ) and dxi (ξ'). They are inf or
+        NaN in the same cases as `error`.
     certain_until : float
         first excitation period, counted as in `switches["period"]`, in which a decision may be wrong; inf if all
-        decisions are certain. Before this period the bounds `error` and `switch_errors` are finite. NaN with "fixed".
+        decisions are certain, NaN with "fixed". Before this period the bounds `error` and `switch_errors` are finite.
     evaluations : int
         number of evaluations of switching functions.
     arguments : dict
@@ -142,7 +143,7 @@ class Trajectory:
     >>> motion.sample(4).xi.round(4)
     array([0.    , 0.055 , 0.5085, 0.3827, 0.    ])
 
-    Every decision is certain, and the error of each instant is below 1e-12:
+    Every decision is certain, and the error of the time of each switch is below 1e-12:
 
     >>> motion.certain_until, bool(motion.switch_errors["tau"].max() < 1e-12)
     (inf, True)
@@ -207,7 +208,7 @@ class Trajectory:
         ValueError
             if `of` is another name.
         ImportError
-            if pandas is not installed. The message is one line that says how to install it.
+            if pandas is not installed. The message contains the command that installs it.
 
         Examples
         --------
@@ -271,7 +272,7 @@ class Trajectory:
         Parameters
         ----------
         scene : Scene, optional
-            scene in SI units from which A and B were computed: times are then in ms and speeds in m/s.
+            scene in SI units from which A and B were computed. With a scene, times are in ms and speeds in m/s.
 
         Returns
         -------
@@ -378,7 +379,7 @@ def simulate(
     dtau : float, 1e-12 to 1e6
         grid step Δτ of "fixed" and "muller". It cannot be given with "certified", which has no grid.
     tol : float, above 0 to 1
-        tolerance of "muller": the refinement ends at a smaller step. Default 1e-7. It cannot be given with the other
+        tolerance of "muller": the refinement ends when its step is smaller. Default 1e-7. It cannot be given with other
         methods.
     xi0, dxi0, tau0 : float
         gap ξ >= 0 and velocity ξ' at the initial time τ0. If ξ' = 0, Fig. 2 determines the initial state.
@@ -429,7 +430,7 @@ def simulate(
 
 
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
-    """Simulate the single point of a plan. Raises Halted if `halt` is called before it ends."""
+    """Simulate the motion from the single point of a plan. Raises Halted if `halt` is called before the motion ends."""
     s, halt = plan.settings, halt or Halt()
     eps, eta, dtau = (plan.scalars[name] for name in ("eps", "eta", "dtau"))
     brief = s.work(eps, eta, dtau, bounded=False) <= BRIEF
@@ -453,9 +454,9 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         if n <= capacity:
             break
         refuse_many_rows(s.periods, n)
-        capacity = n  # there are more switches than estimated: repeat with enough room
+        capacity = n  # there are more switches than estimated: repeat the computation with enough rows
     for array in (rows, off):
-        array.resize(n, *array.shape[1:], refcheck=False)  # in place: a copy would touch all pages again
+        array.resize(n, *array.shape[1:], refcheck=False)  # in place, because a copy takes time
     if not bounded:
         off[:] = np.nan
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]

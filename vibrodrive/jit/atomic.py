@@ -1,4 +1,4 @@
-"""Integers shared by threads: the index of the next point, and the flag that ends a kernel early."""
+"""Atomic access to integers that threads share: the index of the next point, and the flag that ends a kernel early."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _fetch_add(typingctx, array):
 def _load(typingctx, array):
     def codegen(context, builder, signature, args):
         view = context.make_array(signature.args[0])(context, builder, args[0])
-        return builder.load_atomic(view.data, "monotonic", 8)  # atomic: each call reads memory, not a register
+        return builder.load_atomic(view.data, "monotonic", 8)  # atomic, so that each call reads memory, not a register
 
     if isinstance(array, types.Array) and array.dtype == types.int64:
         return types.int64(array), codegen
@@ -35,7 +35,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 
 def next_index(counter):
-    """Return counter[0] and add 1 to it, as one atomic operation. `counter` is int64 of length 1."""
+    """Add 1 to counter[0] and return its earlier value, in one atomic operation. `counter` is int64 of length 1."""
     with _ONE_AT_A_TIME:
         value = int(counter[0])
         counter[0] += 1
@@ -48,7 +48,7 @@ def _next_index(counter):
 
 
 def is_set(flag):
-    """Return True if flag[0] is not zero. Another thread may change it. `flag` is int64 of length 1."""
+    """Return True if flag[0] is not zero. Another thread may set the flag. `flag` is int64 of length 1."""
     return flag[0] != 0
 
 

@@ -1,6 +1,6 @@
 """LLVM operations for loops over lanes: selection without a branch, fused multiply-add, sign bits, wide registers.
 
-Each has a version in plain Python that gives the same bits. It is used if the JIT is disabled.
+Each operation also has a version in plain Python, which is used if the JIT is disabled and gives the same bits.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vibrodrive.jit.compile import inline
 
 _INT = ir.IntType(64)
 
-ROUND = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to the nearest integer
+ROUND = 6755399441055744.0  # 1.5 * 2**52: (x + ROUND) - ROUND is x rounded to the nearest integer
 
 
 def _choose(c, a, b):
@@ -73,7 +73,7 @@ def _fused(typingctx, a, b, c):
 
 
 def _libm_fma():
-    """Return `fma` of the C library. `math.fma` (Python 3.13) raises where this gives an infinity or a NaN."""
+    """Return `fma` of the C library. `math.fma` (Python 3.13) raises an error instead of returning infinity or NaN."""
     function = ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fma
     function.argtypes, function.restype = 3 * [ctypes.c_double], ctypes.c_double
     return function
@@ -96,31 +96,31 @@ def _prefer_wide(typingctx):
 COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
 
 choose: Any = _select if COMPILED else _choose
-"""choose(c, a, b): a if c else b, with both computed. In a branch, the compiler would move operations into the side
-that needs them. A read that is moved in this way, and whose address depends on the lane, prevents vectorisation of the
-loop."""
+"""choose(c, a, b): a if c else b, where both a and b are computed. From `a if c else b` the compiler would make a
+branch, and would move the computation of a and b into its two sides. If such a computation reads an address that
+depends on the lane, the loop does not vectorise."""
 
 fma: Any = _fused if COMPILED else _libm_fma()
-"""fma(a, b, c): a b + c, rounded once: one instruction instead of two, and the same bits on every machine. The compiler
-must not choose which products to fuse (fastmath): its choice would differ between the kernels of single motions and of
-batches."""
+"""fma(a, b, c): a b + c, rounded once. It is one instruction instead of two, with the same bits on every machine. The
+compiler must not choose which products to fuse (fastmath), because its choice would differ between the kernels of
+single motions and of batches."""
 
 low_bits: Any = _bits if COMPILED else _low_bits
-"""low_bits(t): an integer whose last bits are those of the integer n in t = n + ROUND."""
+"""low_bits(t): an integer with the same last bits as the integer n, where t = n + ROUND."""
 
 flip: Any = _xor_sign if COMPILED else _flip  # flip(x, bits): -x if the second-lowest bit of `bits` is set, else x
 
 wide: Any = _prefer_wide if COMPILED else _nothing
-"""wide(): compile the calling function for the widest registers of the processor. LLVM's default is half that width, to
-protect code that is not vectorised; loops over lanes are vectorised. The stack is aligned for these registers, so that
-each access to a spilled value stays in one cache line."""
+"""wide(): compile the calling function for the widest registers of the processor. By default LLVM uses half this width,
+because wide registers slow down code that is not vectorised. The stack is aligned for these registers, so that each
+value stored on the stack is in one cache line."""
 
 
 @inline
 def full(n):
-    """Return the number of lanes to loop over if n are in use: n rounded up to a full register, since a remainder loop
-    costs more than eight lanes.
+    """Return the number of lanes of a loop if n lanes are in use.
 
-    Lanes from n on are padding; their contents are ignored.
+    It is n rounded up to a full register, because a loop over the remaining lanes would cost more than eight lanes.
+    Lanes >= n are padding; their contents are ignored.
     """
     return (n + 7) & -8 if COMPILED and n > 3 else n

@@ -1,15 +1,15 @@
 """All Numba options, each with its reason.
 
-* ``error_model="numpy"``: no branches for division by zero, which would prevent vectorisation.
-* ``nogil=True``: the writer works while a block is computed.
-* ``_nrt=False`` (except entry points that allocate): no reference counting. Otherwise the references to every array
-  argument of every inlined formula are counted by atomic operations, which take four fifths of the time of a sweep.
-* ``fastmath`` is off: it would remove NaN checks and change bits from machine to machine.
+* ``error_model="numpy"``: no branch for a division by zero, because such a branch would prevent vectorisation.
+* ``nogil=True``: results are written to a file while the next block is computed.
+* ``_nrt=False`` (except entry points that allocate): no reference counting. Otherwise atomic operations would count the
+  references to each array argument of each inlined formula. They would take four fifths of the time of a sweep.
+* ``fastmath`` is off: it would remove NaN checks, and the bits would depend on the machine.
 * The name of the cache directory contains a hash of the kernel sources, of the compiler and of the processor. Numba
-  detects a change in the file of the function that it loads, but not in the files of the functions called from there.
-  Without the sources in the hash, an edited equation could keep its old machine code. Without the processor in the
-  hash, two different machines with one home directory would share one index with numbered files, and one machine could
-  load the code of the other.
+  detects a change in the file of the function that it loads, but not in the files of the functions that this function
+  calls. Without the sources in the hash, old machine code could be used after an equation is edited. Without the
+  processor in the hash, two different machines with the same home directory would share one index, and one machine
+  could load the code of the other.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ from numba.core.runtime import rtsys
 _ROOT = Path(__file__).parents[__name__.count(".") - 1]
 
 _IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
-"""An import that is not indented, with its continuation lines. Indented imports run within functions or serve type
-checks, so no kernel depends on them. Parsing only these lines takes a tenth of the time."""
+"""An import statement that is not indented, with its continuation lines. Indented imports are in functions or for type
+checks, so no kernel depends on them. To parse only the import statements takes a tenth of the time."""
 
 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
     """Return a hash of all sources on which machine code depends, for the package in the folder `root`.
 
-    These are the modules that import this module (named `here`) and so may contain kernels, the modules in the folder
-    of this module, and all modules that any of them imports, directly or not.
+    The sources are those of modules that may contain kernels because they import this module (named `here`), of the
+    modules in the folder of this module, and of all modules that these import directly or indirectly.
     """
     package = here.partition(".")[0]
     paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
@@ -80,16 +80,17 @@ def _module(package: str, path: Path) -> str:
 
 
 def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iterator[str]:
-    """Yield the modules of the package that module `name` imports when it is imported.
+    """Yield the names of the modules of the package that module `name` imports at its own import.
 
-    sources: source of every module of the package; within: the modules that are packages.
+    sources : source of every module of the package, by name
+    within : names of those modules that are packages
     """
     package = name.partition(".")[0].encode()
     lines = _IMPORT.findall(b"\n" + sources[name])
     lines = [line for line in lines if package in line or line.split()[1].startswith(b".")]
     try:
         statements = ast.parse(b"\n".join(lines)).body
-    except SyntaxError:  # a string has a line like an import, or a comment in an import has a bracket
+    except SyntaxError:  # a line of a string looks like an import, or a comment in an import contains a bracket
         statements = ast.parse(sources[name]).body
     for statement in statements:
         if isinstance(statement, ast.Import):
@@ -98,7 +99,7 @@ def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iter
             base = statement.module or ""
             if statement.level:
                 parts = name.split(".")
-                up = statement.level - (name in within)  # in a package one dot is the package itself
+                up = statement.level - (name in within)  # in `__init__.py` one dot is the package itself
                 base = ".".join([*parts[: len(parts) - up], *filter(None, [base])])
             for alias in statement.names:
                 found = f"{base}.{alias.name}"
@@ -107,7 +108,7 @@ def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iter
 
 
 def _target() -> str:
-    """Return the versions and the processor on which machine code depends, besides its sources."""
+    """Return the versions and the processor on which machine code depends in addition to its sources."""
     versions = [numba.__version__, llvmlite.__version__, np.__version__]
     python = [sys.implementation.cache_tag or sys.version, getattr(sys, "abiflags", "")]
     return " ".join([*python, *versions, *map(str, cpu_target.target_context.codegen().magic_tuple())])
@@ -133,14 +134,14 @@ CACHE = _cache_directory()
 
 
 class Compilation(event.Listener):
-    """Time that this process has spent compiling.
+    """Measurement of the time that this process has spent on compilation.
 
-    The files of the cache do not show whether a kernel must be compiled, because only Numba can evaluate its keys.
-    Numba reports the beginning and the end of each compilation.
+    Numba reports the beginning and the end of each compilation. The files of the cache do not show whether a kernel
+    must be compiled, because only Numba can evaluate the keys of the cache.
     """
 
     def __init__(self) -> None:
-        self._depth = 0  # compilation of a kernel includes that of its callees
+        self._depth = 0  # the compilation of a kernel includes the compilation of the functions that it calls
         self._began = self._spent = 0.0
 
     def on_start(self, event: Any) -> None:
@@ -160,7 +161,7 @@ class Compilation(event.Listener):
 
     @property
     def seconds(self) -> float:
-        """Seconds spent so far, including a compilation in progress."""
+        """Seconds spent on compilation so far, including a compilation in progress."""
         return self._spent + (monotonic() - self._began if self.running else 0.0)
 
 
@@ -169,10 +170,10 @@ event.register("numba:compile", compilation)
 
 
 class _Cache(FunctionCache):
-    """Numba's cache on disk, loaded without the compiler: a process that compiles nothing takes half the time.
+    """Numba's cache on disk, read without Numba's compiler. A process that compiles nothing then takes half the time.
 
-    Numba imports its compiler modules (0.2 s) before it reads a kernel. This class omits that; before it compiles,
-    Numba imports them in any case.
+    Numba imports its compiler modules (0.2 s) before it reads a kernel. This class omits this import. Before Numba
+    compiles, it imports these modules in any case.
     """
 
     def load_overload(self, sig, target_context):
@@ -183,14 +184,18 @@ class _Cache(FunctionCache):
 
 
 def jit(function=None, **options):
-    """Compile an entry point of a kernel once per version and cache it on disk. ``_nrt=False`` unless it allocates."""
+    """Compile an entry point of a kernel once for each version, and store it in the cache on disk.
+
+    If the entry point allocates no memory, pass ``_nrt=False``.
+    """
     if function is None:
         return lambda f: jit(f, **options)
     if numba.config.DISABLE_JIT:
-        return np.errstate(all="ignore")(function)  # compiled code does not warn of overflow either
+        return np.errstate(all="ignore")(function)  # as in compiled code, without warnings of overflow
     if function.__closure__:
-        # The symbol name contains a number that is unique only within the compiling process. Two kernels of one factory
-        # that two processes have compiled could have the same name, and the wrong one would be called. Hence the values
+        # The symbol name contains a number that is unique only in the process that compiles. Two processes could give
+        # the same name to two kernels of one factory, and the wrong kernel would be called. So the name also contains
+        # the values in the closure
         values = "_".join(str(cell.cell_contents) for cell in function.__closure__)
         function.__qualname__ = f"{function.__qualname__}_{values}"
     before = numba.config.CACHE_DIR
@@ -207,22 +212,23 @@ _INNER = {
     "error_model": "numpy",
     "nogil": True,
     "_nrt": False,
-    "no_cfunc_wrapper": True,  # not called from C; the wrapper is much of the compile time of a formula
+    "no_cfunc_wrapper": True,  # a wrapper for calls from C is not needed, and takes long to compile
 }
 
 
 try:
     from vibrodrive.jit.pieces import Piece, compiling
-except (ImportError, AttributeError):  # another version of Numba: compiles more slowly, gives the same numbers
+except (ImportError, AttributeError):  # another version of Numba: compilation is slower, the numbers are the same
     _ENCLOSED = _INNER
     compiling = nullcontext  # type: ignore[assignment]
 else:
     _ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": Piece, **_INNER}
-"""Options of functions that only kernels call: without a wrapper for Python, which would double the compile time."""
+"""Options of functions that only kernels call. A wrapper for calls from Python would double the compile time."""
 
 
 SAID_AFTER = 1.0
-"""Seconds of compiling after which a message is printed. A longer time keeps short compilations silent."""
+"""Duration of a compilation in seconds after which a message is printed. A larger value suppresses messages of short
+compilations."""
 
 
 def _say_compiling(function):
@@ -235,16 +241,16 @@ def _say_compiling(function):
 
 
 _APART = {"forceinline": False, **_ENCLOSED}
-"""`forceinline` is explicit because Numba otherwise inherits it from the first caller: a part first called by a formula
-would be inlined everywhere."""
+"""Options of parts. `forceinline` is explicit, because Numba would otherwise inherit its value from the first caller. A
+part whose first caller is a formula would then be inlined everywhere."""
 
 
 def _aside(work, function):
-    """Call `work`, which compiles or loads `function`, and return its result; for the main thread in a separate thread.
+    """Call `work`, which compiles or loads `function`, and return its result. In the main thread, use another thread.
 
-    Ctrl-C raises KeyboardInterrupt in the main thread only. So Ctrl-C takes effect immediately and does not interrupt
-    Numba while its data are inconsistent. The compilation continues in the background, and the next call uses its
-    result.
+    Ctrl-C raises KeyboardInterrupt in the main thread only. So Ctrl-C takes effect immediately, and does not interrupt
+    Numba while the data of Numba are inconsistent. The compilation continues in the background, and the next call uses
+    its result.
     """
     if threading.get_ident() != threading.main_thread().ident:
         with compiling():
@@ -265,7 +271,7 @@ def _aside(work, function):
 
 
 def _compiled_aside(dispatcher):
-    """Make a dispatcher compile or load through `_aside`."""
+    """Change a dispatcher so that it compiles and loads through `_aside`."""
     compile_for = dispatcher._compile_for_args
     dispatcher._compile_for_args = lambda *args, **kwargs: _aside(
         lambda: compile_for(*args, **kwargs), dispatcher.py_func
@@ -274,16 +280,16 @@ def _compiled_aside(dispatcher):
 
 
 def prepare(kernel, *signature):
-    """Compile or load a kernel for arguments of these types, unless it is already loaded."""
+    """Compile or load a kernel for arguments of the types `signature`, if it is not loaded yet."""
     if signature not in kernel.overloads:
         _aside(lambda: kernel.compile(signature), kernel.py_func)
 
 
 def _once(dispatcher, *constant):
-    """Compile a dispatcher once for each set of types, and not again for each literal argument, except those named in
-    `constant`.
+    """Compile a dispatcher once for each set of argument types.
 
-    LLVM propagates other constants when it inlines a formula, so a second compilation would gain nothing.
+    For the arguments named in `constant`, compile it once for each value. Other literal arguments need no compilation
+    for each value, because LLVM inserts constants when it inlines a formula.
     """
     if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):
         names = inspect.getfullargspec(dispatcher.py_func).args
@@ -295,27 +301,33 @@ def _once(dispatcher, *constant):
 
         dispatcher.get_call_template = for_types
         dispatcher.add_overload = lambda result: dispatcher.overloads.update({tuple(result.signature.args): result})
-        # this machine code has no entry from Python: a call from Python compiles another version
+        # Python cannot call this machine code, so a call from Python compiles another version
         entry = cache(lambda: _compiled_aside(numba.njit(**_INNER)(dispatcher.py_func)))
         dispatcher._compile_for_args = lambda *args, **kwargs: entry()
     return dispatcher
 
 
 def inline(function):
-    """Compile a formula: inlined in every caller, so that loops over it vectorise, and compiled with the caller."""
+    """Compile a formula that is inlined in every caller, so that loops over it vectorise."""
     return _once(numba.njit(forceinline=True, **_ENCLOSED)(function))
 
 
 def inline_each(*constant):
-    """Compile a formula separately for each value of the arguments named here, which are constants in its callers."""
+    """Compile a formula separately for each value of the arguments named in `constant`.
+
+    Callers must pass literals for these arguments.
+    """
     return lambda function: _once(numba.njit(forceinline=True, **_ENCLOSED)(function), *constant)
 
 
 def part(function):
-    """Compile a part of a kernel that is called, not inlined, which shortens the compilation of its callers."""
+    """Compile a part of a kernel, which is called and not inlined. This shortens the compilation of its callers."""
     return _once(numba.njit(**_APART)(function))
 
 
 def part_each(*constant):
-    """Compile a part separately for each value of the arguments named here, without the branches it does not take."""
+    """Compile a part separately for each value of the arguments named in `constant`, without unused branches.
+
+    Callers must pass literals for these arguments.
+    """
     return lambda function: _once(numba.njit(**_APART)(function), *constant)

@@ -1,8 +1,9 @@
-"""Checksum fletcher32 of HDF5, ten times as fast as HDF5, because the writer shares the cores with the computation.
+"""Checksum fletcher32 of HDF5, computed ten times as fast as by HDF5.
 
-The checksum is a pair of sums over 16-bit words w_i, modulo 65535: s1 = Σ w_i and s2 = Σ (n - i) w_i. Within a block of
-256 words both sums fit into 32 bits, so the inner loops need no modulus and vectorise. HDF5 reads the words with the
-high byte first; modulo 65535 that is a factor of 256.
+The speed matters because a file is written on the cores that also compute. The checksum is a pair of sums over n 16-bit
+words w_i, modulo 65535: s1 = Σ w_i and s2 = Σ (n - i) w_i. In a block of 256 words both sums fit into 32 bits, so the
+inner loops need no modulus and vectorise. HDF5 reads the words with the high byte first. An exchange of the two bytes
+of all words multiplies both sums by 256, modulo 65535.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ import numpy as np
 
 from vibrodrive.jit.compile import jit
 
-BLOCK = 256  # words of a block: few enough for Σ j w_j over a block to fit into 32 bits (256·255/2·65535 < 2**31)
+BLOCK = 256  # number of words in a block, so small that Σ j w_j over a block fits into 32 bits (256·255/2·65535 < 2**31)
 
 _RAMP = np.arange(BLOCK, dtype=np.uint32)
 
 
 def fletcher32(data: np.ndarray) -> int:
-    """Return the checksum of a contiguous array as HDF5 appends it to a chunk. It must have an even number of bytes."""
+    """Return the checksum of a contiguous array, as HDF5 appends it to a chunk. The number of bytes must be even."""
     words = data.reshape(-1).view("<u2")
     s1, s2, some = sums(words, _RAMP)
     return (_fold(int(s2), bool(some)) << 16) | _fold(int(s1), bool(some))
@@ -26,7 +27,7 @@ def fletcher32(data: np.ndarray) -> int:
 def _fold(residue: int, some: bool) -> int:
     """Return a sum as HDF5 reduces it, from its residue modulo 65535; `some` is true if any word is not 0.
 
-    HDF5 adds carries, so a multiple of 65535 gives 65535. Only words that are all 0 give 0.
+    HDF5 adds carries, so a multiple of 65535 gives 65535. The result is 0 only if all words are 0.
     """
     high_byte_first = residue * 256 % 65535
     return 65535 if high_byte_first == 0 and some else high_byte_first
@@ -34,7 +35,10 @@ def _fold(residue: int, some: bool) -> int:
 
 @jit
 def sums(words, ramp):
-    """Return s1 and s2 modulo 65535 of uint16 words, and a number that is not 0 if any word is not 0."""
+    """Return (s1, s2, some) for uint16 words: both sums modulo 65535, and a number that is not 0 if any word is not 0.
+
+    ramp : 0, 1, 2, … for the words of a block
+    """
     modulus, size = np.uint64(65535), np.uint64(BLOCK)
     s1, s2, some = np.uint64(0), np.uint64(0), np.uint64(0)
     blocks = words.size // BLOCK

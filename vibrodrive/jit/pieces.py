@@ -1,7 +1,7 @@
-"""Numba's compiler for parts of kernels, without the passes that they do not need: halves the compile time.
+"""Numba's compiler for parts of kernels, without the passes that parts do not need. This halves the compile time.
 
-It uses Numba's private API, which may change. `compile.py` uses plain ``njit`` if this module cannot be imported.
-Therefore all private names are used at import, so that a missing one is noticed there.
+This module uses private names of Numba, which may change. `compile.py` uses plain ``njit`` if this module cannot be
+imported. Therefore all private names are used at import, so that a missing name makes the import fail.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from numba.core.ir_utils import build_definitions
 class _Constants(FunctionPass):
     """Replace known values by constants, so that branches that depend on them are removed before compilation.
 
-    Known values are literal arguments and attributes of modules, which become globals. Numba does the same for None,
-    globals and closure variables.
+    Known values are literal arguments and attributes of modules. Numba itself does this for None, global variables and
+    closure variables.
     """
 
     _name = "vibrodrive_constants"
@@ -65,13 +65,13 @@ _PASSES = (
     typed_passes.NativeLowering,
     typed_passes.NoPythonBackend,
 )
-"""Numba's passes without those for closures, array expressions, exceptions and objects, which parts do not contain."""
+"""Numba's passes, except those for closures, array expressions, exceptions and objects. Parts contain none of these."""
 
 
 class _Unlinked(JITCodeLibrary):
-    """Code of a function that only kernels call: LLVM optimises and translates it within the code of the kernel.
+    """Code of a function that only kernels call, which LLVM optimises and translates as a part of the kernel only.
 
-    Numba also does both for each function separately, which takes the same time again.
+    Numba itself would also optimise and translate each function separately, which takes the same time again.
     """
 
     def _optimize_final_module(self) -> None:
@@ -88,7 +88,7 @@ class _Unlinked(JITCodeLibrary):
         return self
 
     def set_env(self, name: str, env: object) -> None:
-        """Do nothing: Numba links the Python objects of a function here, and a part has none."""
+        """Do nothing. Numba links the Python objects of a function in this method, but a part has no such objects."""
 
 
 class Piece(CompilerBase):
@@ -112,9 +112,10 @@ def _without_branch(self: BooleanModel, builder: Any, value: Any) -> Any:
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """Disable garbage collection (there is little garbage) and branches for bool arguments during compilation.
+    """Disable garbage collection and branches for bool arguments during compilation.
 
-    Numba makes a branch of each bool argument, which takes time and prevents vectorisation of the reads after it.
+    Compilation produces little garbage. Numba makes a branch for each bool argument, which takes time and prevents
+    vectorisation of the reads after the branch.
     """
     with global_compiler_lock:
         collecting, branching = gc.isenabled(), BooleanModel.from_data

@@ -1,8 +1,8 @@
 """Division of long work into short slices, so that Ctrl-C takes effect: Python handles signals between kernel calls.
 
-A compiled kernel cannot be interrupted. So each call takes a limited number of steps, keeps its state in arrays, and
-returns. The cost of a step differs by a factor of a thousand between kernels. So the number of steps of each call
-follows from the duration of the call before. The results do not depend on the slices.
+A compiled kernel cannot be interrupted. So each call of a kernel does a limited number of steps, stores its state in
+arrays, and returns. The cost of a step differs by a factor of a thousand between kernels. So the number of steps of a
+call is computed from the duration of the call before. The results do not depend on the slices.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from typing import Any
 import numpy as np
 
 SECONDS = 0.05
-"""Target duration of a slice. It is a small part of the second within which Ctrl-C must take effect, because the next
-slice may take several times as long. It is long compared with the few microseconds of a call, and with the 5 ms for
-which another thread may hold the GIL."""
+"""Wanted duration of a slice in seconds. Ctrl-C must take effect within a second, and a slice may take several times
+the wanted duration. The value is large compared with the few microseconds of a call, and with the 5 ms for which
+another thread may hold the GIL."""
 
 FIRST = 256  # default number of steps of the first slice
 GROWTH = 16  # largest ratio of the steps of a slice to those of the slice before
 
 
 class Halt:
-    """A flag that ends work in other threads: kernels check it.
+    """A flag that ends work in other threads. Kernels check the flag.
 
-    With a `sign` it also ends work in other processes of this machine that have a copy of the flag. `sign` is the name
+    With a `sign`, the flag also ends work in other processes of this machine that have a copy of it. `sign` is the name
     of a file, and work ends if this file exists.
     """
 
     def __init__(self, sign: str | None = None) -> None:
         self._sign = sign
-        self.flag = np.zeros(1, np.int64)  # kernels read it directly
+        self.flag = np.zeros(1, np.int64)  # kernels read this array
 
     def __reduce__(self) -> tuple[type[Halt], tuple[str | None]]:
         return Halt, (self._sign,)
@@ -54,7 +54,7 @@ class Halt:
         self.flag[0] = 1
 
     def call_across(self, tasks: Collection[Future[Any]]) -> None:
-        """Halt work in other processes, too. The file `sign` exists until the last of the `tasks` there has ended."""
+        """Halt work in other processes, too. The file `sign` exists until all `tasks`, which run there, have ended."""
         self.call()
         if self._sign is None or not tasks:
             return
@@ -72,12 +72,12 @@ class Halt:
 
 
 class Halted(Exception):
-    """Work has ended early, because its flag was set. Its result is discarded."""
+    """Raised if work has ended early because its `Halt` was called. The result of the work is discarded."""
 
 
 def in_slices(advance: Callable[[int], bool], first: int = FIRST) -> None:
     """Call `advance` with a number of steps until it returns True (finished)."""
-    if advance(first):  # most work ends within the first slice
+    if advance(first):
         return
     steps = first
     began = perf_counter()

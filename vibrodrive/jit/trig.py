@@ -1,8 +1,9 @@
-"""Sine and versine in plain arithmetic: without branches, so that loops over them vectorise, and with the same bits on
-every machine, with the JIT or without.
+"""Sine and versine (vers x = 1 - cos x) in plain arithmetic.
 
-Cody-Waite reduction by π/2 in two parts, each product exact inside a fused multiply-add, then polynomials on
-[-π/4, π/4]. Absolute error of the sine below 1.4e-16 for |x| < 1.6e6.
+The functions have no branches, so loops over them vectorise. Their bits are the same on every machine, with the JIT or
+without. A multiple of π/2 is subtracted from the argument (Cody and Waite). For this subtraction π/2 is the sum of two
+numbers, and a fused multiply-add computes each product exactly. Then polynomials on [-π/4, π/4] are evaluated. The
+absolute error of the sine is below 1.4e-16 for |x| < 1.6e6.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ PI_LOW = 1.2246467991473532e-16
 
 _TO_QUADRANT = 0.6366197723675814  # 2/π
 
-# (sin r - r) / r³ and (vers r - r²/2) / r⁴ as Chebyshev fits in r² over |r| < π/4 (mpmath's chebyfit):
-# relative errors 1.2e-16 and 3e-17, so the differences stay good to the last bit however small r is
+# coefficients of (sin r - r) / r³ and (vers r - r²/2) / r⁴: Chebyshev fits in r² over |r| < π/4 (mpmath's chebyfit),
+# with relative errors 1.2e-16 and 3e-17. So sin r - r and vers r - r²/2 are accurate to the last bit for any small r
 _S1, _S2, _S3 = -0.16666666666666666, 0.008333333333330948, -0.00019841269836756774
 _S4, _S5, _S6 = 2.7557316101617874e-06, -2.505113165023518e-08, 1.5918115263265974e-10
 _C1, _C2, _C3 = -0.041666666666666664, 0.0013888888888887398, -2.480158729876456e-05
@@ -33,17 +34,18 @@ _C4, _C5, _C6 = 2.7557317271145144e-07, -2.087614614655861e-09, 1.13826236474746
 
 @inline
 def arc(x):
-    """Return (sin x, vers x, sin x - x, vers x - x²/2, near) with vers x = 1 - cos x and near = |x| < π/4.
+    """Return (sin x, vers x, sin x - x, vers x - x²/2, near), where `near` is true if |x| < π/4.
 
-    All four have full *relative* accuracy if `near`; the two differences are meaningless otherwise. They describe a
-    motion shortly after its start, where sin x - x would lose all digits by cancellation.
+    If `near`, all four numbers have full *relative* accuracy. Otherwise the two differences have no meaning. They are
+    needed for a motion shortly after its start, where the subtraction in sin x - x would lose all digits.
     """
     t = fma(x, _TO_QUADRANT, ROUND)
     k = t - ROUND
     r = fma(k, -HALF_PI_LOW, fma(k, -HALF_PI, x))
     z = r * r
     zz = z * z
-    # independent halves of the polynomials: the longest chain of operations determines the time, not their number
+    # the polynomials are computed in independent halves, because the longest chain of dependent operations determines
+    # the time
     zzz = z * zz
     ds = (r * z) * fma(zzz, fma(zz, _S6, fma(z, _S5, _S4)), fma(z, fma(z, _S3, _S2), _S1))
     dv = zz * fma(zzz, fma(zz, _C6, fma(z, _C5, _C4)), fma(z, fma(z, _C3, _C2), _C1))
@@ -51,7 +53,7 @@ def arc(x):
     half = 0.5 * z
     versine = half + dv
     w = 1.0 - half
-    cosine = w + (((1.0 - w) - half) - dv)  # corrected for the rounding of 1 - z/2
+    cosine = w + (((1.0 - w) - half) - dv)  # the second term corrects the rounding of w = 1 - z/2
     quadrant = low_bits(t)  # k mod 4 in its last two bits
     odd = quadrant & 1 != 0
     s = flip(choose(odd, cosine, sine), quadrant)
@@ -70,7 +72,7 @@ def sincos(x):
 
 @inline
 def _asin_kernel(t):
-    """Return asin(sqrt(t)) / sqrt(t) - 1 for 0 <= t <= 1/4: approximation of fdlibm (Sun Microsystems, 1993)."""
+    """Return asin(sqrt(t)) / sqrt(t) - 1 for 0 <= t <= 1/4, by the approximation of fdlibm (Sun Microsystems, 1993)."""
     p = 7.91534994289814532176e-04 + t * 3.47933107596021167570e-05
     p = 2.01212532134862925881e-01 + t * (-4.00555345006794114027e-02 + t * p)
     p = t * (1.66666666666666657415e-01 + t * (-3.25565818622400915405e-01 + t * p))
@@ -81,7 +83,7 @@ def _asin_kernel(t):
 
 @inline
 def arcsine(y, short):
-    """Return asin(y) for 0 <= y <= 1; short = 1 - y, which the caller can form without cancellation."""
+    """Return asin(y) for 0 <= y <= 1. The caller must compute short = 1 - y without cancellation."""
     if y < 0.5:
         return y + y * _asin_kernel(y * y)
     t = 0.5 * short
@@ -91,16 +93,16 @@ def arcsine(y, short):
 
 @inline
 def two_product(a, b):
-    """Return a * b exactly, as an unevaluated sum of two numbers."""
+    """Return (p, e): p is a * b rounded, and p + e is exactly a * b."""
     p = a * b
     return p, fma(a, b, -p)
 
 
 @inline
 def arc_of_product(a, x):
-    """Return `arc` of a x, corrected for the rounding of the product.
+    """Return `arc` of the product a x, corrected for the rounding of this product.
 
-    For an angle of 10⁵ this rounding is 10⁻¹¹, which is too large an error of its sine.
+    The rounding error of an angle of 10⁵ is 10⁻¹¹, and the sine would have the same error.
     """
     product, rest = two_product(a, x)
     s, v, ds, dv, near = arc(product)
@@ -109,15 +111,16 @@ def arc_of_product(a, x):
 
 @inline
 def dot(a, x, b, y):
-    """Return a x + b y with one rounding less."""
+    """Return a x + b y, where only b y and the result are rounded."""
     return fma(a, x, b * y)
 
 
 @inline
 def turns(high, low):
-    """Return (n, φ, δ) with high + low = 2π n + φ + δ: n an integer as a float, 0 <= φ < 2π, δ the low-order part of φ.
+    """Return (n, φ, δ) such that high + low = 2π n + φ + δ. `low` must be small compared with 2π.
 
-    `low` must be small compared with 2π. `rest` is exact except for -π < high < 0, where its rounding goes to δ.
+    n is an integer as a float, 0 <= φ < 2π, and δ is the low-order part of φ. `rest` is exact except for
+    -π < high < 0, where its rounding error is added to δ.
     """
     n = np.floor(high * (1.0 / TWO_PI))
     p, e = two_product(n, TWO_PI)

@@ -6,7 +6,7 @@ Terms of this package; docs/glossary.md has the others:
 * lane i: the memory of one trajectory, in the arrays w (float64) and k (int64) of lane.py
 * batch: the trajectories that are computed together, one in each lane
 * wait: sticking or resting. slide: sliding up or down. segment: the motion between two switches, in closed form
-* record: the excitation periods after the transient, whose section points and switches are results
+* record: the excitation periods after the transient. Section points and switches in the record are results
 * h: the time since the last switch. A cursor is the h up to which a search has found no zero
 * where: a mask; a function does not change lane i if it is false
 * fast part: the part of a quantity that oscillates with the disturbance, ητ. The rest is the slow part

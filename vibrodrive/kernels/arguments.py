@@ -137,8 +137,9 @@ def _at_address(typingctx, address):
 
 
 def arguments_at(address):
-    """Return the arguments of a kernel; `address` is that of a row of `packed`. Without the JIT, return `address`,
-    which is then an `Arguments`.
+    """Return the arguments of a kernel from their address, that of a row of `packed`.
+
+    Without the JIT, `address` is an `Arguments` and is returned unchanged.
     """
     return address
 

@@ -187,7 +187,7 @@ def judge_tangency(w, k, i):
 
 @part
 def end_of_record(w, k, i):
-    """Return the errors at the end of the record. They are 0 unless the state may have ended just before."""
+    """Return the errors at the end of the record, which are 0 if the state certainly continues up to this end."""
     heed_status(w, k, i)
     if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
@@ -263,7 +263,7 @@ def end_of_segment(w, k, i, method, event, h, side, there):
 
 @inline
 def end_by_impact(w, k, i, v_off, x_off, force, there):
-    """Return the errors at an impact. They are the error of its time, which follows from the errors of ξ and ξ'."""
+    """Return the errors at an impact. The errors of ξ and ξ' before the impact become an error of its time."""
     x, v, wrong = there.x, there.v, abs(v_off.share) + v_off.more
     off = abs(x_off.share) + x_off.more + abs(x)
     speed = abs(v) - wrong
@@ -331,7 +331,7 @@ def lost_bits(a, b, down):
 
 @inline
 def end_of_wait(w, k, i, method, event, h, side, there):
-    """Return the errors at the end of a wait, where H = ±1. They do not depend on the earlier motion.
+    """Return the errors at the end of a wait, where H = ±1. These errors do not depend on the earlier motion.
 
     In a certified motion at ε = 0 the wait ends at a known phase (release.py). The arcsine and the square root in this
     phase have a rounding error of at most three last bits of φ; `lost_bits` bounds the remaining error. In other

@@ -138,7 +138,7 @@ def close_gaps(w, k, n, todo, ended):
     """Move the trajectories of the last lanes into the lanes of ended trajectories. Return the number of lanes in use.
 
     The first `ended` elements of `todo` are the numbers of the lanes of ended trajectories, in ascending order. The
-    loop runs over them in descending order, so that it never moves a trajectory that has ended.
+    loop runs over these elements in descending order, so that it never moves a trajectory that has ended.
     """
     for j in range(ended - 1, -1, -1):
         i = todo[j]
@@ -157,8 +157,8 @@ def close_gaps(w, k, n, todo, ended):
 def batch(method: int, disturbed: bool, recorded: bool):
     """Return the kernel of sweeps for `method`, for points with a disturbance (if `disturbed`) or without.
 
-    Each kernel is compiled at its first call and contains only the code that it needs. If `recorded`, it also computes
-    impacts and summaries, which makes it slower.
+    Each kernel is compiled at its first call and contains only the code that it needs. If `recorded`, the kernel also
+    computes impacts and summaries, and is slower.
     """
     grid, fixed = method != codes.CERTIFIED, method == codes.FIXED
     if grid and not disturbed:

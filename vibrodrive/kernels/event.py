@@ -137,7 +137,7 @@ def certified_event(w, k, i, x):
 def grid_event(w, k, i, fixed):
     """Return (event, h) for the outcome of a search on a grid; `event` as from `certified_event`.
 
-    If `fixed`, h is the time of the grid point by eq. (10). Otherwise it is the zero refined by Muller's method.
+    If `fixed`, h is the time of the grid point by eq. (10). Otherwise h is the zero refined by Muller's method.
     """
     cursor = w[r.CURSOR + i]
     dtau = w[r.DTAU + i]
@@ -154,7 +154,7 @@ def grid_event(w, k, i, fixed):
         return codes.END if h >= w[r.LEFT + i] else codes.STRETCHED, h
     hit = which == codes.S1 or met == codes.FALLEN
     if met == codes.FALLEN and cursor - w[r.LAST_NONNEGATIVE + i] > 1.0:
-        # ξ fell below 0 in an interval of several steps without other switches: search for the first such grid point
+        # ξ fell below 0 in an interval of several steps without other switches: search for the first point with ξ < 0
         above = w[r.LAST_NONNEGATIVE + i]
         first_zero.restart_search(w, k, i, codes.S1, h, above + 1.0)
         return codes.CONTINUE, h

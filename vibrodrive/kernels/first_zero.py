@@ -43,7 +43,7 @@ and the margin reports the distance (margins.py).
 
 **Grids.** The methods `fixed` and `muller` skip grid points by the same bound, after the rounding error is subtracted
 from g. So the computed g would be positive at each skipped point. These searches begin at the first grid point after
-the switch. They also use the series, as far as g certainly remains above its rounding error.
+the switch. These searches also use the series, as far as g certainly remains above its rounding error.
 """
 
 from __future__ import annotations
@@ -240,8 +240,8 @@ SURELY_FREE = 0.95
 interval g may be below the noise."""
 
 LEAST_GAP = 1e-30
-"""Smallest gap at the start of a slide down from which an impact is searched by steps if there is a disturbance. From
-smaller gaps it is searched by bisection."""
+"""Smallest ξ at the start of a slide down for which the impact is searched by steps, with a disturbance. For a smaller
+ξ the impact is searched by bisection."""
 
 PATIENCE = 1e5
 """Number of steps after which a search ends as if it had reached its limit, so that the budget is checked."""
@@ -342,7 +342,7 @@ def stay_inside(w, k, i, force):
 def fall_from_nothing(w, i, h):
     """Return the instant at which a gap that starts below LEAST_GAP falls to 0. This instant is not later than h.
 
-    It is found by bisection of its logarithm. A search by steps would make no progress, because for such gaps the
+    Bisection of the logarithm finds this instant. A search by steps would make no progress, because for such gaps the
     rounding errors of the higher derivatives are large.
     """
     low, high = 1e-300, h
@@ -508,8 +508,8 @@ def next_on_grid(w, i, taylor, x, step, rate, trusted):
     ahead = whole if whole > cursor + 1.0 else cursor + 1.0
     zero, fallen = taylor.g < 0.0, x < 0.0
     met = FALLEN if fallen else (ZERO if zero else (LIMIT_MET if cursor >= limit else NOTHING))
-    # BOTH: ξ and ξ' have changed sign. For `fixed` this is an impact. For `muller` it is one if ξ <= 0 at the refined
-    # zero of ξ'
+    # BOTH: ξ and ξ' have changed sign. `fixed` then takes an impact. `muller` takes an impact only if ξ <= 0 at the
+    # refined zero of ξ'
     met = BOTH if zero & fallen else met
     return cursor if met != NOTHING else ahead, met
 

@@ -1,8 +1,8 @@
-"""Storage of the switches of each trajectory in a batch, as far back as its summary needs them (summary.py).
+"""Storage of the switches of each trajectory in a batch that its summary (summary.py) needs.
 
 A lane has room for ROWS switches, in rows. If all rows are in use, the first half of the switches is added to the
-totals of the lane and discarded. The rows equal those of `simulate`. After a batch of switches the rows are written
-from the values that `note_end` (switch.py) has stored.
+totals of the lane and discarded. The rows equal the rows of switches that `simulate` returns. After a batch of switches
+the rows are written from the values that `note_end` (switch.py) has stored.
 
 A motion may return to the bits of an earlier state, the reference (recurrence.py). The summary then follows from one
 cycle of its switches, and is written when the cycle is complete. A sweep that records only summaries then ends the
@@ -27,8 +27,8 @@ APART = ROWS + 11
 the same cache lines."""
 
 END_OF_RECORD = 1e-9
-"""Least distance of each switch of a cycle from the phase at which a record begins and ends. If a switch is closer, its
-rounding decides whether it belongs to the record, so the motion must be computed up to the end of the record."""
+"""Least distance of each switch of a cycle from the phase at which a record begins and ends. If a switch is closer,
+rounding decides whether it belongs to the record. The motion must then be computed up to the end of the record."""
 
 
 def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +47,7 @@ def assign_slots(k):
 
 @inline
 def clear_history(k, i, keeps):
-    """Discard the switches of lane i. `keeps` states which switches it stores from now on (codes.py)."""
+    """Discard the switches of lane i. `keeps` states which switches the lane stores from now on (codes.py)."""
     k[r.HISTORY_KEEPS + i] = keeps
     k[r.HISTORY_COUNT + i] = 0
     k[r.HISTORY_ADDED + i] = 0
@@ -84,7 +84,7 @@ def drive_of(w, i):
 
 @part
 def make_room(w, k, i, rows, totals):
-    """Add the first half of the switches to the totals, and move the second half to the front. Return its length."""
+    """Add the first half of the switches to the totals, and move the others to the front. Return their number."""
     half = ROWS // 2
     summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i), totals)
     drop_rows(k, i, half, rows)
@@ -108,7 +108,7 @@ def keep_switch(w, k, i, on_grid, transient, recorder):
     """Store the switches that a batch has applied in lane i.
 
     These are the end of a state, with two switches if this end is an impact, and the end of a wait that follows. A wait
-    with a known end ends in the same batch (switch_undisturbed.py). It begins at the time that `note_end` has stored.
+    with a known end ends in the same batch (switch_undisturbed.py). `note_end` has stored the time at which it begins.
     """
     which, ended, at = k[r.ENDED + i], k[r.END_PERIOD + i], w[r.END_PHI + i]
     period, phi, x, after = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i], k[r.STATE + i]
@@ -169,7 +169,7 @@ def has_cycle(w, k, i, cycle, extent, history):
     """Return whether the summary follows from the switches since the reference, `cycle` periods ago.
 
     This requires that the last two cycles of the record are after the reference. If the result is true, the switches
-    since the reference become the first rows. If it is false, the lane stores only switches of the record from now on.
+    since the reference become the first rows. Otherwise the lane stores only switches of the record from now on.
     """
     rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
     kept_all = k[r.HISTORY_KEEPS + i] == ALL

@@ -18,7 +18,7 @@ take 72 × 101 × 8 B = 58 kB, of which a search uses a quarter. Only single tra
 STRIDE = LANES + 8
 """Distance between successive rows. If two rows are a multiple of a page apart, a read of one row is slow after a write
 to the other, because the processor confuses their addresses. With this distance only every 64th row has such a distance
-from a given row. With the distance LANES it would be every eighth row."""
+from a given row. With the distance LANES every eighth row would have it."""
 
 ROWS_W = 109
 ROWS_K = 36

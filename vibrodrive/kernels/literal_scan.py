@@ -169,7 +169,7 @@ def scan(w, k, i, table):
         count = suspects(table, n, bound, two_sided, f, fast)
         fallen = False
         if which == S2:
-            # in a block with ξ' < 0, ξ decreases, so its last value suffices
+            # in a block with ξ' < 0, ξ decreases, so the last value of ξ suffices
             x, _ = motion.state_at(w, i, (first + float(n - 1)) * dtau, fast)
             fallen = x < least_clear_gap(w, i, first, n, dtau)
         start = n

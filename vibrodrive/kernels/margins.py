@@ -25,7 +25,7 @@ ROUNDING = 2.0**-49
 be zero."""
 
 SUSPECT = 1e-4
-"""Share of its terms above which a distance in H or ξ' exceeds its rounding error by far, so that no bound of this
+"""Share of the terms of H or ξ'. A distance above this share exceeds its rounding error by far, so no bound of this
 error is computed."""
 
 
@@ -113,7 +113,7 @@ def velocity_rounding_beside(w, i, h, off):
 
 @inline
 def magnitude_scale(w, i):
-    """Return the sum of the magnitudes of the terms of H and ξ'. Their rounding errors are proportional to this sum."""
+    """Return the sum of the magnitudes of the terms of H and ξ'. Their rounding errors are a share of this sum."""
     return 1.0 + w[r.A + i] + w[r.AF + i] + w[r.B + i]
 
 

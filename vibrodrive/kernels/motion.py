@@ -46,7 +46,7 @@ for an exact result."""
 
 
 LONGEST_SCAN = 4194304.0
-"""Largest number of grid points of a segment. A state with more of them is divided, so that the budget is checked."""
+"""Largest number of grid points of a segment. Longer states are divided, so that the budget is checked."""
 
 
 @inline

@@ -101,7 +101,7 @@ def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
 
 @part
 def refine(w, i, low, high):
-    """Return a zero of the switching function between `low` and `high`; its sign has changed at `high`, not at `low`.
+    """Return a zero of the switching function between `low` and `high`. Its sign has changed at `high`, not at `low`.
 
     The first three points are the ends and the zero of the line between them. The next point is a root of the parabola
     through the last three points, the one nearest to the last point. If this root is outside the bracket, the midpoint
@@ -192,7 +192,9 @@ def refine_abreast(w, n):
 def refined(w, i, otherwise):
     """Return (done, h, evaluations) of the refinement in lane i.
 
-    `done` is true if the refinement is complete; h is then the zero, else `otherwise`. `evaluations` is their number.
+    done : true if the refinement is complete
+    h : the zero if `done`, else `otherwise`
+    evaluations : number of evaluations of the switching function
     """
     done = w[r.REFINEMENT + i] == COMPLETE
     return done, choose(done, w[r.NEWEST + i], otherwise), w[r.EVALUATED + i]

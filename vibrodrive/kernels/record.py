@@ -7,8 +7,8 @@ reached to NaN.
 
 **Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed mass has one impact. A main
 impact has no faster impact within half an excitation period before or after it. If an impact follows the last main
-impact within π, there are two cases. If it is faster, it replaces this main impact. Otherwise it is a touch and is not
-written. So a record of P periods has at most 2P main impacts.
+impact within π, there are two cases. A faster impact replaces this main impact. A slower impact is a touch and is not
+written. Therefore a record of P periods has at most 2P main impacts.
 
 Each main impact is written with its time (period, phase), its speed, and the number of switches of the record before
 it. A batch of switches stores the end of each state. The impacts are written as soon as it is known which switches are
@@ -71,7 +71,7 @@ def keep_impact(w, k, i, transient, impacts):
 
 @inline
 def set_reference_impact(w, k, i, impacts):
-    """Store the number of main impacts so far, and the last of them, with the reference (recurrence.py)."""
+    """Store the number of main impacts so far, and the last main impact, with the reference (recurrence.py)."""
     row, count = k[r.POINT + i], k[r.IMPACTS + i]
     k[r.REFERENCE_IMPACTS + i] = count
     if count > 0:
@@ -82,7 +82,7 @@ def set_reference_impact(w, k, i, impacts):
 
 @inline
 def impacts_repeat(w, k, i, cycle, impacts):
-    """Return whether the next main impacts will repeat those since the reference, `cycle` periods ago.
+    """Return whether the next main impacts will repeat the main impacts since the reference, `cycle` periods ago.
 
     This is true in two cases. In the first case there has been no impact since the reference. In the second case the
     last main impact now is the same as the last main impact at the reference, `cycle` periods later, because the last
@@ -105,7 +105,7 @@ def copy_impacts(k, i, cycles, cycle, switches, impacts):
     """Copy the main impacts since the reference `cycles` times; `switches` is the number of switches of a cycle.
 
     The last main impact is not final, because a faster impact may still replace it. So it is moved to the end of all
-    cycles. In its place a copy of the main impact that was the last one at the reference is written, which is final.
+    cycles. The main impact that was the last one at the reference is final now, and a copy of it is written instead.
     """
     row, count = k[r.POINT + i], k[r.IMPACTS + i]
     more = count - k[r.REFERENCE_IMPACTS + i]

@@ -33,7 +33,7 @@ from vibrodrive.kernels import codes, history, motion, record, switch, undisturb
 from vibrodrive.kernels import lane as r
 
 FIRST_WINDOW = 16
-"""Number of departures after which the first reference is replaced. A rest replaces it earlier."""
+"""Number of departures after which the first reference is replaced. It is replaced earlier if the mass rests."""
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)

@@ -66,7 +66,7 @@ def set_parameters(w, k, i, points, row, method):
 
 @part_each("method")
 def load(w, k, i, points, row, method, extent, section, log, errors):
-    """Begin the trajectory of the point `points[row]` in lane i. Return False if it ends without a search."""
+    """Begin the trajectory of the point `points[row]` in lane i. Return False if the mass never moves."""
     set_parameters(w, k, i, points, row, method)
     for row_k in (r.GRID, r.SECTIONS, r.COUNT, r.SEARCH, r.IMPACTS):
         k[row_k + i] = 0

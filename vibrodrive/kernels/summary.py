@@ -42,7 +42,7 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
     # time in each of four states; number of impacts, the largest |ξ'| of them, Σ|ξ'| and Σ½ξ'² of them; friction loss;
     # work of the excitation; largest ξ, least ξ', largest ξ'
     TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
-    # time of the last switch for which these are known: F, -G and -∫G
+    # time of the last switch, and F, -G and -∫G there, if these are known
     AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
     # phase φ at which H falls to 1 (NaN if there is none), and A cos φ there; the same for H rising to -1
     TURN_UP, COSINE_UP, TURN_DOWN, COSINE_DOWN,
@@ -125,7 +125,7 @@ def clear_totals(totals, a, b):
 
 @inline
 def begin_totals(rows, row, totals):
-    """Begin the totals at a switch. If this switch is an impact, the growth of a delay is computed from it on."""
+    """Begin the totals at a switch. If this switch is an impact, it is also the start of the growth of a delay."""
     if int(rows[row, AFTER]) == IMPACT:
         totals[LATE], totals[FIRST] = 1.0, time_of(rows, row)
 
@@ -304,7 +304,7 @@ def digits_of(gaps, length, last):
 
 @inline
 def gap_cycle(totals):
-    """Return the shortest cycle of the gaps of a record as a number (`digits_of`). Return 0 if they do not repeat."""
+    """Return the shortest cycle of the gaps of a record as a number (`digits_of`). Return 0 without a cycle."""
     known = int(totals[MAINS]) - 3
     for length in range(1, GAPS + 1):
         if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:

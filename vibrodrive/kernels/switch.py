@@ -28,7 +28,7 @@ def decide_after_slide(impact, force):
 
     A slide that ends in the air exactly where ξ' = 0 cannot be followed by a slide in the same direction. With method
     `fixed` the switch is late, so such a slide may follow; the mass then continues from rest (§5). At the obstacle the
-    mass rests for H <= 1, because the obstacle supports any force towards it.
+    mass rests for H <= 1, because the obstacle supports the mass against any force towards the obstacle.
     """
     in_air = choose(force > 1.0, UP, choose(force < -1.0, DOWN, STICK))
     return choose(impact, choose(force > 1.0, UP, REST), in_air)
@@ -141,7 +141,7 @@ def commit_time(w, k, i, where, period, phi, low, left, p, q):
 
 @inline
 def commit_cost(w, k, i, where, counted, cost):
-    """Set the cost of period `counted` to `cost` switches, after a switch is charged to its budget."""
+    """Set the cost of period `counted` to `cost` switches, so that a switch is charged to the budget of this period."""
     w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
     k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])
@@ -168,7 +168,7 @@ def smaller(a, b):
 
 @inline
 def terminating_function(state):
-    """Return the switching function whose first zero ends a state. For DOWN it is S2, which is searched before S1."""
+    """Return the switching function whose first zero ends a state. For DOWN, S2 is searched before S1."""
     return choose(state == UP, S3, choose(state == DOWN, S2, choose(state == STICK, S4, S5)))
 
 
@@ -179,8 +179,8 @@ def can_leave(w, i, state):
 
 
 SECTION_MARGIN = 1e-9
-"""Time by which the second section point after the last switch must be later than the next switch. If it is not,
-`event.py` applies the switch, and determines which of both is first."""
+"""Time by which the second section point after the last switch must be later than the next switch. If this is not so,
+`event.py` applies the switch, and determines whether the point or the switch is earlier."""
 
 
 @inline
@@ -279,7 +279,7 @@ def count_switch(k, i, recorded, impact, to):
 
 @inline
 def has_rows(section, summary):
-    """Return whether section points are recorded: if they are not, `section` has one row, not one for each point."""
+    """Return whether section points are recorded: `section` then has a row for each point, otherwise only one row."""
     return section.shape[0] == summary.shape[0]
 
 

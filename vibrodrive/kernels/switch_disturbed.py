@@ -33,7 +33,7 @@ def mark_points(w, k, n, extent):
 def write_ahead(w, k, n, transient, section):
     """Write the section points that precede the outcomes of the searches in the lanes 0..n-1.
 
-    If a switch is not applied afterwards, its point may be wrong. The correct point then overwrites it later.
+    The point of a switch that is not applied afterwards may be wrong. The correct point later overwrites the wrong one.
     """
     for i in range(n):
         slot = k[r.SLOT + i]
@@ -70,7 +70,7 @@ def find_switch(w, k, i):
 
 @inline
 def apply_switch_disturbed(w, k, i, extent):
-    """Apply the switch found in lane i and begin the next search, if it is ordinary. Else leave it to `event.py`."""
+    """If the switch found in lane i is ordinary, apply it and begin the next search. Else leave it to `event.py`."""
     found = find_switch(w, k, i)
     begun = take_over.take_over(w, k, i, True, False, False, found, extent)
     aside, where = found.aside, begun.over | found.aside

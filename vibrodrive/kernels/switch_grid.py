@@ -1,14 +1,14 @@
-"""Switches on a grid at ε = 0 in all lanes of a batch, without branches. The results equal those of a scan of the grid.
+"""Switches on a grid at ε = 0 in all lanes of a batch, without branches. The results equal the results of a scan.
 
 The end of a slide from rest, or of a wait, is found as for certified motions (undisturbed.py). A scan would stop at the
 grid point after this zero. A few values prove that it would not stop earlier. The switching function rises up to a
-known phase and then falls. So if it exceeds its rounding error at two points, it does so at all points between them.
+known phase and then falls. If it exceeds its rounding error at two points, then also at all points between the two.
 The second of these points is the last grid point before the zero. The first is the start of a wait, or the first grid
 point after the start of a slide. The other side of S4 either grows throughout, or has its minimum, 1 + B - A, at the
 peak of H.
 
 The method `fixed` then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the
-two grid points around it. So the bits equal those of a scan.
+two grid points around the zero. So the bits equal those of a scan.
 
 All other cases are scanned: a zero too close to a grid point, a refinement of more than two steps, and a decision
 within rounding.
@@ -116,7 +116,7 @@ def end_in_cell(w, k, i, fixed, cell):
 
 @inline_each("fixed")
 def apply_switch_on_grid(w, k, i, fixed, extent):
-    """Apply the switch at the end of the state of lane i if it is ordinary. The grid is scanned for other switches.
+    """If the switch at the end of the state of lane i is ordinary, apply it. Otherwise the grid is scanned for it.
 
     If `fixed`, the switch is at the grid point after the zero. Otherwise Muller's method refines the zero.
     """

@@ -19,7 +19,7 @@ def find_switch_on_grid(w, k, i, fixed, apart):
     """Return the outcome of the search in lane i at its cursor.
 
     `apart` is true if the last grid point with ξ >= 0 is more than one step before the cursor. If ξ < 0 at the cursor,
-    the search must then continue for the first grid point with ξ < 0. No other switch is between these points.
+    the search must then continue for the first grid point with ξ < 0.
     """
     met, which, cursor, margin = w[r.OUTCOME + i], k[r.SEARCH + i], w[r.CURSOR + i], w[r.MARGIN + i]
     high = cursor * w[r.DTAU + i]
@@ -41,7 +41,7 @@ def find_switch_on_grid(w, k, i, fixed, apart):
 
 @inline_each("fixed")
 def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
-    """Apply the switch found in lane i and begin the next search, if it is ordinary. Else leave it to `event.py`."""
+    """If the switch found in lane i is ordinary, apply it and begin the next search. Else leave it to `event.py`."""
     cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
     apart = cursor - above > 1.0
     found = find_switch_on_grid(w, k, i, fixed, apart)

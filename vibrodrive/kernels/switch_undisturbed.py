@@ -18,12 +18,12 @@ from vibrodrive.kernels import lane as r
 class Wait(NamedTuple):
     """A wait after a switch, with a known end.
 
-    ends : true if its end is certainly in the record and the budget, with at most one section point before
-    margin : margin of its end
-    period, phi : time of its end
+    ends : true if the wait certainly ends in the record and the budget, with at most one section point before its end
+    margin : margin of the end of the wait
+    period, phi : time of the end
     down : true if sliding down follows, false if sliding up follows
-    point : true if a section point precedes its end
-    cost : cost of the period in which it begins, including the switch at its end
+    point : true if a section point precedes the end
+    cost : cost of the period in which the wait begins, including the switch at its end
     """
 
     ends: bool
@@ -48,7 +48,7 @@ def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
 
 @inline
 def apply_switch_undisturbed(w, k, i, extent):
-    """Apply the switch found in lane i and begin the next search, if it is ordinary. Otherwise leave it to `event.py`.
+    """If the switch found in lane i is ordinary, apply it and begin the next search. Otherwise leave it to `event.py`.
 
     After an impact ξ = ξ' = 0, eq. (7).
     """

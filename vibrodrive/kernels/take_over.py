@@ -66,7 +66,7 @@ class Ahead(NamedTuple):
     due : time from the present to the next section point
     point : true if this section point precedes the switch
     within : true if the switch is in the record and the budget, and no further section point precedes it
-    cost : number of the switch among the switches of its period
+    cost : cost of the period of the switch, including this switch
     """
 
     due: float
