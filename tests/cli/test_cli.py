@@ -18,9 +18,13 @@ from matplotlib import image
 import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import python
+from vibrodrive.cli.common import judge_idle
+from vibrodrive.jobs import limits
 from vibrodrive.jobs.progress import Show, Tally, duration
 from vibrodrive.model import config
+from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
+from vibrodrive.stability.limit import Limit
 from vibrodrive.store.layout import Origin
 
 SMALL = """
@@ -332,14 +336,14 @@ def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
 @pytest.mark.jit
 def test_dry_run_writes_nothing_and_estimates_the_time(run):
     """tests/jobs/test_estimate.py compares the estimate with the real time."""
-    options = ("--set", "A.num=1500", "--set", "transient=600", "--set", "periods=600", "--threads", "1")
+    options = ("--set", "A.num=200", "--set", "transient=600", "--set", "periods=600", "--threads", "1")
     run("sweep", "small.toml", "--set", "transient=1")  # compiles the kernels
     code, out, _ = run("sweep", "small.toml", "-o", "t.h5", "--dry-run", *options)
     assert code == 0
     assert not Path("t.h5").exists()
     words = dict(line.split(maxsplit=1) for line in out.splitlines())
-    assert words["points"] == "3000"
-    assert words["periods"] == "3.6e+06 (1200 a point, 600 recorded)"
+    assert words["points"] == "400"
+    assert words["periods"] == "4.8e+05 (1200 a point, 600 recorded)"
     run("sweep", "small.toml", "-o", "t.h5", *options)
     assert words["time"].endswith("to load the kernels")
     assert float(words["file"].split()[0]) == pytest.approx(Path("t.h5").stat().st_size / 1e6, rel=0.02)
@@ -485,3 +489,68 @@ def test_a_file_that_is_moved_while_it_is_written_ends_a_sweep(run, quick, monke
     monkeypatch.setattr(import_module("vibrodrive.store.writer"), "GROUP_SECONDS", np.inf)
     code, _, err = run("sweep", "small.toml")
     assert (code, err.splitlines()[-1]) == (1, "vibrodrive: small.h5: moved or deleted while it was written")
+
+
+def test_a_file_that_is_deleted_while_it_is_written_ends_limits(run, monkeypatch):
+    def found(quantity, arguments, disturbance, method, *rest):
+        yield 0, Limit(2.5, 0.1, 101.0, disturbance, method, "impacts", k2=1e-3)
+        Path("limits.h5").unlink()
+        yield 1, Limit(2.5, 0.2, 101.0, disturbance, method, "impacts", k2=1e-3)
+
+    monkeypatch.setattr(limits, "each_of", found)
+    code, _, err = run(
+        "limits", "small.toml", "-o", "limits.h5", "--set", "A=2.5", "--set", "B=[0.1, 0.2]", "--set", "eps=0"
+    )
+    assert (code, err) == (1, "vibrodrive: limits.h5: moved or deleted while it was written\n")
+
+
+@pytest.mark.jit
+def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
+    code, out, err = run("paper", "--only", "fig02", "--only", "fig04", "-o", "there")
+    assert (code, out) == (0, ""), err
+    names = {p.name for p in Path("there").iterdir()}
+    assert {"fig02.png", "fig02.pdf", "fig04.png", "fig04.pdf", "claims.json", "claims.md"} <= names
+    claims = json.loads(Path("there/claims.json").read_text())["claims"]
+    assert claims
+    assert {c["figure"] for c in claims} <= {"fig02", "fig04"}
+    assert f"{len(claims)} claims: " in err
+    assert f"there: {len(names)} files written" in err
+
+
+IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\ntol = 1e-9\n[run]\ntransient = 1\nperiods = 1\n"
+
+
+@pytest.mark.jit
+def test_what_acts_on_nothing_is_named_or_refused(run):
+    Path("idle.toml").write_text(IDLE)
+    code, out, err = run("sweep", "idle.toml", "--dry-run", "--set", "dtau=[0.1, 0.01]")
+    assert (code, out) == (2, "")
+    assert "dtau = [0.1, 0.01]: must be left out with method = 'certified': used by fixed and muller only" in err
+    for method, names in (("certified", ["dtau", "tol"]), ("fixed", ["tol"]), ("muller", [])):
+        code, _, err = run("sweep", "idle.toml", "--method", method, "-o", f"{method}.h5")
+        assert code == 0
+        assert [line.split()[0] for line in err.splitlines() if "is ignored" in line] == names
+    out = run("info", "certified.h5")[1]
+    assert not any(f"{name} =" in out for name in ("dtau", "tol", "eta"))
+    out = run("info", "muller.h5")[1]
+    assert "tol = 1e-09" in out
+    assert "eta =" not in out
+
+
+def test_what_acts_on_nothing_and_is_the_default_is_not_named(capsys):
+    """A configuration may give every key, as those that the explorer writes do."""
+    judge_idle(parse(IDLE.replace("dtau = 0.1\ntol = 1e-9", "tol = 1e-7")))
+    assert capsys.readouterr().err == ""
+    judge_idle(parse(IDLE))
+    assert capsys.readouterr().err.count("is ignored") == 2
+
+
+@pytest.mark.jit
+def test_commands_name_a_likely_slip_once_where_all_points_have_it(run):
+    scene = "[physical]\na0 = 0.8\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n[run]\ntransient = 0\nperiods = 1\n"
+    Path("mm.toml").write_text(scene)
+    options = {"all": [], "some": ["--set", "a0=[0.8e-3, 0.8]"], "none": ["--set", "a0=0.8e-3"]}
+    for name, more in options.items():
+        code, _, err = run("sweep", "mm.toml", "-o", f"{name}.h5", *more)
+        assert code == 0
+        assert err.count("not in SI units") == (name == "all")
