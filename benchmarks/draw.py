@@ -46,7 +46,7 @@ CURVES = (
     Curve("Muller on a grid", "Muller on a grid", "#7a6000", "D", ((1.5e-3, 2e-14), (1e-4, 1e-15))),
     Curve("heyoka", "heyoka", "#8f4a86", "v", ((3e-7, 1e-8), (9e-4, 1e-5))),
     Curve("scipy", "", "#333333", "o", ((6e-3, 1e-7), (1.3e-3, 1e-8))),
-    Curve("certified", "certified: each\nswitch guaranteed", "#0072b2", "*", ((3e-8, 2e-16), (1.5e-7, 3e-11))),
+    Curve("certified", "certified: each\nswitch guaranteed", "#0072b2", "*", ((3e-8, 2e-17), (1.5e-7, 3e-11))),
 )
 PAPER = ("Muller on a grid", 1e-5)
 
@@ -70,18 +70,15 @@ def chart(data: dict[str, Any]) -> Any:
     for column, (ax, eps) in enumerate(zip(axes[0], sorted({p["eps"] for p in data["points"]}), strict=True)):
         ax.set(xscale="log", yscale="log", xlabel="CPU time per period of motion (s)")
         ax.axhspan(BAND / 3, CEILING, color="0.93", lw=0)
-        ax.text(
-            0.5,
-            0.985,
-            "hollow: a switch is missed or invented",
-            transform=ax.transAxes,
-            fontsize=8,
-            va="top",
-            ha="center",
-        )
+        meaning = "hollow: a switch is missed or invented, so that no error is defined"
+        ax.text(0.5, 0.985, meaning, transform=ax.transAxes, fontsize=8, va="top", ha="center")
         for k, curve in enumerate(CURVES):
             points = [p for p in data["points"] if p["eps"] == eps and p["method"].startswith(curve.method)]
             draw_curve(ax, curve, BAND * ROW**k, points, curve.at[column])
+        for method, words in (("certified", "one motion"), ("certified sweep", "in a sweep")):
+            star = next(p for p in data["points"] if (p["eps"], p["method"]) == (eps, method))
+            offset = {"xytext": (0, -15), "textcoords": "offset points", "ha": "center"}
+            ax.annotate(words, (star["seconds"], star["error"]), color=CURVES[-1].colour, fontsize=8, **offset)
         paper = next(p for p in data["points"] if (p["eps"], p["method"], p["value"]) == (eps, *PAPER))
         at, colour = (paper["seconds"], paper["error"]), CURVES[2].colour
         ax.plot(*at, "o", mfc="none", mec=colour, ms=12, mew=1.1)
@@ -126,8 +123,9 @@ def difficulty(_: dict[str, Any]) -> Any:
         ax.minorticks_off()
         ax.set_title(method.label, fontsize=9)
         ax.set_yticklabels(["0", "50 %", "100 %"] if k % 4 == 0 else [])
+    fig.suptitle("Functions whose first zero is found, over the distance of their closest two zeros", fontsize=11)
     fig.supxlabel("distance of the closest two zeros (smaller, and so harder, to the right)", fontsize=10)
-    fig.supylabel("share of right cases (line: mean of all settings; grey: range)", fontsize=10)
+    fig.supylabel("share of functions (line: mean of all settings; grey: range)", fontsize=10)
     return fig
 
 
@@ -138,8 +136,8 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#333333")
 
 
 def failure(example: dict[str, Any]) -> Any:
-    """Draw the curves of one example, with the legend above them."""
-    fig, axes = figure(3.5, 2.5)
+    """Draw the curves of one example, with its title and the legend above them."""
+    fig, axes = figure(3.5, 2.7)
     ax = axes[0, 0]
     for s, colour in zip(example["series"], COLOURS, strict=False):
         words = s["style"].split()
@@ -163,7 +161,8 @@ def failure(example: dict[str, Any]) -> Any:
         ax.xaxis.set_major_locator(plt.MaxNLocator(4))
     if any(s["label"] in ("true zeros", "true zero", "obstacle") for s in example["series"]):
         ax.axhline(0.0, color="0.6", lw=0.6, zorder=0)
-    fig.legend(loc="outside upper center", ncols=3, fontsize=8, handlelength=1.8, columnspacing=1.0)
+    size = {"fontsize": 8, "title_fontsize": 9, "handlelength": 1.8, "columnspacing": 1.0}
+    fig.legend(loc="outside upper center", ncols=2 if len(example["series"]) > 3 else 3, title=example["title"], **size)
     return fig
 
 

@@ -72,7 +72,7 @@ def pair_missed() -> dict[str, Any]:
         "axes": ("τ", "g", "linear", "linear"),
         "series": [
             series(fine, g(fine), label="g"),
-            series(grid, g(grid), "dots", "grid"),
+            series(grid, g(grid), "dots", "points of the grid"),
             series(zeros[:2], [0, 0], "rings", "true zeros"),
         ],
     }
@@ -120,7 +120,7 @@ def wrong_of_three() -> dict[str, Any]:
         "axes": ("τ", "g", "linear", "linear"),
         "series": [
             series(fine, g(fine), label="g"),
-            series(bracket, g(bracket), "dots", "bracket"),
+            series(bracket, g(bracket), "dots", "ends of the bracket"),
             series(zeros[:3], [0, 0, 0], "rings", "true zeros"),
             series([found[0]], [0], "cross", "reported"),
         ],
@@ -148,6 +148,7 @@ def wrong_of_two() -> dict[str, Any]:
             series(away, gap, label="ξ"),
             series([0.0], [float(event["xi"])], "rings", "reversal"),
             series([away[0], away[-1]], [0, 0], "dashes", "obstacle"),
+            series([found[0][0] - float(event["tau"])], [0], "cross", "reported impact"),
         ],
     }
 
@@ -359,7 +360,7 @@ def lateness() -> dict[str, Any]:
         f"rtol 1e-6 the time error is at most {max(curves['RK45, rtol 1e-6']):.1e}.",
         "axes": ("depth d", "error of the impact time", "log", "log"),
         "series": [
-            series(misses, root, "dotted", "to the reversal"),
+            series(misses, root, "dotted", "time to reversal"),
             *(series(misses, c, f"{s} dots", n) for (n, c), s in zip(curves.items(), ("line", "dashes"), strict=True)),
         ],
     }

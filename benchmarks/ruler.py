@@ -235,7 +235,8 @@ def markdown(data: dict[str, Any]) -> str:
 
 def draw(data: dict[str, Any]) -> Any:
     """Return the chart: limits over A as velocities, and their ratios to that of Δτ."""
-    fig, axes = figure(6.3, 6.6, rows=2)
+    fig, axes = figure(6.3, 6.8, rows=2)
+    fig.suptitle("Limits of five numerical disturbances, as velocities $V$", fontsize=10)
     A, scale = np.array(data["A"]), velocities(data, "dtau")
     for i, name in enumerate(n for n in NAMES if n in data["limits"]):
         V, last = velocities(data, name), velocities(data, name, "velocity_last")
@@ -245,15 +246,17 @@ def draw(data: dict[str, Any]) -> Any:
         axes[0, 0].vlines(A, V, np.maximum(V, last), color=style["color"], linewidth=0.5)
         if name != "dtau":
             axes[1, 0].semilogy(A, V / scale, **style)
-    axes[1, 0].axhspan(1 / 3, 3, color="0.92", zorder=0)
+    axes[0, 0].vlines([], [], [], color="black", linewidth=0.5, label="from first lost to last kept")
+    factor = axes[1, 0].axhspan(1 / 3, 3, color="0.92", zorder=0, label="within a factor of 3")
     axes[1, 0].axhline(1.0, color="black", linewidth=0.6)
     for ax in axes[:, 0]:
-        ax.axvline(PAPER, color="0.7", linewidth=0.6, zorder=0)
+        ax.axvline(PAPER, color="0.7", linewidth=0.6, zorder=0, label=f"the paper's $A$ = {PAPER}")
         ax.set_xlim(A[0] - 0.003, A[-1] + 0.003)
-    axes[0, 0].set_ylabel("$V$ at which the structure is first lost")
-    axes[1, 0].set_ylabel(r"$V$ / $V(\Delta\tau)$")
+    axes[0, 0].set_ylabel("$V$ that first changes the order of impacts")
+    axes[1, 0].set_ylabel(r"that $V$, over that of $\Delta\tau$")
     axes[1, 0].set_xlabel("$A$")
     axes[0, 0].legend(loc="lower left")
+    axes[1, 0].legend(handles=[factor], loc="upper center")
     return fig
 
 

@@ -111,7 +111,7 @@ def test_the_sizes_of_the_set_are_those_of_its_readme():
     assert [int(n) for n in re.findall(r"^\| [0-3] \| (\d+) \|", text, re.M)] == [
         len(stored(level)) for level in LEVELS
     ]
-    assert sum(len(stored(level)) for level in LEVELS) == int(re.search(r"(\d+) cases", text)[1])
+    assert sum(len(stored(level)) for level in LEVELS) == int(re.search(r"(\d+) problems", text)[1])
     for level in LEVELS:
         for family, (count, _) in make.DRAWN[level].items():
             assert len([c for c in stored(level).values() if c["family"] == family]) == count
