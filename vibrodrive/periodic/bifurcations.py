@@ -1,27 +1,27 @@
 """Values of A at which a periodic orbit appears, disappears or changes, to the precision of floats.
 
-The orbits at neighbouring values of a grid of A are compared. If they differ, one of the differing orbits is followed
-by its itinerary, which needs no search. The A at which this orbit ends is bisected to neighbouring floats, and the way
-in which it ends determines the kind of the bifurcation. Then the rest of the interval is compared again. So every
-change between the orbits of two grid points is found, but an orbit that exists only between two grid points is not. The
-grid is even up to A = 4. Above A = 4 its spacing grows with A, like every other distance in A (continuation.scale_of),
-so that a wide range takes about a thousand values for every factor of e.
+The orbits at neighbouring values of a grid of A are compared. If they differ, one of the orbits that differ is followed
+by its itinerary (continuation.py), without a search. The A at which this orbit ends is bisected to neighbouring floats.
+The way in which the orbit ends determines the kind of the bifurcation. Then the orbits in the rest of the interval are
+compared again. So every change between the orbits of two grid points is found. An orbit that exists only between two
+grid points is not found. The grid is even up to A = 4. Above A = 4 its spacing grows with A, like every other distance
+in A (continuation.scale_of). So a wide range takes about a thousand values for every factor of e.
 
 An orbit can end or change only at one of these conditions:
 
 * A = 1 + B. The mass begins to move (*onset*).
-* The multiplier of the orbit is -1 (*period doubling*, possible for an odd number of impacts) or +1 (*fold*, possible
-  for an even number of impacts; there two orbits coincide).
+* The multiplier of the orbit is -1 (*period doubling*, possible for an odd number of impacts).
+* The multiplier of the orbit is +1 (*fold*, possible for an even number of impacts). At a fold two orbits coincide.
 * One of its impacts is at a breakpoint of the impact-phase map. At an end of the window a rest appears or vanishes (a
-  border collision, called *border* in files). At another breakpoint the flight from the impact just touches the
-  obstacle (*grazing*), or it has a sticking of no duration (*stick*). At a stick the word of the flight changes, but
-  the derivative of the map is continuous.
+  border collision, called *border* in files). At another breakpoint the flight after the impact just touches the
+  obstacle (*grazing*), or has a sticking of no duration (*stick*). At a stick the word of the flight changes, but the
+  derivative of the map is continuous.
 
-Launches on one side of a grazing lead to an impact; those on the other side pass just above the obstacle. On the side
-with the impact the map behaves like a square root at the breakpoint, so its slope, and with it the multiplier of the
-orbit, tends to minus infinity. The launch of the orbit becomes equal to the breakpoint within float precision long
-before A reaches the bifurcation. Near the bifurcation the search therefore follows a different orbit, on which the
-touch of the obstacle is the impact.
+Flights with a launch on one side of a grazing have an impact. Flights with a launch on the other side pass just above
+the obstacle. On the side with the impact the map behaves like a square root at the breakpoint. So the slope of the map
+and the multiplier of the orbit tend to minus infinity. The launch of the orbit becomes equal to the breakpoint within
+float precision long before A reaches the bifurcation. Near the bifurcation the search therefore follows another orbit,
+on which the touch of the obstacle is an impact.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search,
 
 ONSET = "onset"
 
-STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A; `scale_of` multiplies it
+STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A, times `scale_of`
 MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing the caller gives
-MOST_WORK = 10_000_000  # largest number of itineraries over all values of A; so many take about an hour
+MOST_WORK = 10_000_000  # largest sum of the numbers of itineraries at all values of A; so many take about an hour
 
 FINER = 32
-"""Factor by which the grid of A is finer for the orbit that rests. The intervals of A in which this orbit has a short
-period are the narrowest structures between A = 3.15 and 3.19, and most other orbits appear and disappear at the ends of
-these intervals."""
+"""Factor by which the spacing of A is smaller for the orbit that rests. This orbit has short periods in intervals of A
+that are the narrowest structures between A = 3.15 and 3.19. Most other orbits appear and disappear at the ends of these
+intervals."""
 
-# distances; those in A are multiplied by `scale_of`
-APART = 1e-10  # between a bifurcation and the orbits compared on its sides; two closer bifurcations are reported as one
+# distances; distances in A are multiplied by `scale_of`
+APART = 1e-10  # distance in A of a bifurcation from the orbits on its sides; two closer bifurcations count as one
 SAME_ORBIT = 1e-3  # largest distance between the phases of one orbit below and above a bifurcation
-AGAIN = 1e-8  # largest distance of two results for one bifurcation: both orbits of a period doubling lead to it
+AGAIN = 1e-8  # largest distance in A of two results for one bifurcation, from both orbits of a period doubling
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,7 +68,7 @@ class Bifurcation:
     A, B : parameters at the bifurcation.
     kind : "onset", "period doubling", "fold", "border" (a rest appears or vanishes), "grazing" or "stick" (a sticking
         without duration).
-    orbit : the orbit, as close to A as floats can distinguish this orbit from the one that it merges with or becomes.
+    orbit : the orbit, as close to A as floats can distinguish it from the orbit that it merges with or becomes.
     multiplier_below, multiplier_above : multiplier of the orbit a little below A and a little above A; NaN on a side on
         which the orbit does not exist.
     """
@@ -123,7 +123,7 @@ def bifurcations(
         `A` is the excitation amplitude at the bifurcation.
         `kind` is the kind of the bifurcation, such as "fold" or "period doubling".
         `orbit` is the orbit that ends or changes there.
-        `multiplier_below` and `multiplier_above` are its multipliers a little below and a little above `A`.
+        `multiplier_below` and `multiplier_above` are the multipliers of the orbit a little below and above `A`.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def bifurcations(
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
-    """Cast two ascending values of a parameter to floats. Raises TypeError or ValueError with one sentence."""
+    """Return two ascending values of a parameter as floats. Raises TypeError or ValueError if they are not allowed."""
     allowed = "two numbers, the smaller one first"
     try:
         first, last = value
@@ -165,9 +165,9 @@ def check_range(name: str, value: Any) -> tuple[float, float]:
 
 
 def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.ndarray:
-    """Return values of A from low to high with the largest spacing `step` / `finer`.
+    """Return values of A from low to high, whose spacing is at most `step` / `finer`.
 
-    If `step` is None, it is STEP × `scale_of`.
+    The default of `step` is STEP × `scale_of`.
     """
     if step is not None:
         return np.linspace(low, high, 1 + math.ceil(finer * ((high - low) / step)))
@@ -179,7 +179,7 @@ def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.nd
 
 
 class _Search:
-    """One search: its fixed arguments, and the bifurcations found so far."""
+    """One search for bifurcations: its arguments, and the bifurcations found so far."""
 
     def __init__(self, B: float, limit: int):
         self.B, self.limit = B, limit
@@ -208,7 +208,7 @@ class _Search:
         return sorted(self.found, key=lambda f: f.A)
 
     def check_effort(self, high: float, values: int) -> None:
-        """Raise ValueError if the search would take too long. The highest A has the most itineraries."""
+        """Raise ValueError if the search would take too long, judged by the itineraries at the highest A."""
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
@@ -251,7 +251,7 @@ class _Search:
             branch = Continuation.of(ends)
             inside, outside = (a, b) if below_only else (b, a)
             if len(branch.starts(inside)) <= len(branch.starts(outside)):
-                continue  # this orbit is so close to the end of its interval that rounding determined its itinerary
+                continue  # the orbit is so close to the end of its interval that rounding determines its itinerary
             where, kind, last = branch.end(inside, outside)
             orbit = (branch.parent.orbit(where) if kind == DOUBLING else None) or branch.orbit(last)
             return where, kind, last, orbit or ends
@@ -270,7 +270,7 @@ def _name_of_rest(A: float, B: float, limit: int) -> int:
 
 
 def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
-    """Yield the orbits whose names are missing on the other side, each with True if it is in `below`."""
+    """Yield (orbit, True) for each orbit in `below` whose name `above` lacks, and (orbit, False) in the other case."""
     count = Counter(o.name for o in below)
     count.subtract(o.name for o in above)
     for side, sign in ((below, 1), (above, -1)):
@@ -288,14 +288,17 @@ def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
 
 
 def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
-    """Return the multiplier of the same orbit in `others`: equal period, closest phases. NaN if it is missing there."""
+    """Return the multiplier of the orbit in `others` with equal period and closest phases; NaN if it is missing."""
     near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
     same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
     return same.multiplier if same else math.nan
 
 
 def gap_between(one: Orbit, other: Orbit) -> float:
-    """Return the largest phase distance from the impacts of the orbit with fewer impacts to those of the other."""
+    """Return the largest phase distance of any impact of one orbit from the closest impact of the other orbit.
+
+    Impacts of the orbit with fewer impacts are compared.
+    """
     few, many = sorted((one.phases, other.phases), key=len)
     apart = abs(few[:, None] - many[None, :])
     return float(np.minimum(apart, 2.0 * math.pi - apart).min(axis=1).max())

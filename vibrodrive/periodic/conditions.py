@@ -1,10 +1,10 @@
-"""A bifurcation of one orbit as equations in A, B and the times of its slides, smooth at the bifurcation itself.
+"""A bifurcation of one orbit as equations for A, B and the times of its slides. They are smooth at the bifurcation.
 
 A search (search.py, continuation.py) makes a decision after each slide, and at a bifurcation one of these decisions
 changes. Here the sequence of slides is prescribed, so there are no decisions. The unknowns are A, B and the times
 t_1 … t_S at which the S slides end. Each slide begins at the end of the previous slide or, after a sticking or a rest,
-when H is 1 or -1. A slide ends with ξ' = 0, or with ξ = 0 if it lands. One more equation is the condition of the
-bifurcation:
+when H is 1 or -1. A slide ends with ξ' = 0, or with ξ = 0 if it ends at the obstacle. One more equation is the
+condition of the bifurcation:
 
 * *border*: H = 1 at an impact, which is then the last impact before a rest,
 * *grazing*: ξ = 0 and ξ' = 0 at the end of a slide down,
@@ -12,8 +12,8 @@ bifurcation:
 * *period doubling*: the multiplier is -1; *fold*: the multiplier is +1.
 
 So S + 1 equations hold along a curve in the space of S + 2 unknowns. A real motion has this sequence of slides as long
-as every other decision has the sign that the sequence requires. The `margins` measure how far each of these decisions
-is from a change of its sign.
+as every other decision has the result that the sequence requires. The `margins` are the distances of these decisions
+from a change.
 
 Derivatives are exact (complex step), because every term is analytic in the unknowns.
 """
@@ -33,7 +33,7 @@ from vibrodrive.periodic.flight import FROM_STICK
 from vibrodrive.periodic.impact_map import spell
 
 TINY = 1e-40  # imaginary step of a derivative: its square is below the rounding of 1, so the quotient is exact
-SERIES = tuple(range(1, 12))  # terms of the series of h - sin h for |h| < 1: the next term is below 1e-22 of the first
+SERIES = tuple(range(1, 12))  # terms of the series of h - sin h for |h| < 1; the next term is below 1e-22 of the first
 CONVERGED = 1e-13  # relative size of a Newton step at which rounding prevents smaller steps
 MOST_STEPS = 12  # largest number of Newton steps; from a prediction close to the curve three or four suffice
 
@@ -43,7 +43,7 @@ class Slide(NamedTuple):
 
     falls : True for a slide down.
     begun : kind of beginning, FROM_GROUND, FROM_STICK or FROM_REVERSAL.
-    turns : number of the period in which the sticking or rest before the slide ends; 0 is that of the first launch.
+    turns : number of the period in which the sticking or rest before the slide ends, from that of the first launch on.
     lands : True if the slide ends at the obstacle.
     """
 
@@ -54,7 +54,7 @@ class Slide(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """Quantity that is positive on a prescribed motion. `what` names the bifurcation at which this quantity is zero."""
+    """Quantity `value` that is positive on a prescribed motion; `what` names the bifurcation at which it is zero."""
 
     what: str
     value: float
@@ -64,9 +64,9 @@ class Margin(NamedTuple):
 class Condition:
     """One bifurcation of one prescribed motion.
 
-    slides : slides of one period, in order; if the motion rests, they start after the rest.
+    slides : slides of one period, in order; if the motion rests, the first slide follows the rest.
     critical : index of the slide at whose end the border, grazing or stick occurs; -1 for a period doubling or fold.
-    doubled : True if its flights repeat those of an orbit of half the period. The two orbits may coincide.
+    doubled : True if the flights repeat the flights of an orbit of half the period. The two orbits may coincide.
     """
 
     kind: str
@@ -127,14 +127,14 @@ class Condition:
         return Motion(begin, h, a0, sigma, velocity, gap, force)
 
     def equations(self, u: np.ndarray) -> np.ndarray:
-        """Compute the residuals (m, S + 1) of the equations for unknowns (m, S + 2); they are zero on the curve."""
+        """Return the residuals (m, S + 1) of the equations for unknowns (m, S + 2). They are 0 on the curve."""
         found = self.motion(u)
         lands = np.array([s.lands for s in self.slides])
         rows = np.where(lands, found.gap, found.velocity)
         return np.concatenate([rows, self.condition(found)[:, None]], axis=1)
 
     def condition(self, found: Motion) -> np.ndarray:
-        """Compute the quantity that is zero at the bifurcation, (m,)."""
+        """Return the quantity that is zero at the bifurcation, (m,)."""
         if self.kind == GRAZING:
             return found.gap[:, self.critical]
         if self.kind == BORDER_COLLISION:
@@ -145,10 +145,10 @@ class Condition:
         return moments + speeds if self.kind == DOUBLING else moments - speeds
 
     def multiplier(self, found: Motion) -> tuple[np.ndarray, np.ndarray]:
-        """Return numerator and denominator, each (m,), of the derivative of the return map.
+        """Return (numerator, denominator), each (m,), of the derivative of the map over one period.
 
-        They are separate because the denominator is zero at an impact without speed, at which a grazing begins. The
-        docstring of `flight` derives the slope of one flight.
+        The quotient would be infinite for an impact without speed, at which a grazing begins. The docstring of `flight`
+        in flight.py derives the derivative for one flight.
         """
         above, below = np.ones_like(found.h[:, 0]), np.ones_like(found.h[:, 0])
         delay = moment = np.zeros_like(above)
@@ -165,14 +165,14 @@ class Condition:
         return above, below
 
     def linearised(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residuals (S + 1,) at u (S + 2,), and their derivatives (S + 1, S + 2)."""
+        """Return (residuals, derivatives) of the equations at u, (S + 2,), with shapes (S + 1,) and (S + 1, S + 2)."""
         n = len(u)
         values = self.equations(u + 1j * TINY * np.eye(n + 1, n))
         return values[-1].real, values[:-1].imag.T / TINY
 
     @np.errstate(invalid="ignore")
     def margins(self, u: np.ndarray) -> list[Margin]:
-        """Return the margins of the motion at u, except for the condition itself; NaN if there is no such motion."""
+        """Return the margins at u, except that of the condition itself. They are NaN if the motion does not exist."""
         found = self.motion(u[None, :])
         h, velocity, gap, force = (row[0].tolist() for row in (found.h, found.velocity, found.gap, found.force))
         A, B = u[-2:].tolist()
@@ -194,11 +194,11 @@ class Condition:
             if ends:
                 margins.append(Margin(BORDER_COLLISION, 1.0 - force[i]))
                 continue
-            side = force[i] if s.falls else -force[i]  # if above 1, the direction reverses; if below 1, the mass sticks
+            side = force[i] if s.falls else -force[i]  # above 1 the direction reverses, below 1 the mass sticks
             sticks = self.slides[(i + 1) % (last + 1)].begun == FROM_STICK
             margins.append(Margin(STICK, 1.0 - side if sticks else side - 1.0))
         if self.doubled:
-            half = len(self.slides) // 2  # the motion begins with the earlier of the two launch phases
+            half = len(self.slides) // 2  # the first half begins at the smaller of the two launch phases
             margins.append(Margin(DOUBLING, float(u[half - 1] + 0.5 * TWO_PI * self.period - u[last])))
         return margins
 
@@ -221,7 +221,7 @@ class Motion(NamedTuple):
 
 
 def lags(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return 1 - cos h, h - sin h and h²/2 - 1 + cos h, without cancellation for short slides."""
+    """Return (1 - cos h, h - sin h, h²/2 - 1 + cos h), without cancellation for small h."""
     small = np.abs(h) < 1.0
     y = -(np.where(small, h, 0.0) ** 2)
     odd = even = np.zeros_like(h)
@@ -235,7 +235,7 @@ def lags(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def newton(condition: Condition, u: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-    """Find the point of the curve close to u at which row · u = value; None if no such point is nearby."""
+    """Return the point of the curve near u at which row · u = value, by Newton's method; None if it is not found."""
     rate = math.inf
     for _ in range(MOST_STEPS):
         if not u[-2] > 1.0 + u[-1]:

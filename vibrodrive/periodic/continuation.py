@@ -1,4 +1,4 @@
-"""One orbit as a function of A. It is followed by its itinerary, without a search, up to the A at which it ends."""
+"""Continuation of one orbit in A, up to its end. The orbit is found by its itinerary, without a search."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returni
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
-ON_BREAKPOINT = 1e-7  # at the last A with the orbit: a launch within this distance of a breakpoint is on the breakpoint
-NEAR_DOUBLING = 0.05  # largest distance from -1 of the multiplier of an orbit whose period may double
+ON_BREAKPOINT = 1e-7  # largest distance of a launch from a breakpoint that counts as 0 at the last A of an orbit
+NEAR_DOUBLING = 0.05  # largest distance of a multiplier from -1 at which a period doubling may be near
 FIRST_STEP = 1e-9  # first step in A of a search that starts at a bifurcation, times `scale_of`
-ASTRAY = 1e-4  # a search that starts at a bifurcation fails at this distance from it, times `scale_of`
-SCALE_FROM = 4.0  # above this A, distances along A grow in proportion to A, like the spacing of floats
+ASTRAY = 1e-4  # largest distance in A of such a search from the bifurcation, times `scale_of`
+SCALE_FROM = 4.0  # smallest A from which on distances in A are proportional to A, like the spacing of floats
 
 
 def scale_of(A: float) -> float:
-    """Return the unit of distances along A: 1 up to A = SCALE_FROM, and A / SCALE_FROM above it."""
+    """Return the unit of distances in A: 1 up to A = SCALE_FROM, and A / SCALE_FROM for a larger A."""
     return max(1.0, A / SCALE_FROM)
 
 
 def is_doubled(orbit: Orbit) -> bool:
-    """Return True if the flights of the orbit repeat those of an orbit with half as many impacts."""
+    """Return True if the flights of the orbit repeat the flights of an orbit with half as many impacts."""
     half = orbit.impacts // 2
     return orbit.impacts % 2 == 0 and orbit.name[:half] == orbit.name[half:]
 
 
 @dataclass(frozen=True)
 class Continuation:
-    """An orbit as a function of A, given by its number of impacts, its period and its itinerary.
+    """An orbit as a function of A, identified by its number of impacts, its period and its itinerary.
 
     rests : True if the orbit rests.
     itinerary : the itineraries of the first flight, of the first two flights and so on, as numbers (`flights`).
-    doubled : True if the flights repeat those of an orbit with half as many impacts.
+    doubled : True if the flights repeat the flights of an orbit with half as many impacts.
     """
 
     B: float
@@ -52,7 +52,7 @@ class Continuation:
 
     @classmethod
     def of(cls, orbit: Orbit) -> Continuation:
-        """Return the branch through an orbit found at some A."""
+        """Return the continuation of an orbit that is known at one A."""
         n = orbit.impacts
         rests = "REST" in orbit.word.split()
         start = ImpactMap(orbit.A, orbit.B).window[0] if rests else float(orbit.phases[0])
@@ -61,12 +61,12 @@ class Continuation:
 
     @property
     def parent(self) -> Continuation:
-        """The orbit with half as many impacts whose flights a `doubled` orbit repeats."""
+        """Continuation of the orbit with half as many impacts, whose flights a `doubled` orbit repeats."""
         half = self.impacts // 2
         return Continuation(self.B, half, self.period // 2, False, self.itinerary[:half], False)
 
     def starts(self, A: float) -> list[float]:
-        """Return the launch phases at A that return to themselves after this itinerary; φ_up if the orbit rests."""
+        """Return the launch phases at A that return to themselves after this itinerary, φ_up if the orbit rests."""
         system = ImpactMap(A, self.B)
         if not system.moves:
             return []
@@ -82,7 +82,7 @@ class Continuation:
         ]
 
     def orbit(self, A: float) -> Orbit | None:
-        """Return the orbit at A, None without one. Of several orbits, return that with the least |multiplier|."""
+        """Return the orbit at A, of several orbits that with the least |multiplier|; None if there is no orbit."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
@@ -103,7 +103,7 @@ class Continuation:
         """Return (A, kind, last) of the bifurcation between two values of A.
 
         There must be more orbits of this itinerary at `inside` than at `outside`. `last` is the last A at which floats
-        can distinguish the orbit from the orbit that it merges with or becomes.
+        can distinguish the orbit from the orbit with which it merges or which it becomes.
         """
         count = len(self.starts(inside))
         last, beyond = bisect(lambda A: len(self.starts(A)) >= count, inside, outside)
@@ -118,7 +118,7 @@ class Continuation:
         return last, FOLD, last
 
     def _change(self, last: float, beyond: float) -> str:
-        """Return the kind of bifurcation by which an orbit that rests changes between two neighbouring values of A."""
+        """Return the kind of bifurcation at which an orbit that rests changes between two neighbouring values of A."""
         one, other = ImpactMap(last, self.B), ImpactMap(beyond, self.B)
         psi, phi = one.window[0], other.window[0]
         for _ in range(self.impacts):
@@ -129,7 +129,10 @@ class Continuation:
         return BORDER_COLLISION
 
     def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float, float]:
-        """Return (distance, kind, launch, breakpoint) for the launch closest to a breakpoint of the map."""
+        """Return (distance, kind, launch, breakpoint) for the launch that is closest to a breakpoint of the map.
+
+        `distance` is that of the launch from the breakpoint, and `kind` is the kind of bifurcation at this breakpoint.
+        """
         system = ImpactMap(A, self.B)
         points, kinds, _ = system.pieces(self.period)
         return min(
@@ -140,7 +143,7 @@ class Continuation:
         )
 
     def _across(self, A: float) -> tuple[float, float] | None:
-        """Return two values of A, one on each side of the period doubling of the parent; None if it is not near A."""
+        """Return two values of A, one on each side of the period doubling of `parent`. None if it is not near A."""
         step = FIRST_STEP * scale_of(A)
         while step < ASTRAY * scale_of(A):
             a, b = A - step, A + step
@@ -150,11 +153,11 @@ class Continuation:
         return None
 
     def _touching(self, A: float, launch: float) -> float:
-        """Find the bifurcation near A at which the flight from near `launch` just touches the obstacle.
+        """Return the A near A at which the flight with a launch near `launch` just touches the obstacle.
 
         On the side with the impact, the distance of the launch from its breakpoint falls as the square of the distance
-        in A from the bifurcation. So it is below float precision long before A reaches the bifurcation. Instead, this
-        function follows the orbit on which the touch is the impact, because this orbit is smooth in A.
+        in A from the bifurcation. So this distance is below float precision long before A reaches the bifurcation. The
+        orbit on which the touch is an impact is smooth in A. This function follows that orbit instead.
         """
 
         def residual(a: float) -> float:
@@ -178,7 +181,7 @@ class Continuation:
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
-    """Return two neighbouring floats between `good` and `bad`: the condition holds at the first, not at the second."""
+    """Return two neighbouring floats between `good` and `bad`. The condition holds at the first, not at the second."""
     while True:
         middle = 0.5 * (good + bad)
         if middle in (good, bad):
@@ -190,7 +193,7 @@ def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[flo
 
 
 def secant(f: Callable[[float], float], a: float, b: float) -> float:
-    """Find the zero of a smooth function close to a and b. The search ends when the steps no longer shrink."""
+    """Return the zero of a smooth function near a and b. The search ends when the steps no longer become smaller."""
     fa, fb = f(a), f(b)
     last = math.inf
     while fa != fb:

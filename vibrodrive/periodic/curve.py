@@ -41,7 +41,7 @@ class Curve:
     ----------
     kind : kind as in `Bifurcation`.
     period : period of the orbit in excitation periods.
-    impacts : number of impacts in one period; a touching does not count as an impact.
+    impacts : number of impacts in one period; an impact without speed does not count.
     word : states of the orbit, as text.
     side : for a border, the end of the window at which the impact is, "beginning" or "end"; otherwise "".
     A, B : points along the curve, each float64 (points,).
@@ -82,8 +82,8 @@ class Curve:
         float64 array
             For a number B: the values of A. There is no value if the curve does not reach B, and there are several
             values if the curve turns back.
-            For an array of shape (…): an array (…, m), where m is the largest number of values at any B. Each row has
-            the values of A at one B and then NaN.
+            For an array of shape (…): an array (…, m), where m is the largest number of values at any B. Each row
+            contains the values of A at one B, followed by NaN.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Curve:
         return np.unique(found)
 
     def within(self, k: int, B: float) -> float | None:
-        """Return the A of the curve at B between its points k and k + 1; None if B is not between their values."""
+        """Return the A of the curve at B between its points k and k + 1; None if B is outside this part."""
         first, last = self.B[k], self.B[k + 1]
         if not min(first, last) <= B <= max(first, last):
             return None
@@ -114,6 +114,6 @@ class Curve:
                 return float(self.A[i]) if B > 0.0 or self.kind in (ONSET, STICK) else None
         if self.condition is None:
             return onset(B)
-        if np.isnan(self.points[[k, k + 1]]).any():  # so close to the level, rounding does not separate the orbits
+        if np.isnan(self.points[[k, k + 1]]).any():  # so close to the level, rounding prevents a solution
             return None
         return point_at(self.condition, self.points[k], self.points[k + 1], B)

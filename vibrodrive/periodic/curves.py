@@ -1,15 +1,15 @@
 """The bifurcations of periodic orbits as curves in the plane (A, B).
 
 A search at each of several values of B finds the bifurcations over A (bifurcations.py). Each bifurcation satisfies a
-condition (recognition.py). This condition is followed through the plane in both directions (tracing.py), unless a curve
-that is already known passes through the bifurcation. If a curve ends inside the range, a second condition holds at its
-end, and other curves begin there. So further searches follow at values of B slightly below and slightly above that of
-the end, until they find no new curve.
+condition (recognition.py). If no known curve passes through the bifurcation, the curve on which this condition holds is
+followed through the plane in both directions (tracing.py). If a curve ends inside the range, a second condition holds
+at its end, and other curves begin there. So further searches follow at values of B slightly below and slightly above
+this end, until these searches find no new curve.
 
 A curve may cross the range of A completely between two neighbouring values B1 < B2. On every curve known so far A grows
 with B, but less than in proportion. So if a curve has the value A at B2, it has at least the value A · B1/B2 at B1. The
-search at B1 therefore begins at the lower end of the range of A times B1/B2, and afterwards the curves are cut at the
-lower end of the range.
+search at B1 therefore begins at the lower end of the range of A times B1/B2. Afterwards the curves are cut at the lower
+end of the range.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ ON_CURVE = 1e-9  # largest distance in A of a bifurcation from the curve that it
 ONSET_POINTS = 65  # points of the straight line A = 1 + B
 
 TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
-"""Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). There all curves
-except the onset converge like √B, so they need closer values of B."""
+"""Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). Near B = 0 all
+curves except the onset converge like √B, so closer values of B are necessary."""
 
 LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # above this A the touching orbit of B = 0 reverses without sticking
-LEVEL_END = "level"  # name of the end of a curve at that point
+LEVEL_END = "level"  # reason for the end of a curve at A = LEVEL_POINT, B = 0
 
 
 def curves(
@@ -52,9 +52,9 @@ def curves(
     """Compute the bifurcations of all orbits of up to `max_period` periods as curves in the plane (A, B).
 
     The search finds a curve if the curve passes one of `num` values of B, or if the curve begins at the end of a curve
-    already found. Curves are followed down to B = 1e-7 A. At smaller B rounding does not separate the orbits (see
-    `orbits`). If the range begins at B = 0, the curves that lead to the point A = √(1 + π²/4), B = 0 are extended to
-    this point. There the only orbit of B = 0, which touches the obstacle without speed, changes.
+    already found. Curves are followed down to B = 1e-7 A. At a smaller B orbits cannot be distinguished because of
+    rounding (see `orbits`). If the range begins at B = 0, the curves that lead to the point A = √(1 + π²/4), B = 0 are
+    extended to this point. At this point the only orbit of B = 0, which touches the obstacle without speed, changes.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def curves(
     start, stop = check_range("B", B)
     limit = check_period("max_period", max_period)
     count = check_count("num", num, 2, MOST_NUM)
-    least = max(start, LEVEL * high)  # too close to the level, no orbit can be followed
+    least = max(start, LEVEL * high)  # closer to the level no orbit can be followed
     if not least < stop or high <= onset(least):
         return _onset_alone((low, high), (start, stop))
     found = _Collection(Box((min(1.0, low), high), (least, stop)), low, limit)
@@ -117,7 +117,7 @@ def curves(
 
 
 def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
-    """Return the part of the straight line A = 1 + B that is inside the range."""
+    """Return the part of the straight line A = 1 + B inside the range, as a list of no curve or one curve."""
     start, stop = max(B[0], A[0] - 1.0), min(B[1], A[1] - 1.0)
     if not start < stop:
         return []
@@ -126,14 +126,14 @@ def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
 
 
 class _Collection:
-    """Collection of the curves found so far, except the onset."""
+    """Search for curves, and collection of the curves found so far, except the onset."""
 
     def __init__(self, box: Box, low: float, limit: int) -> None:
         self.box, self.low, self.limit = box, low, limit
         self.curves: list[Curve] = []
 
     def collect(self, values: list[float]) -> None:
-        """Follow every bifurcation at these values of B, and then those beside the ends of the curves found."""
+        """Follow every bifurcation at these values of B, and then all bifurcations near the ends of these curves."""
         searched: set[float] = set()
         low, high = self.box.B
         near = BESIDE * (high - low)
@@ -145,14 +145,14 @@ class _Collection:
             searched.update(values)
             ends = [float(c.B[i]) for c in self.curves for i, why in zip((0, -1), c.ends, strict=True) if why != EDGE]
             beside = [b for end in ends for b in (end - near, end + near) if low < b < high]
-            # the ends of several curves at one point differ by rounding
+            # ends of several curves at the same point differ by rounding
             values = []
             for b in beside:
                 if not any(abs(b - other) < 0.1 * near for other in (*searched, *values)):
                     values.append(b)
 
     def search(self, B: float, low: float) -> None:
-        """Follow those bifurcations at one B, for A >= low, through which no curve passes yet."""
+        """Follow the bifurcations at one B, for A >= low, through which no known curve passes."""
         passed = [(curve.kind, a) for curve in self.curves for a in curve.at(B).tolist()]
         for found in bifurcations((low, self.box.A[1]), B, self.limit):
             near = ON_CURVE * scale_of(found.A)
@@ -182,9 +182,9 @@ class _Collection:
 def _to_level(curve: Curve, least: float) -> Curve:
     """Extend a curve to the point A = √(1 + π²/4), B = 0, if the curve tends to this point as B falls to `least`.
 
-    At this point the orbit that touches without speed begins to reverse without sticking (flight.py). The distance in A
-    of a curve from this point is proportional to B or to √B. So if B falls to a quarter, the distance falls to a
-    quarter or to a half.
+    For a larger A, the orbit that touches without speed reverses without sticking (flight.py). The distance in A of a
+    curve from the point is proportional to B or to √B. So if B falls to a quarter, the distance falls to a quarter or
+    to a half.
     """
     assert curve.condition is not None
     first = min((0, -1), key=lambda i: curve.B[i])

@@ -17,7 +17,7 @@ from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
-# distances of additional values of A from a bifurcation, times `scale_of`
+# distances in A of additional values of A from a bifurcation, times `scale_of`
 BESIDE = 1e-9
 ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a period doubling or fold, where branches separate like a square root
 
@@ -36,7 +36,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """All orbits of up to `max_period` periods at each of the values A, which include both sides of every bifurcation.
+    """All orbits of up to `max_period` periods at each of the values A. The values include both sides of bifurcations.
 
     A : float64 (n,), ascending.
     orbits : for each value of A the list of its orbits.
@@ -84,21 +84,21 @@ def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3)
 
 
 def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:
-    """Compute the section points (ξ, ξ') at τ = phase + 2πk, from the first impact on: float64 (period, 2)."""
+    """Return the section points (ξ, ξ') of an orbit at τ = phase + 2πk after the first impact, float64 (period, 2)."""
     start = float(orbit.phases[0])
     motion = simulate(A=orbit.A, B=orbit.B, tau0=start, transient=0, periods=orbit.period, section_phase=phase)
     return np.asarray(motion.section)
 
 
 def traces(branch: Branch, values: Callable[[Orbit], np.ndarray]) -> np.ndarray:
-    """Return the sorted values of the orbit at each A: float64 (n, values), so that each column is a curve over A."""
+    """Return the sorted results of `values` at each A, float64 (n, values). Each column is a curve over A."""
     rows = [np.sort(values(orbit)) for orbit in branch.orbits]
     width = max(map(len, rows), default=0)
     return np.array([np.pad(r, (0, width - len(r)), constant_values=math.nan) for r in rows])
 
 
 def phase_traces(branch: Branch) -> np.ndarray:
-    """Return the phases of the impacts over A. Each curve follows one impact and is cut where it passes 2π."""
+    """Return the phases of the impacts over A, one column for each impact. Each curve is cut where it passes 2π."""
     rows = [branch.orbits[0].phases]
     for orbit in branch.orbits[1:]:
         turned = [np.roll(orbit.phases, k) for k in range(len(orbit.phases))]

@@ -4,13 +4,14 @@ On a cell (an interval of one itinerary, itineraries.py) the n-fold map G is con
 and grows for even n. For odd n, G(ψ) - ψ falls, so there is one root or none, and the signs at the ends of the cell
 decide. For even n the cell is halved until the result is known for each piece:
 
-* The piece has no root if the images of its ends, or its value in the middle and its slope, exclude a root.
-* It has one root or none if the slope is above 1, or below 1, on the entire piece. Then the signs at its ends decide.
-* It is undecided if only rounding separates G(ψ) - ψ from zero and the slope from 1. This is a tangency (a fold or a
-  period doubling) within the precision of floats.
+* A piece has no root if the images of its ends, or its value in the middle and its slope, exclude a root.
+* A piece has one root or none if the slope is above 1, or below 1, on the entire piece. The signs at its ends then
+  decide.
+* A piece is undecided if G(ψ) - ψ differs from 0, and the slope from 1, only by rounding. This is a tangency (a fold or
+  a period doubling) within the precision of floats.
 
-The slope on a piece is enclosed, not sampled. Every time and phase in its formula is monotone in ψ, so the values at
-the two ends of the piece bound the slope.
+The slope on a piece is enclosed, not sampled. Every time and phase in the formula of the slope is monotone in ψ, so the
+values at the two ends of the piece give bounds of the slope.
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
 
-SLACK = 1e-12  # every enclosure is widened by this share, which is far above the rounding of its terms
+SLACK = 1e-12  # share by which every enclosure is widened, far above the rounding of its terms
 NOISE = 2e-14  # rounding error of G(ψ) - ψ, because phases are of order 1
 
-ROWS = 64  # rows of the stack of pieces; 53 halvings of a cell leave at most 54 pieces on it
+ROWS = 64  # number of rows of the stack of pieces; 53 halvings of a cell give at most 54 pieces
 
 
 class Work(NamedTuple):
     """Work arrays of `roots`.
 
-    stack : ends of the pieces that wait, (ROWS, 2).
+    stack : ends of the pieces that are not searched yet, (ROWS, 2).
     one, other : slides of the flights from the two ends of a piece, (any, 3).
     no_slides : an empty array (0, 3), for flights whose slides are not recorded.
     """
@@ -48,7 +49,7 @@ class Work(NamedTuple):
 
 @inline
 def force_between(one, other, falling, A, B):
-    """Return bounds of |H| between two phases of one half wave, in whose middle |H| has its only peak."""
+    """Return (low, high), bounds of |H| between two phases of one half wave. |H| has one peak, in its middle."""
     peak = 3.0 * HALF_PI if falling else HALF_PI
     sign = -1.0 if falling else 1.0
     h_one = sign * (A * math.sin(one) - B)
@@ -61,7 +62,7 @@ def force_between(one, other, falling, A, B):
 
 @inline
 def cosine_between(low, high):
-    """Return bounds of the cosine on [low, high]."""
+    """Return (least, most), bounds of the cosine on [low, high]."""
     one, other = math.cos(low), math.cos(high)
     least, most = min(one, other), max(one, other)
     if math.floor((high - PI) / TWO_PI) > math.floor((low - PI) / TWO_PI):
@@ -73,7 +74,7 @@ def cosine_between(low, high):
 
 @part
 def slope_between(one, other, count, A, B):
-    """Return bounds of |dG/dψ| between two phases. `one` and `other` contain the slides of the flights from them."""
+    """Return (low, high), bounds of |dG/dψ| between two launches, whose flights have the slides `one` and `other`."""
     low, high = 1.0, 1.0
     w_low, w_high, s_low, s_high = 0.0, 0.0, 0.0, 0.0
     falling = False
@@ -134,10 +135,10 @@ def bisect(a, ga, b, n, A, B, horizon, no_slides):
 def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
     """Write all ψ in the cell (low, high) with G(ψ) = ψ, ascending, to `found`.
 
-    One call handles up to `steps` pieces. It returns True if the search is complete; otherwise the next call continues
-    the search. `certain` is False for an undecided root. `under_way`, int64 (2,), contains the number of pieces on the
-    stack (-1 before the first call) and the number of roots found. If `found` is full, `found` and `certain` must be
-    enlarged before the next call.
+    One call processes up to `steps` pieces. Return True if the search is complete. Otherwise the next call continues
+    the search. `certain` receives False for an undecided root. `under_way`, int64 (2,), contains the number of pieces
+    on the stack (-1 before the first call) and the number of roots found. If `found` is full, the caller must enlarge
+    `found` and `certain` before the next call.
     """
     low, high = cell
     stack, one, other, no_slides = work
@@ -194,8 +195,12 @@ def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
 
 
 def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return all roots ψ in the cell [low, high], float64 (m,), and False for each undecided root, bool (m,)."""
-    # a period contains at most one slide up and one down
+    """Return (roots, certain) for the cell [low, high].
+
+    roots : all ψ with G(ψ) = ψ, float64 (m,)
+    certain : False for each undecided root, bool (m,)
+    """
+    # a period contains at most one slide up and one slide down
     work = Work(np.empty((ROWS, 2)), np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3)), NO_SLIDES)
     found, certain = np.empty(64), np.empty(64, dtype=np.bool_)
     under_way = np.array([-1, 0])

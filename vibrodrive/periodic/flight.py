@@ -5,49 +5,50 @@ Terms:
 * A *flight* is the motion of the mass from the instant at which it leaves the obstacle to the next impact.
 * The *launch* is the instant at which the mass leaves the obstacle; its phase is ψ.
 * The mass is *in the air* during a flight, although it stays on the incline, and it *lands* when it hits the obstacle.
-* *On the level* means on a horizontal plane, B = 0.
+* *On the level* means on a horizontal plane: B = 0.
 * The *word* of a flight is the sequence of its states.
 
 The mass leaves the obstacle at a phase ψ of the *window* [φ_up, π - φ_up], in which H > 1. If the phase of an impact is
 in the window, the mass leaves immediately, and ψ is this phase. Otherwise the mass rests until the window begins, and
 ψ = φ_up. Everything else follows from ψ. Three facts make a flight simple:
 
-* A slide up ends in its bracket (`enclose` and the head of undisturbed.py). A slide down does so for B < 1. For B > 1
-  gravity may exceed friction: then ξ' stays negative, and only an impact can end the slide.
+* A slide up ends in its bracket (`enclose` and the head of kernels/undisturbed.py). For B < 1 a slide down also ends in
+  its bracket. For B > 1 gravity may exceed friction. ξ' then remains negative, and only an impact can end the slide.
 * ξ falls as long as ξ' < 0. So a slide down has at most one zero of ξ, and two values of ξ with different signs enclose
-  it. ξ' is least at the instant at which H returns to -1, and most slides that land do so before this instant. So the
-  sign of ξ is evaluated at this instant first.
+  this zero. ξ' is least at the instant at which H returns to -1, and most slides that land end before this instant. So
+  the sign of ξ is evaluated at this instant first.
 * As ψ grows, the beginnings of slides up do not become earlier, the beginnings of slides down do not become later, and
-  the gap at every reversal falls strictly (eqs. (4), (5) with ξ' = 0 at the beginning of a slide). Hence each decision
-  (between impact and reversal, or of H against ±1) changes at most once as ψ grows, as long as the decisions before it
-  are the same. So the phases with one word form an interval, and so do the phases with one itinerary over several
-  flights. On each of these intervals the impact time falls strictly.
+  ξ at every reversal falls strictly (eqs. (4), (5) with ξ' = 0 at the beginning of a slide). A decision is made between
+  impact and reversal, or by the comparison of H with ±1. Each decision changes at most once as ψ grows, as long as the
+  earlier decisions are the same. So the phases with one word form an interval. The phases with one itinerary over
+  several flights form an interval, too. On each of these intervals the impact time falls strictly.
 
 Because of the third fact orbits and breakpoints can be found completely: if the words at both ends of an interval are
 equal, all phases between them have this word (see itineraries.py).
 
-A slide down that follows the first slide up after a sticking always reaches the obstacle. Friction and gravity opposed
+If a sticking follows the first slide up, the next slide down always reaches the obstacle. Friction and gravity oppose
 the rise, whereas gravity drives the fall, and the fall lasts for at least as much of its half wave as the rise.
 
 **On the level (B = 0)** a slide down is the mirror image of a slide up, half a period later. Let T(ψ) be the end of
-the slide up that begins at ψ, and D(ψ) its length. Both fall as ψ grows, and T(ψ*) = ψ* + π for A cos ψ* = π/2.
+the slide up that begins at ψ, and let D(ψ) be the distance over which the mass slides. Both fall as ψ grows, and
+T(ψ*) = ψ* + π for A cos ψ* = π/2.
 
-Take A > A_s = √(1 + π²/4), for which φ_up < ψ*. A slide that begins at ψ* is exactly cancelled by the next slide, so
-the flight touches the obstacle at ψ* + 2π without speed. The slides of another flight begin, if half periods are
-subtracted, at a_0 = ψ, a_1, a_2, … on alternate sides of ψ*, and these phases converge to ψ* from both sides. If ψ <
-ψ*, each difference D(a_2i) - D(a_2i+1) is positive, and the mass never lands. If ψ > ψ*, the first difference is
-negative, and the mass lands in its first fall.
+First let A > A_s = √(1 + π²/4), so that φ_up < ψ*. If a slide up begins at ψ*, the next slide down has the same length,
+so the flight touches the obstacle at ψ* + 2π without speed. The slides of another flight begin at a_0 = ψ, a_1, a_2, …
+if half periods are subtracted. These phases are alternately on both sides of ψ* and converge to ψ*. If ψ < ψ*, each
+difference D(a_2i) - D(a_2i+1) is positive, and the mass never lands. If ψ > ψ*, the first difference is negative, and
+the mass lands in its first fall.
 
-For A <= A_s every slide up ends in a sticking, so the next slide down begins at φ_up + π. Then the flight launched at
-φ_up touches the obstacle without speed, and every flight launched later lands. The code decides all these cases
+For A <= A_s every slide up ends in a sticking, so the next slide down begins at φ_up + π. The flight with a launch at
+φ_up touches the obstacle without speed, and every flight with a later launch lands. The code decides all these cases
 explicitly (`touching`), so that rounding does not decide them.
 
-**Functions of the kernels.** A flight uses the kernels' functions for the end of a slide (`step_in_bracket`), the state
-there (`arrive`), the decision (`decide_after_slide`), the beginning of the next slide (`begin`) and the duration of a
-sticking or rest (`release`). It differs from the kernels in three ways. It also computes d/dψ. It makes a decision even
-where the kernels report TOO_CLOSE, because rounding may change the decision. It recognises a launch by its phase,
-φ_up < ψ < π - φ_up, and not by H > 1: the ends of the window are breakpoints of the map, and the computed H at these
-ends is 1 only within rounding.
+**Functions of the kernels.** The function `flight` uses functions of the kernels: `step_in_bracket` for the end of a
+slide, `arrive` for the state there, `decide_after_slide` for the decision, `begin` for the beginning of the next slide,
+and `release` for the duration of a sticking or rest. It differs from the kernels in three ways. It also computes d/dψ.
+If rounding may change a decision, it decides without reporting TOO_CLOSE. It recognises a launch by its phase, φ_up <
+ψ < π - φ_up, and not by H > 1. The reason is that the ends of the window are breakpoints of the map, and that the
+computed H at these ends is 1 only within rounding.
 """
 
 from __future__ import annotations
@@ -64,25 +65,27 @@ from vibrodrive.kernels.release import release_down, release_up
 from vibrodrive.kernels.switch import begin, decide_after_slide, direction
 from vibrodrive.kernels.undisturbed import enclose, gap_guess, release, step_in_bracket, usual_end
 
-LETTERS = 8  # a word is represented by a number with this base; a state is the digit State + 1
-WORDS = 2**59 - 55  # prime modulus of these numbers: distinct up to 19 states, almost surely distinct beyond
+LETTERS = 8  # base of the number that represents a word; the digit of a state is State + 1
+WORDS = (
+    2**59 - 55
+)  # prime modulus of these numbers: distinct for words of up to 19 states, almost surely for longer ones
 
 NO_WORD = 0  # the empty word
 
 FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # a slide begins at the obstacle, after a sticking, at a reversal
 
-AIRBORNE = 16  # a flight that never lands is computed for so many excitation periods, enough to name its first states
+AIRBORNE = 16  # number of excitation periods for which a flight that never lands is computed, to name its first states
 
 
 @inline
 def append(word, letter):
-    """Return the word (a sequence of states, represented by a number) with one more letter."""
+    """Return the number of a word to which one letter is appended."""
     return (word * LETTERS + letter) % WORDS
 
 
 @inline
 def end_of_slide(which, segment, A, B, p, q, lo, hi, h):
-    """Return the zero of switching function `which` between lo and hi, with the first guess h."""
+    """Return the zero of switching function `which` of a slide, between lo and hi; h is the first guess."""
     evaluations = 0
     while True:
         h, lo, hi, found = step_in_bracket(which, segment, A, B, p, q, h, lo, hi, evaluations)
@@ -93,22 +96,22 @@ def end_of_slide(which, segment, A, B, p, q, lo, hi, h):
 
 @inline
 def gap_at(segment, p, q, h):
-    """Return ξ at the time h after the beginning of a slide. There A cos τ = p and A sin τ = q (at the beginning)."""
+    """Return ξ at the time h after the beginning of a slide, where A cos τ = p and A sin τ = q at the beginning."""
     s, v, ds, dv, near = arc(h)
     return slide_at(segment, p, q, p, near, h, s, v, ds, dv)[0]
 
 
 @inline
 def window_end(up):
-    """Return π - φ_up, the end of the window that begins at φ_up. There H falls to 1."""
+    """Return π - φ_up, the end of the window that begins at φ_up. H falls to 1 at this end."""
     return PI - up + PI_LOW
 
 
 @inline
 def touching(A, up):
-    """Return, for B = 0, the launch whose flight touches the obstacle without speed.
+    """Return, for B = 0, the launch phase of the flight that touches the obstacle without speed.
 
-    Flights launched earlier never land. Flights launched later land.
+    Flights with an earlier launch never land, and flights with a later launch land.
     """
     y = HALF_PI / A
     return max(up, HALF_PI - arcsine(y, (A - HALF_PI) / A)) if y < 1.0 else up
@@ -116,7 +119,7 @@ def touching(A, up):
 
 @inline
 def where_below(segment, p, q, lo):
-    """Return a bracket of the impact of a slide down whose ξ' is least at lo. At the end of the bracket ξ <= 0."""
+    """Return (low, high), a bracket of the impact of a slide down whose ξ' is least at lo. At `high` ξ <= 0."""
     low, high = 0.0, lo
     below = gap_at(segment, p, q, high)
     while below > 0.0:
@@ -127,7 +130,7 @@ def where_below(segment, p, q, lo):
 
 @inline
 def launch(psi, A, B, up, p_up):
-    """Return (φ, H, A cos φ, A sin φ) at the beginning of a flight; φ is ψ, or φ_up if ψ is outside the window."""
+    """Return (φ, H, A cos φ, A sin φ) at the launch of a flight. φ is ψ, or φ_up if ψ is outside the window."""
     p, q = excitation(A, psi, 0.0)
     if psi <= up or psi >= window_end(up):
         return up, 1.0, p_up, 1.0 + B
@@ -136,22 +139,27 @@ def launch(psi, A, B, up, p_up):
 
 @jit(_nrt=False)
 def flight(psi, A, B, horizon, word, slides):
-    """Compute the flight launched at phase ψ. If ψ is outside the open window, the flight starts from rest at φ_up.
+    """Compute the flight with a launch at phase ψ. If ψ is outside the open window, the launch is at φ_up, from rest.
 
-    The flight is followed for at most `horizon` excitation periods, and for at most AIRBORNE if it never lands (B = 0).
-    The rows of `slides` (any, 3) receive, for each slide in order, the phase of its beginning, its duration and its
-    kind of beginning. If there are more slides than rows, the further slides are not recorded.
+    The flight is computed for at most `horizon` excitation periods, and for at most AIRBORNE if it never lands (B = 0).
+    `slides` (any, 3) receives a row for each slide in order: the phase of its beginning, its duration and its kind of
+    beginning. If there are more slides than rows, the other slides are not recorded.
 
-    Returns (k, phase, velocity, slope, word, count). The impact is at the time 2πk + phase, 0 <= phase < 2π, counted
-    from the beginning of the period of the launch, and has ξ' = velocity <= 0. If no impact was found, k is -1. `word`
-    is the given word followed by the states of the flight without IMPACT, and `count` is the number of slides.
+    Return (k, phase, velocity, slope, word, count):
 
-    The slope is d(impact time)/dψ <= 0. Let a slide begin later by δ, with the acceleration a. Then its velocity is
-    less by a δ at each time, and it ends later by a δ divided by the acceleration at its end. The next slide begins
-    later by this time, with another acceleration, because friction changes its sign (saltation). After a sticking δ =
-    0. The impact comes earlier by (Σ a δ · duration) / |ξ'|, summed over the slides. A sticking sets the velocity to
-    zero but does not change the gap, so only a rest makes the slope zero. The slope is -inf for an impact without
-    speed.
+    k, phase : the impact is at the time 2πk + phase, 0 <= phase < 2π, from the beginning of the period of the launch;
+        k is -1 if no impact was found
+    velocity : ξ' <= 0 at the impact
+    slope : d(impact time)/dψ <= 0
+    word : the argument `word`, followed by the states of the flight without IMPACT
+    count : number of slides
+
+    The slope follows from the delays of the slides. Let a slide with the initial acceleration a begin later by δ. Then
+    its velocity is less by a δ at each time, and it ends later by a δ divided by the acceleration at its end. The next
+    slide begins with this delay, and with another acceleration, because friction changes its sign (saltation). After a
+    sticking δ = 0. The impact comes earlier by (Σ a δ · duration) / |ξ'|, with the sum over all slides. A sticking
+    sets the velocity to zero but does not change ξ, so the slope is zero only after a rest. The slope is -inf for an
+    impact without speed.
     """
     up, p_up = release_up(A, B)
     down, p_down = release_down(A, B)
@@ -178,7 +186,7 @@ def flight(psi, A, B, horizon, word, slides):
             which = S1
             lo, hi = where_below(segment, p, q, lo)
             guess = hi
-        while True:  # a second time if a slide down ends below the obstacle: the impact was before this end
+        while True:  # repeated if ξ < 0 at the end of a slide down, because the impact is before this end
             h = end_of_slide(which, segment, A, B, p, q, lo, hi, guess)
             there = arrive(segment, A, phi, 0.0, p, q, h)
             if which != S2 or never_lands:
@@ -191,7 +199,7 @@ def flight(psi, A, B, horizon, word, slides):
             lo, hi, guess = 0.0, h, gap_guess(x, there.x, h)
         moment += delay * segment.a0 * h
         if count < len(slides):
-            # for B > 1 a slide down may begin after 2π; its phase, as a function of ψ, must not jump there
+            # for B > 1 a slide down may begin after 2π; its phase must not jump at 2π as a function of ψ
             slides[count, 0] = phi + TWO_PI if state == DOWN and phi < HALF_PI else phi
             slides[count, 1] = h
             slides[count, 2] = begun
@@ -206,7 +214,7 @@ def flight(psi, A, B, horizon, word, slides):
         x, phi, p, q = there.x, there.phi, there.p, there.q
         force = q - B
         to = decide_after_slide(False, force)
-        released = to == STICK or to == state  # to == state: |H| is beyond 1 only by rounding
+        released = to == STICK or to == state  # if to == state, |H| exceeds 1 only by rounding
         if released:
             word = append(word, STICK + 1)
             _, phi, later_period, falls = release(STICK, phi, A, B, up, down)
@@ -222,14 +230,15 @@ def flight(psi, A, B, horizon, word, slides):
 
 @jit(_nrt=False)
 def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
-    """Write the next impact after each phase of `phi` to the arrays `phase`, `periods`, `speed`, `slope` and `code`.
+    """Compute the next impact after an impact at each phase in `phi`.
 
-    These six arrays are (n,). `no_slides` is an empty array (0, 3).
+    The results are written to the arrays `phase`, `periods`, `speed`, `slope` and `code` (the word as a number). These
+    five arrays and `phi` have the shape (n,). `no_slides` is an empty array (0, 3).
     """
     up, _ = release_up(A, B)
     end = window_end(up)
-    none = np.int64(NO_WORD)  # a literal would compile another specialisation
-    rested = False  # the flight after a rest may be long: it is computed only once, and only if it is needed
+    none = np.int64(NO_WORD)  # for a literal, `flight` would be compiled again
+    rested = False  # the flight after a rest may be long, so it is computed once, and only if it is needed
     k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
     for i in range(len(phi)):
         psi = turns(phi[i], 0.0)[1]
@@ -251,7 +260,10 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
 
 @jit(_nrt=False)
 def launch_after(phi, A, B):
-    """Return φ modulo 2π, and True if a rest follows an impact at this phase. Without a rest it is the launch phase."""
+    """Return (psi, rests): φ modulo 2π, and True if a rest follows an impact at this phase.
+
+    If no rest follows, psi is the launch phase.
+    """
     psi = turns(phi, 0.0)[1]
     up, _ = release_up(A, B)
     return psi, psi <= up or psi >= window_end(up)
@@ -259,6 +271,6 @@ def launch_after(phi, A, B):
 
 @jit(_nrt=False)
 def launch_window(A, B):
-    """Return (φ_up, π - φ_up, ψ*): the window, and for B = 0 the launch whose flight touches without speed."""
+    """Return (φ_up, π - φ_up, ψ*): both ends of the window, and for B = 0 the launch phase by `touching`."""
     up = release_up(A, B)[0]
     return up, window_end(up), touching(A, up)

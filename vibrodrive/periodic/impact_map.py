@@ -1,10 +1,10 @@
-"""The impact-phase map: at ε = 0 the motion after an ideally plastic impact depends only on the time of the impact.
+"""The impact-phase map: at ε = 0 the motion after an ideally plastic impact depends only on the phase of the impact.
 
 So the motion is a map of the circle, phase of an impact ↦ phase of the next impact. The map is constant over the
-phases at which a rest follows the impact. The other phases form the window φ_up < φ < π - φ_up, in which H > 1. There
-the map falls on every branch between two breakpoints. Its derivative is continuous at a phase at which a sticking
-appears or vanishes. It is also continuous at φ_up, where its value is 0. The map jumps at π - φ_up and at each phase
-from which a flight grazes the obstacle.
+phases at which a rest follows the impact. The other phases form the window φ_up < φ < π - φ_up, in which H > 1. In the
+window the map falls on every branch between two breakpoints. The derivative of the map is continuous at a phase at
+which a sticking appears or vanishes. The derivative is also continuous, and 0, at φ_up. The map jumps at π - φ_up and
+at each launch phase of a flight that grazes the obstacle.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 
-HORIZON = 10_000  # longest flight computed, in excitation periods; the smaller B is, the longer flights may be
+HORIZON = 10_000  # longest flight that is computed, in excitation periods; for a smaller B flights may be longer
 
 LANDINGS = 100
-"""Longest flights, in excitation periods, whose breakpoints are listed by default. Each possible duration of a flight
+"""Longest duration, in excitation periods, of flights whose breakpoints are listed by default. Each possible duration
 in periods gives one breakpoint, so there are about 0.1/B breakpoints in total."""
 
-LARGEST_PHASE = 1e12  # a larger double leaves too few digits for the phase within a period
+LARGEST_PHASE = 1e12  # a larger double has too few digits for the phase within a period
 PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of them"
 
-SLIDES_NAMED = 16  # slides in the word of a flight that never lands
+SLIDES_NAMED = 16  # number of slides in the word of a flight that never lands
 
 
 def states(psi: float, A: float, B: float) -> list[State]:
-    """Return the states of the flight launched at ψ, from UP to IMPACT.
+    """Return the states of the flight with a launch at `psi`, from UP to IMPACT.
 
     For a flight that never lands, return the states of its first SLIDES_NAMED slides.
     """
@@ -70,7 +70,7 @@ class Impacts:
     periods : number of excitation periods from one impact to the next, floor(τ_next / 2π) - floor(τ / 2π); -1 if there
         is no next impact.
     speed : dimensionless speed |ξ'| of the next impact.
-    derivative : exact derivative d phase / d start. It is 0 after a rest and otherwise follows from the closed form.
+    derivative : exact derivative d phase / d start, from the closed form. It is 0 if a rest follows the impact.
     word : states from one impact to the next, as text.
     """
 
@@ -100,10 +100,10 @@ def _word_from(phi: float, A: float, B: float) -> str:
 class ImpactMap:
     """The map from the phase φ of an impact to the next impact, for one A and B.
 
-    window : the two phases between which a launch follows an impact without a rest. For A <= 1 + B the mass never
-        leaves the obstacle, and the two phases are equal.
-    breakpoints : the phases at which the map is not smooth, ascending, with both ends of the window. Breakpoints of
-        flights of more than LANDINGS excitation periods are left out.
+    window : both ends of the window. After an impact between these two phases the mass leaves the obstacle without a
+        rest. For A <= 1 + B the mass never leaves the obstacle, and the two phases are equal.
+    breakpoints : the phases at which the map is not smooth, ascending, including both ends of the window. Breakpoints
+        of flights of more than LANDINGS excitation periods are left out.
     kinds : the kind of each breakpoint. "rest": the rest after the impact appears or vanishes. "grazing": the flight
         just touches the obstacle, and the map jumps. "stick": a sticking during the flight appears or vanishes.
     words : the states of the flights between each two neighbouring breakpoints, as text.
@@ -116,7 +116,7 @@ class ImpactMap:
         nothing = HALF_PI, HALF_PI, math.nan
         up, end, touching = launch_window(self.A, self.B) if self.moves else nothing
         self.window: tuple[float, float] = up, end
-        self.touching: float = touching  # for B = 0 the launch whose flight touches the obstacle without speed
+        self.touching: float = touching  # for B = 0 the launch phase of the flight that touches without speed
 
     def __call__(self, phi: ArrayLike) -> Impacts:
         """Return the next impact after each impact at a phase in `phi` (rad), a number or an array of any shape.
@@ -127,7 +127,7 @@ class ImpactMap:
             if a phase is not a number, is NaN, or is not between -1e12 and 1e12.
         """
         start = real_array("phi", phi, PHASES)
-        if start.size and not (start.min() >= -LARGEST_PHASE and start.max() <= LARGEST_PHASE):  # so NaN fails
+        if start.size and not (start.min() >= -LARGEST_PHASE and start.max() <= LARGEST_PHASE):  # true for NaN, too
             raise ValueError(bad("phi", start[~(abs(start) <= LARGEST_PHASE)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size
@@ -160,13 +160,13 @@ class ImpactMap:
             return np.empty(0), (), ()
         up, end = self.window
         low, high = math.nextafter(up, end), math.nextafter(end, up)
-        if not low <= high:  # A is 1 + B within rounding: no float is inside the window
+        if not low <= high:  # A is 1 + B within rounding, so no float is inside the window
             return np.array([up, end]), ("rest", "rest"), (_word_from(up, self.A, self.B),)
         cells = intervals(low, high, 1, self.A, self.B, horizon)
         phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
         for (_, last), (first, _) in itertools.pairwise(cells):
             before, after = (states(psi, self.A, self.B) for psi in (last, first))
-            if before != after:  # if the words are equal, only the period of the impact differs, and the map is smooth
+            if before != after:  # otherwise only the period of the impact differs, and the map is smooth
                 phases.append(first)
                 kinds.append(kind_of_change(before, after))
                 words.append(spell(after))
@@ -189,7 +189,7 @@ class ImpactMap:
 def kind_of_change(before: list[State], after: list[State]) -> str:
     """Return the reason why the words of two neighbouring flights differ.
 
-    It is "grazing" if one flight lands where the other one continues, and "stick" otherwise.
+    The reason is "grazing" if one flight lands where the other flight continues, and "stick" otherwise.
     """
     one, other = next((a, b) for a, b in zip(before, after, strict=False) if a != b)
     return "grazing" if State.IMPACT in (one, other) else "stick"
@@ -223,7 +223,7 @@ def impact_map(A: float, B: float = 0.1) -> ImpactMap:
 
     Examples
     --------
-    After an impact at phase 0 the mass rests first; after an impact at phase 1 it leaves the obstacle immediately:
+    After an impact at phase 0 the mass rests first. After an impact at phase 1 it leaves the obstacle immediately:
 
     >>> import vibrodrive as vd
     >>> following = vd.impact_map(3.04)([0.0, 1.0])

@@ -9,11 +9,11 @@ Terms (for flight, launch and window see flight.py):
   contains one mark for each window that has passed, and REST if the mass rests before the next launch,
 * a *cell* is an interval of launch phases with the same itinerary.
 
-Each decision in an itinerary changes at most once as ψ grows, as long as the decisions before it are unchanged.
-flight.py proves this for one flight. It also holds for several flights in a row, because a composition of monotone maps
-is monotone. So the phases with one itinerary form an interval, and if two phases have the same itinerary, all phases
-between them have it, too. Therefore bisection between any two phases with different itineraries finds every boundary,
-to neighbouring floats, without sampling. It can miss only an interval that contains no float.
+Each decision in an itinerary changes at most once as ψ grows, as long as the earlier decisions are unchanged. flight.py
+proves this for one flight. The same is true for several flights in a row, because a composition of monotone maps is
+monotone. So the phases with one itinerary form an interval: if two phases have the same itinerary, all phases between
+them have this itinerary, too. Therefore bisection between any two phases with different itineraries finds every
+boundary, to neighbouring floats, without sampling. Bisection can miss only an interval that contains no float.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from vibrodrive.kernels.codes import IMPACT, REST
 from vibrodrive.kernels.release import release_up
 from vibrodrive.periodic.flight import NO_WORD, append, flight, window_end
 
-FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launch without a rest, rest, or no impact found
+FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launch without a rest; rest; no impact found
 
 WINDOW_PASSED = 6  # additional letter of an itinerary: a window has passed
 
 NO_SLIDES = np.empty((0, 3))  # argument for flights whose slides are not recorded
 
-DEPTH = 128  # rows of the stack of pieces: enough to halve any interval down to neighbouring floats
+DEPTH = 128  # number of rows of the stack of pieces, enough to halve any interval down to neighbouring floats
 
 
 class Pieces(NamedTuple):
     """Work arrays of `split`.
 
-    stack : ends of the pieces that wait, (DEPTH, 2).
+    stack : ends of the pieces that are not searched yet, (DEPTH, 2).
     names : itineraries at these ends, (DEPTH, 2).
     no_slides : an empty array (0, 3), for flights whose slides are not recorded.
     """
@@ -50,21 +50,25 @@ class Pieces(NamedTuple):
     no_slides: np.ndarray
 
 
-FEW = 64  # steps of the first slice of a computation: a step may take milliseconds if flights are long (B = 0)
+FEW = 64  # number of steps of the first slice of a computation; a step may take milliseconds for long flights (B = 0)
 
 
 @jit(_nrt=False)
 def flights(psi, n, A, B, horizon, slides):
     """Compute n flights in a row, or fewer if the mass rests or if the flights exceed `horizon` excitation periods.
 
-    Returns (itinerary, periods, phase, slope, flown, fate, count). `periods` and `phase` give the time of the last
-    impact or, after a rest, of the next launch, counted from the period of the first launch. `slope` is d(last impact
-    time)/dψ, and 0 after a rest. `flown` is the number of flights computed, and `count` the number of their slides.
-    `fate` is FLYING, RESTS or LOST.
+    Return (itinerary, periods, phase, slope, flown, fate, count):
+
+    itinerary : the itinerary as a number
+    periods, phase : time of the last impact, or of the launch after a rest, from the period of the first launch on
+    slope : d(time of the last impact)/dψ, 0 after a rest
+    flown : number of flights computed
+    fate : FLYING, RESTS or LOST
+    count : number of slides of these flights
     """
     up, _ = release_up(A, B)
     end = window_end(up)
-    itinerary = np.int64(NO_WORD)  # a literal would compile another specialisation
+    itinerary = np.int64(NO_WORD)  # for a literal, `flight` would be compiled again
     periods = 0
     slope = 1.0
     count = 0
@@ -90,10 +94,10 @@ def flights(psi, n, A, B, horizon, slides):
 def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
     """Divide the interval `whole` = (low, high) into cells of n flights.
 
-    One call halves at most `steps` pieces. It returns True if the search is complete; otherwise the next call continues
-    the search. `ends`, float64 (rows, 2), receives the first and the last float of each cell. `under_way`, int64 (2,),
+    One call halves at most `steps` pieces. Return True if the search is complete. Otherwise the next call continues the
+    search. `ends`, float64 (rows, 2), receives the first and the last float of each cell. `under_way`, int64 (2,),
     contains the number of pieces on the stack (-1 before the first call) and the number of cells found. If only one row
-    of `ends` is free, `ends` must be enlarged before the next call.
+    of `ends` is free, the caller must enlarge `ends` before the next call.
     """
     low, high = whole
     stack, names, no_slides = pieces
@@ -138,7 +142,7 @@ def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
 
 
 def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
-    """Return [first, last], the first and the last float, of each cell of n flights in [low, high], ascending."""
+    """Return [first, last], its first and its last float, for each cell of n flights in [low, high], ascending."""
     ends, pieces = np.empty((64, 2)), Pieces(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
     under_way = np.array([-1, 0])
 

@@ -1,4 +1,4 @@
-"""Points at which curves of bifurcations meet: one curve ends on another, or both cross."""
+"""Points at which two curves of bifurcations meet: one of them ends on the other, or both cross."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vibrodrive.periodic.continuation import bisect, scale_of
 from vibrodrive.periodic.curve import Curve, Meeting
 from vibrodrive.periodic.tracing import EDGE
 
-# largest distance in A and in B of two curves at a common point, times `scale_of`: if the curves only touch, the error
-# of this point is about the square root of rounding
+# largest distance in A and in B of two curves at a common point, times `scale_of`; if the curves only touch, the error
+# of this point is about the square root of a rounding error
 SAME_POINT = 1e-7
 TOUCHING = 1e-12  # largest distance in A of two curves that coincide within rounding, times `scale_of`
 
@@ -86,7 +86,7 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
             return math.nan if a is None or b is None else a - b
 
         first, last = apart(low), apart(high)
-        # a fold that ends on a border coincides with this border near the end, within rounding
+        # a fold that ends on a border differs from this border only by rounding near its end
         if not first * last < 0.0 or min(abs(first), abs(last)) < TOUCHING * scale_of(one.A[k]):
             continue
         B = _zero(apart, low, high, first)
@@ -96,7 +96,7 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
 
 
 def _overlap(one: Curve, other: Curve) -> np.ndarray:
-    """Return True for each pair of steps of two curves whose enlarged boxes overlap: only these steps may cross."""
+    """Return a mask of the pairs of steps of two curves that may cross, because their enlarged boxes overlap."""
 
     def spans(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])

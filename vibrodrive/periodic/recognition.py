@@ -1,9 +1,10 @@
 """Recognition of the condition that a bifurcation satisfies, from the slides of its orbit.
 
-The search for bifurcations reports the orbit on one side of the bifurcation, at a small distance from it. Each decision
-of this orbit that is close to a change gives a candidate condition. A candidate is the condition of the bifurcation if
-its equations have a solution at the A that the search found. The orbits on both sides of a bifurcation give the same
-condition, because an impact that only touches the obstacle is not counted if the motion continues without a rest.
+The search for bifurcations reports the orbit on one side of the bifurcation, at a small distance in A. Each decision of
+this orbit that is close to a change gives a candidate condition (conditions.py). A candidate is the condition of the
+bifurcation if its equations have a solution at the A that the search found. The orbits on both sides of a bifurcation
+give the same condition, because an impact that only touches the obstacle is not counted if the motion continues without
+a rest.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from vibrodrive.periodic.search import Orbit
 from vibrodrive.periodic.tracing import ROUNDING
 
 SAME = 1e-9  # largest distance in A of a solution from the bifurcation that the search found, times `scale_of`
-CLOSE = 0.05  # largest distance of a decision from its change; at a grazing it grows like a square root
+CLOSE = 0.05  # largest distance of a decision from its change; near a grazing it grows like a square root
 
 
 class Part(NamedTuple):
@@ -33,7 +34,7 @@ class Part(NamedTuple):
 
     falls : True for a slide down.
     begun : kind of beginning, as in `Slide`.
-    begin, end : times since τ = 0.
+    begin, end : times of the beginning and the end, from τ = 0.
     lands : True if the slide ends at the obstacle.
     gap : ξ at the end.
     speed : impact speed |ξ'| if the slide lands, otherwise 0.
@@ -49,7 +50,7 @@ class Part(NamedTuple):
 
 
 def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
-    """Return the condition of a bifurcation and its solution there; None if no condition has a solution there."""
+    """Return (condition, solution) for a bifurcation; None if no candidate has a solution at this bifurcation."""
     A, B = found.A, found.B
     solved = []
     for condition, ends in candidates(found.kind, found.orbit):
@@ -67,9 +68,9 @@ def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
 
 
 def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    """Yield the conditions of this kind that the orbit almost satisfies, each with the end times of its slides.
+    """Yield the conditions of a kind that the orbit almost satisfies, each with the times at which its slides end.
 
-    The condition that is closest to being satisfied comes first.
+    The condition that the orbit satisfies best comes first.
     """
     rests = "REST" in orbit.word.split()
     parts = parts_of(orbit, rests)
@@ -98,7 +99,7 @@ def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]
 
 
 def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
-    """Return the slides of one period with times from τ = 0. If the orbit rests, the first slide follows the rest."""
+    """Return the slides of one period, with times from τ = 0. If the orbit rests, the first slide follows the rest."""
     A, B = orbit.A, orbit.B
     psi = ImpactMap(A, B).window[0] if rests else float(orbit.phases[0])
     at = psi
@@ -129,7 +130,7 @@ def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
 def _prescribed(
     kind: str, parts: Sequence[Part], rests: bool, critical: int, orbit: Orbit, period: int, doubled: bool = False
 ) -> tuple[Condition, list[float]]:
-    """Return the condition and the end times of its slides, counted from the period of the first launch."""
+    """Return (condition, ends): `ends` are the times at which the slides end, in the period of the first launch."""
     turn = TWO_PI * math.floor(parts[0].begin / TWO_PI)
     up = math.asin(min(1.0, (1.0 + orbit.B) / orbit.A))
     down = math.pi + math.asin((1.0 - orbit.B) / orbit.A)
@@ -141,14 +142,14 @@ def _prescribed(
 
 
 def _rotated(parts: Sequence[Part], first: int, orbit: Orbit) -> list[Part]:
-    """Return the same slides of one period, beginning with the slide at index `first`."""
+    """Return the slides of one period that begins with the slide at index `first` of `parts`."""
     span = TWO_PI * orbit.period
     wrapped = [p._replace(begin=p.begin + span, end=p.end + span) for p in parts[:first]]
     return [*parts[first:], *wrapped]
 
 
 def _border(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    """Yield the condition for a rest after slide i.
+    """Yield the condition of a border collision by which a rest after slide i appears or vanishes.
 
     The period begins after the rest of the orbit or, if the orbit does not rest, after slide i.
     """
@@ -156,7 +157,7 @@ def _border(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterato
     if not rests:
         first, *others = _rotated(parts, i + 1, orbit)
         there = [first._replace(begun=FROM_STICK), *others]
-    # from the first slide to the end of the rest after the last slide, at which the first slide begins again
+    # the period ends with the rest after the last slide
     period = math.ceil((there[-1].end - there[0].begin) / TWO_PI - 1e-2)
     yield _prescribed(BORDER_COLLISION, there, True, len(there) - 1, orbit, period)
 

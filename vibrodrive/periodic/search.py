@@ -1,24 +1,25 @@
 """All periodic orbits of the undisturbed motion, stable and unstable, from the impact-phase map.
 
-After every rest the launch is at φ_up, so there is at most one orbit with a rest. This orbit is followed, and needs no
-search. All other orbits launch at every impact. An orbit of n impacts gives a fixed point of the n-fold map on a cell
-of one itinerary, and every cell is searched with a bracket (itineraries.py, fixed_points.py). The map falls on every
-branch. So an orbit with an odd number of impacts has a negative multiplier and can lose its stability only by period
-doubling. An orbit with an even number of impacts has a positive multiplier and can lose its stability only in a fold.
+flight.py defines launch, flight and word. After every rest the launch is at φ_up, so there is at most one orbit with a
+rest. The motion from this launch gives this orbit without a search. In all other orbits a launch follows each impact
+without a rest. An orbit of n impacts gives a fixed point of the n-fold map on a cell of one itinerary, and every cell
+is searched with a bracket (itineraries.py, fixed_points.py). The map falls on every branch. So an orbit with an odd
+number of impacts has a negative multiplier and can lose its stability only by period doubling. An orbit with an even
+number of impacts has a positive multiplier and can lose its stability only in a fold.
 
-If the mass never leaves the obstacle (A <= 1 + B), there is no orbit of the map, and none is listed. Motions at B = 0
-that never return to the obstacle are not orbits of the map and are not listed either.
+If the mass never leaves the obstacle (A <= 1 + B), there is no orbit of the map, and the list is empty. Motions at
+B = 0 that never return to the obstacle are not orbits of the map and are not listed, either.
 
 **On the level (B = 0)** slides up and down cancel each other, and at every A > 1 exactly one motion returns to the
-obstacle. This motion touches the obstacle once a period, without speed (flight.py). It is listed as "touching" and
-needs no search. It has no multiplier and is neither stable nor unstable: shifted up by any gap it is a periodic motion
-without impacts, and after a later launch the mass lands with some speed. `simulate` ends on it with the status
-TOO_CLOSE.
+obstacle. This motion touches the obstacle once a period, without speed (flight.py). It is listed as "touching", and no
+search is necessary. It has no multiplier and is neither stable nor unstable. If it is shifted up by any ξ, it is a
+periodic motion without impacts. After a later launch the mass lands with some speed. If `simulate` reaches this
+motion, its status is TOO_CLOSE.
 
-**Close to the level** an orbit that launches at every impact has an impact speed of about 10 B, and each of its flights
-multiplies a difference of launch phases by about A/B. The launch of such an orbit is in an interval of width B/A
-divided by the multiplier of the orbit. An orbit is left out if this interval contains hardly any float (STEEPEST), or
-if B <= LEVEL A, because rounding would determine if such an orbit exists.
+**Close to the level** an orbit without a rest has an impact speed of about 10 B, and each of its flights multiplies a
+difference of launch phases by about A/B. The launch phase of such an orbit is in an interval of width B/A divided by
+the multiplier of the orbit. An orbit is left out if this interval contains hardly any float (STEEPEST), or if B <=
+LEVEL A, because rounding would determine if such an orbit is found.
 """
 
 from __future__ import annotations
@@ -42,22 +43,23 @@ STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", 
 TOUCHING = "touching"
 
 LEVEL = 1e-7
-"""Largest B/A at which rounding does not separate an orbit that launches at every impact from the touching orbit."""
+"""Largest B/A at which an orbit without a rest cannot be distinguished from the touching orbit because of rounding."""
 
 STEEPEST = 1e13
-"""An orbit is left out if its multiplier is at least this value times B/A, because rounding would determine if it is
-found."""
+"""Smallest ratio of the multiplier to B/A of orbits that are left out, because rounding would determine if the search
+finds them."""
 
 SAME_LAUNCH = 1e-8
-"""Launches of one orbit that are closer than this count as equal: rounding separates equal launches by about 1e-15 A/B.
-After a period doubling the two halves of the orbit are this close only within 1e-15 of the bifurcation."""
+"""Largest difference of launch phases of one orbit that count as equal. Rounding separates equal launches by about
+1e-15 A/B. After a period doubling the launches of both halves of the orbit differ by more, except within 1e-15 of the
+bifurcation."""
 
 LONGEST_PERIOD = 100  # in excitation periods; the cost of a search grows at least with the square of the period
 
 MOST_ITINERARIES = 400_000
-"""Largest number of itineraries times periods in a search; so large a search takes about ten seconds. Where motion is
-irregular (A > 3.16 at B = 0.1), the number of itineraries grows exponentially with the period. At A = 5 it doubles with
-every period, so this limit allows 14 periods."""
+"""Largest number of itineraries times periods in a search. Such a search takes about ten seconds. Where the motion is
+irregular (A > 3.16 at B = 0.1), the number of itineraries grows exponentially with the period. At A = 5 the number
+doubles with every period, so this limit allows 14 periods."""
 
 FEW = 4  # largest number of phases in the text of an orbit
 
@@ -69,7 +71,7 @@ def counted(impacts: int) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
-    """One periodic orbit. The motions that differ only by a shift of 1, 2, … excitation periods count as one orbit.
+    """One periodic orbit. Motions that differ only by a shift of 1, 2, … excitation periods are the same orbit.
 
     Attributes
     ----------
@@ -80,12 +82,12 @@ class Orbit:
     gaps : number of excitation periods from each impact to the next, int64 (impacts,).
     multiplier : exact derivative of the map over all impacts of one period; the orbit is stable if |multiplier| < 1.
     kind : "stable", "unstable", "superstable" (the orbit rests, so neighbouring motions merge with it), "undecided" (a
-        fold or period doubling within rounding; then the error of the phases may be 1e-7), or "touching" (B = 0: the
-        impact has no speed, and the multiplier is NaN).
+        fold or period doubling within rounding; the error of the phases may be 1e-7), or "touching" (B = 0: the impact
+        has no speed, and the multiplier is NaN).
     word : states of one period, from the state after the first impact on, as text.
     A, B : parameters of the orbit.
-    name : words of the flights, each with the number of windows that the flight spans. The order does not depend on the
-        choice of the first impact. The name is the same for all A up to the next bifurcation.
+    name : words of the flights, each with the number of windows that the flight spans. The order of the words does not
+        depend on the choice of the first impact. The name is the same for all A up to the next bifurcation.
     """
 
     period: int
@@ -112,8 +114,8 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
 
     The computing time grows with the number of *itineraries*, the possible sequences of states over the periods. A
     search for orbits of up to eight periods takes milliseconds for the parameters of the paper. A search that would
-    take more than about ten seconds is refused. For B = 0 there is one orbit at every A > 1, of the kind "touching".
-    For 0 < B <= 1e-7 A only an orbit that rests is listed.
+    take more than about ten seconds raises ValueError. For B = 0 there is one orbit at every A > 1, of the kind
+    "touching". For 0 < B <= 1e-7 A only an orbit that rests is listed.
 
     Parameters
     ----------
@@ -175,7 +177,7 @@ def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
 
 
 def check_period(name: str, value: object) -> int:
-    """Cast the longest period of a search to int. Raises TypeError or ValueError with one sentence."""
+    """Return the longest period of a search as an int. Raises TypeError or ValueError if `value` is not allowed."""
     return check_count(name, value, 1, LONGEST_PERIOD)
 
 
@@ -207,14 +209,18 @@ def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, i
 def itinerary_cells(
     system: ImpactMap, limit: int, only: Sequence[int] | None = None
 ) -> Iterator[tuple[float, float, int, int]]:
-    """Yield (low, high, n, periods) for every interval of ψ with one itinerary of n flights without a rest.
+    """Yield (low, high, n, periods) for every cell of n flights without a rest.
 
-    With `only`, the intervals are restricted to those whose first 1, 2, … flights have the itineraries in `only`.
+    low, high : first and last launch phase of the cell
+    n : number of flights
+    periods : number of excitation periods of these flights
+
+    If `only` is given, yield only cells whose itineraries of the first 1, 2, … flights are those in `only`.
     """
     A, B = system.A, system.B
     up, end = system.window
     low, high = math.nextafter(up, end), math.nextafter(end, up)
-    alive = [(low, high)] if low <= high else []  # A is 1 + B within rounding: no float is inside the window
+    alive = [(low, high)] if low <= high else []  # if A is 1 + B within rounding, no float is inside the window
     for n in range(1, (limit if only is None else len(only)) + 1):
         above = alive
         alive = []
@@ -227,7 +233,7 @@ def itinerary_cells(
 
 
 def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """Yield the orbits that launch at every impact. Each orbit is found in the cell of its smallest launch phase."""
+    """Yield the orbits without a rest. Each orbit is found in the cell of its smallest launch phase."""
     for low, high, n, periods in cells_to_search(system, limit):
         for psi, certain in returning_launches(system, low, high, n, periods):
             if psi == min(launches(system, psi, n, periods)):
@@ -237,11 +243,14 @@ def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
 def returning_launches(
     system: ImpactMap, low: float, high: float, n: int, periods: int
 ) -> Iterator[tuple[float, bool]]:
-    """Yield (ψ, certain) for every launch phase in the cell that returns after n flights, and not before."""
+    """Yield (ψ, certain) for every launch phase ψ in the cell that returns to itself after n flights, but not earlier.
+
+    `certain` is False if rounding determines if there is such a launch phase.
+    """
     phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
     for own, psi in enumerate(phases.tolist()):
         others = launches(system, psi, n, periods)[1:]
-        # an orbit of fewer impacts, which returns to this root before the n-th flight, is left out
+        # leave out an orbit of fewer impacts, which returns to this root after fewer flights
         if not any(
             abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in others
         ):
@@ -257,7 +266,7 @@ def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]
 
 
 def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
-    """Compute the orbit of n impacts through the launch phase ψ."""
+    """Compute the orbit of n impacts through the launch phase `psi`. If not `certain`, its kind is "undecided"."""
     A, B = system.A, system.B
     up, end = system.window
     phases, speeds, gaps, words = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64), []
@@ -276,9 +285,9 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         phase = float(step.phase)
         speeds[(i + 1) % n] = step.speed
     if any(State.REST in word for word in words):
-        multiplier = 0.0  # exactly, independent of the slopes of its other flights
+        multiplier = 0.0  # exactly 0, because the orbit rests
     late = (phases >= end).astype(np.int64)
-    spans = gaps + np.roll(late, -1) - late  # from launch to launch: a rest may begin before 2π and end after it
+    spans = gaps + np.roll(late, -1) - late  # periods between launches; a rest may begin before 2π and end after 2π
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
     first = int(np.argmin(phases))
     words = words[first:] + words[:first]
@@ -298,7 +307,7 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
 
 
 def kind_of(multiplier: float) -> str:
-    """Return the stability that follows from the multiplier."""
+    """Return the kind of stability of an orbit with this multiplier."""
     if multiplier == 0.0:
         return SUPERSTABLE
     return STABLE if abs(multiplier) < 1.0 else UNSTABLE

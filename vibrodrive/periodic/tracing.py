@@ -1,8 +1,8 @@
-"""Curves of solutions in the plane (A, B). A predictor along the tangent and Newton's method follow them.
+"""Curves of solutions of a condition in the plane (A, B), by a predictor along the tangent and Newton's method.
 
 The steps follow the curve in the space of all unknowns (pseudo-arclength), so the curve may turn back in B or in A. The
-curve ends at the point at which a margin of the motion vanishes (conditions.py), or at which the curve leaves the box.
-This point is found as a zero along the last step. Every point at which B turns back is found in the same way. So B is
+curve ends where a margin of the motion vanishes (conditions.py), or where the curve leaves the box, the range of A and
+B. The end is found as a zero along the last step. Every point at which B turns back is found in the same way. So B is
 monotone between neighbouring points, and each value of B between two neighbouring points belongs to exactly one point
 of the curve.
 """
@@ -17,16 +17,16 @@ import numpy as np
 
 from vibrodrive.periodic.conditions import Condition, Margin, newton
 
-LONGEST = 1.0 / 48.0  # longest step; A and B are measured in widths of the box, times in radians
-SHORTEST = 1e-9  # shortest step; a curve that would need a shorter step ends at a vanishing margin or as "lost"
+LONGEST = 1.0 / 48.0  # longest step; the unit of A and B is the width of the box, the unit of times is a radian
+SHORTEST = 1e-9  # shortest step; if a curve needs a shorter step, it ends, at a vanishing margin or as "lost"
 NEAR = LONGEST / 50.0  # a step across the end of a curve must be shorter than this
-ROUNDING = 1e-10  # error of a margin by rounding: a margin above -ROUNDING counts as not negative
+ROUNDING = 1e-10  # largest rounding error of a margin; only a margin below -ROUNDING counts as negative
 FAR = 0.2  # largest error of a prediction, as a share of the step
 MOST_POINTS = 20_000  # largest number of points of one curve
 
 EDGE, LOST, CLOSED = "edge", "lost", "closed"
-"""Reasons for the end of a curve, other than a vanishing margin: it reaches the edge of the box, no further solution is
-found, or it has no end because it is closed."""
+"""Reasons for the end of a curve, other than a vanishing margin. EDGE: the curve reaches the edge of the box. LOST: no
+further solution is found. CLOSED: the curve has no end, because it is closed."""
 
 
 class Box(NamedTuple):
@@ -41,7 +41,7 @@ class Box(NamedTuple):
         return [Margin(EDGE, value) for value in inside]
 
     def onto_edge(self, u: np.ndarray) -> np.ndarray:
-        """Return the point. If it is within rounding of an edge, it is moved exactly onto this edge."""
+        """Return the point u. If u is within rounding of an edge, move it exactly onto this edge."""
         u = u.copy()
         for k, edges in ((-2, self.A), (-1, self.B)):
             for edge in edges:
@@ -51,9 +51,10 @@ class Box(NamedTuple):
 
 
 def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray, tuple[str, str]]:
-    """Return points (m, S + 2) of the curve through the solution `seed`, and the reasons for its ends.
+    """Return (points, reasons) of the curve through the solution `seed`, which is inside the box.
 
-    `seed` is inside the box. The first reason belongs to the first point, the second reason to the last point.
+    points : points of the curve, (m, S + 2)
+    reasons : the reasons why the curve ends at its first and at its last point
     """
     forward, last = _Walk(condition, box).go(seed, 1.0)
     if last == CLOSED:
@@ -64,12 +65,12 @@ def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray,
 
 
 class _Walk:
-    """One curve followed in one direction."""
+    """Computation of a curve from a point of it in one direction."""
 
     def __init__(self, condition: Condition, box: Box) -> None:
         self.condition = condition
         self.box = box
-        # for the length of a step, A and B are measured in widths of the box, and times in radians
+        # the length of a step is measured in widths of the box for A and B, and in radians for times
         self.scale = np.ones(len(condition.slides) + 2)
         self.scale[-2:] = box.A[1] - box.A[0], box.B[1] - box.B[0]
 
@@ -85,12 +86,15 @@ class _Walk:
         return direction if direction @ along >= 0.0 else -direction
 
     def corrected(self, u: np.ndarray, tangent: np.ndarray) -> np.ndarray | None:
-        """Return the point near u at which the curve meets the plane through u normal to the tangent; None without."""
+        """Return the point at which the curve crosses the plane through u normal to the tangent; None if not found."""
         row = tangent / self.scale
         return newton(self.condition, u, row, float(row @ u))
 
     def go(self, seed: np.ndarray, sign: float) -> tuple[list[np.ndarray], str]:
-        """Return the points from the seed on, and the reason for the end."""
+        """Return (points, reason): the points from the seed on, and the reason for the end of the curve.
+
+        `sign` is 1 or -1, the direction along the curve.
+        """
         points = [seed]
         tangent = sign * self.tangent(seed, None)
         start, step = tangent, 0.25 * LONGEST
@@ -105,7 +109,7 @@ class _Walk:
                 continue
             turned = self.tangent(there, tangent)
             if min(m.value for m in self.margins(there)) <= 0.0:
-                # a long step may have passed more than one end, and beyond the first end the equations have no meaning
+                # a long step may pass several ends, and after the first end the equations have no meaning
                 stop = self.first_end(here, there, tangent) if step < NEAR else None
                 if stop is None:
                     step *= 0.25
@@ -139,7 +143,7 @@ class _Walk:
         return before < 0.0 <= behind and float(np.linalg.norm((there - seed) / self.scale)) <= length
 
     def add_turn(self, points: list[np.ndarray], there: np.ndarray, tangent: np.ndarray, turned: np.ndarray) -> None:
-        """Add a point. If B turns back on the way to it, add the turning point first."""
+        """Add the point `there` to `points`. If B turns back before this point, add the turning point first."""
         here = points[-1]
         if tangent[-1] * turned[-1] < 0.0 and not np.array_equal(here, there):
 
@@ -152,7 +156,7 @@ class _Walk:
         points.append(there)
 
     def first_end(self, here: np.ndarray, there: np.ndarray, tangent: np.ndarray) -> tuple[np.ndarray, str] | None:
-        """Return the point of a step at which the first margin vanishes, and its name; None if it is not found."""
+        """Return (point, name) for the first margin that vanishes along a step; None if no such point is found."""
         for k, margin in enumerate(self.margins(there)):
             if margin.value > 0.0:
                 continue
@@ -170,13 +174,13 @@ class _Walk:
     def zero(
         self, f: Callable[[np.ndarray], float], here: np.ndarray, there: np.ndarray, tangent: np.ndarray
     ) -> np.ndarray | None:
-        """Return the point of the curve between two points at which f changes its sign; None if f does not."""
+        """Return the point of the curve between two points at which f changes its sign; None if f keeps its sign."""
 
         return zero_on(lambda share: self.corrected(here + share * (there - here), tangent), f)
 
 
 def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], float]) -> np.ndarray | None:
-    """Return the point at(share), 0 <= share <= 1, at which f changes its sign; None if f does not.
+    """Return the point at(share), 0 <= share <= 1, at which f changes its sign; None if f keeps its sign.
 
     The zero is found by the Illinois method.
     """
@@ -212,10 +216,10 @@ def zero_on(at: Callable[[float], np.ndarray | None], f: Callable[[np.ndarray], 
 
 
 def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float) -> float | None:
-    """Return the A at which the curve has the given B, between two neighbouring points; None if it is not found.
+    """Return the A of the curve at a given B between two neighbouring points; None if it is not found.
 
-    If B hardly changes along the curve, Newton's method at a fixed B may converge to a distant point. Then a search
-    along the curve finds the point instead.
+    If B hardly changes along the curve, Newton's method at a fixed B may converge to a distant point. In this case a
+    search along the curve finds the point instead.
     """
     found = _solution_at(condition, here, there, -1, B)
     if found is not None and _lies_between(found, here, there):
@@ -232,7 +236,7 @@ def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float
 
 
 def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
-    """Return True if u projects onto the step between two points and is nearer to it than a quarter of its length."""
+    """Return True if the projection of u is on the step between two points, at most a quarter of the step away."""
     way = there - here
     length = float(np.linalg.norm(way))
     share = float((u - here) @ way) / length**2
@@ -242,7 +246,7 @@ def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
 def cut(
     condition: Condition, points: np.ndarray, ends: tuple[str, str], low: float
 ) -> Iterator[tuple[np.ndarray, tuple[str, str]]]:
-    """Yield the parts of a path on which A >= low, each with the reasons for the ends of this part."""
+    """Yield (points, reasons) for each part of a curve on which A >= low; `reasons` are those for the two ends."""
     inside = points[:, -2] >= low
     part: list[np.ndarray] = []
     first = ends[0]
@@ -266,7 +270,7 @@ def cut(
 def _solution_at(
     condition: Condition, here: np.ndarray, there: np.ndarray, place: int, value: float
 ) -> np.ndarray | None:
-    """Return the solution with a given value of the unknown at index `place` (A: -2, B: -1), None if not found.
+    """Return the solution for which the unknown at index `place` (A: -2, B: -1) has a given value; None if not found.
 
     The first guess is between the two points.
     """
