@@ -29,7 +29,7 @@ def start(tab: Tab) -> list[float]:
         note()
         tab.driver.get(address)
         note()
-        tab.until("!!page && page.frames.length > 0", "a picture")
+        tab.until("page?.frames?.length > 0", "a picture")  # before the scripts run, `page` is an element
         note()
     return reached
 

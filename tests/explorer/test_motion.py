@@ -12,7 +12,7 @@ import vibrodrive as vd
 
 pytest.importorskip("bokeh")
 
-from vibrodrive.explorer.motion import MOST_POINTS, lines
+from vibrodrive.explorer.motion import MOST_POINTS, forces, lines
 from vibrodrive.model.states import LASTING
 
 pytestmark = pytest.mark.jit
@@ -55,3 +55,19 @@ def test_a_motion_at_rest_or_not_known_has_an_excitation(A, status):
         warnings.simplefilter("error")
         drive = lines(motion)["xi"][-1]
     assert drive.max() - drive.min() == pytest.approx(1.0 / 3.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("eps", [0.0, 2e-4])
+def test_the_forces_are_those_of_the_motion_and_each_state_begins_at_its_switch(eps):
+    motion = vd.simulate(3.04, eps=eps, tau0=0.3, transient=50, periods=4)
+    found = forces(motion)
+    tau = 0.3 + 2.0 * math.pi * (50 + found["time"])
+    disturbed = eps * motion.arguments["eta"] ** 2 * np.sin(motion.arguments["eta"] * tau)
+    assert found["H"] == pytest.approx(3.04 * (np.sin(tau) + disturbed) - 0.1, abs=1e-7)
+    assert found["sine"] == pytest.approx(np.sin(tau), abs=1e-9)
+    assert len(found["begins"]) == len(motion.switches) + 1
+    sample = motion.sample(500)
+    time = (sample.tau - sample.tau[0]) / (2.0 * math.pi)
+    for begin, state, end in zip(found["begins"], found["states"], found["begins"][1:], strict=False):
+        inside = (time > begin + 1e-9) & (time < end - 1e-9)
+        assert (sample.state[inside] == (LASTING[state] if state >= 0 else -1)).all()

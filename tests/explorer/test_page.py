@@ -412,10 +412,23 @@ def test_the_drawing_plays_the_motion_and_steps_to_its_switches(tab, explorer):
     motion = vd.simulate(float(shown(tab).plan().axes["A"][np.argmin(abs(shown(tab).plan().axes["A"] - 3.1))]),
                          section_phase=math.pi / 2, transient=100, periods=12)  # fmt: skip
     switches = motion.switches["period"] - 100 + motion.switches["phase"] / (2 * math.pi)
-    lasting = switches[np.isin(motion.switches["after"], LASTING)]
-    for k in range(3):
+    begins, *forces = tab.ask("[page.drawn_motion.forces].map((f) => [f.begins, f.time, f.H].map((a) => [...a]))[0]")
+    assert begins == pytest.approx([0.0, *switches], abs=1e-12)
+    sample = motion.sample(POINTS)
+    assert forces[0] == pytest.approx((sample.tau - sample.tau[0]) / (2 * math.pi), abs=1e-12)
+    assert forces[1] == pytest.approx(sample.H, abs=1e-12)
+    for switch in np.unique(switches)[:3]:
         tab.driver.execute_script("document.getElementById('step').click()")
-        assert tab.ask("page.drawn_motion.at") == pytest.approx(lasting[k], abs=2 / POINTS)
+        assert tab.ask("page.drawn_motion.at") == pytest.approx(switch, abs=1e-12)
+    width, *alpha = tab.driver.execute_script(
+        "const c = document.getElementById('forces'), {width, height} = c;"
+        "const row = Math.floor(height - 0.9 * parseFloat(getComputedStyle(c).fontSize));"  # above the states
+        "return [width, ...c.getContext('2d').getImageData(0, row, width, 1).data.filter((v, k) => k % 4 === 3)]"
+    )
+    drawn = np.rint([begin / 2.0 * width for begin in begins if begin < 2.0])  # two periods
+    inked = {*np.nonzero(alpha)[0].tolist()}
+    assert {*drawn.tolist()} <= inked
+    assert len(inked) <= len({*drawn.tolist()}) + 3  # and the line at the time, of up to 3 pixels
     before = tab.ask("page.drawn_motion.at")
     tab.driver.execute_script("document.getElementById('play').click()")
     tab.until(f"page.drawn_motion.at !== {before!r}", "a movement")
@@ -730,6 +743,17 @@ def test_a_slider_runs_until_it_is_stopped(tab, explorer):
     tab.settle()
     assert tab.ask("page.played") == ""
     assert shown(tab).eps > 0.0
+
+
+def test_a_slider_stops_where_the_structure_of_the_selected_motion_is_lost(tab, explorer):
+    tab.open(explorer.address + "&columns=64&transient=20&periods=20&low=3.19&at=3.2")
+    limit = vd.limit(shown(tab).plan().axes["A"][np.argmin(abs(shown(tab).plan().axes["A"] - 3.2))])
+    tab.driver.execute_script("document.querySelector('[data-play=eps]').click()")
+    tab.until(f"page.played === '' && {NOTE}.includes('stopped')", "the end of the movement")
+    tab.settle()
+    assert "the structure is lost" in tab.ask(NOTE)
+    step = 1e-3 / 50
+    assert shown(tab).eps == pytest.approx(step * math.ceil(limit.last_kept / step))
 
 
 def test_a_drawing_of_the_mechanism_is_there_from_the_beginning(tab, explorer):

@@ -28,6 +28,7 @@ const page = {
   marks: [], // coordinates of the marks on the abscissa
   pinged: 0, // time at which the server was asked for a sign of life; 0 after its answer
   played: "", // field whose slider runs
+  judging: false, // the slider waits until the selected motion has been compared with its limits
   fit: false, // the ordinate follows the values, until the user moves the ordinate
   refused: "", // error message of the last request
   good: {}, // values of fields that the server has accepted, used in place of a refused one
@@ -98,6 +99,7 @@ const accept = (field) => {
 
 // Mark the field that an error message begins with. The other fields continue to act, with its last accepted value.
 const refuse = (text) => {
+  page.played = "";
   say(page.refused = text, "notice");
   const field = fields[text.split(" = ")[0]];
   if (!field || refuses(field) || !(field.name in page.good)) return;
@@ -266,11 +268,10 @@ const arrange = () => {
   element("second").hidden = !two;
   mirror(x_range, x2);
   mirror(y_range, y2);
-  for (const [name, {control, input, hint}] of Object.entries(fields)) {
+  for (const [name, {control, hint}] of Object.entries(fields)) {
     const where = control.dataset.only, reason = why[name];
     control.hidden = where !== undefined && !shown_now.includes(where);
-    input.disabled = Boolean(reason);
-    if (sliders[name]) sliders[name].disabled = Boolean(reason);
+    for (const part of control.querySelectorAll("input, select, button")) part.disabled = Boolean(reason);
     control.title = reason ? `${control.querySelector("label").textContent} ${reason}.` : hint;
   }
 };
@@ -323,7 +324,7 @@ page.paint = (sent) => {
 const settle = () => {
   const latest = page.last === but_for_motion(page.state()); // also of the present size
   page.settled = page.whole === page.asked && !page.pending && latest;
-  if (page.settled && page.played) play_on();
+  if (page.settled && page.played && !page.judging) play_on();
 };
 
 const said = {};
@@ -368,6 +369,7 @@ page.hear = (news) => {
   if (item.note !== undefined) say(item.note, "note");
   if (item.words !== undefined) show_words(page.words = item.words);
   if (item.column !== undefined) point_at(item.column);
+  if (item.lost !== undefined || item.words === "") judged(item.lost);
   if (item.done === page.seq) {
     if (item.address !== undefined) remember(item.address);
     free();
@@ -394,12 +396,17 @@ element("status").addEventListener("click", ({target}) => {
   page.tap({x: places.find((u) => u > page.followed + 1e-9 * dw) ?? places[0]});
 });
 
+const select = (x) => {
+  page.extra.at = shown(x, "scale");
+  if (page.over_plane) return;
+  point_at(x);
+  show_words(page.words || WAITING);
+};
+
 page.tap = (event) => {
   if (reading.on) return set_mark(event.x);
-  page.extra.at = shown(event.x, "scale");
-  if (fields.mode.value === "map") return page.command({dive: shown(event.y, "y_scale")});
-  point_at(event.x);
-  show_words(page.words || WAITING);
+  select(event.x);
+  if (page.over_plane) return page.command({dive: shown(event.y, "y_scale")});
   page.tapped = true;
   page.ask(true);
 };
@@ -466,22 +473,31 @@ const toggle = (button) => {
   return on;
 };
 
-// Let a slider run from its least value to its largest, one complete picture for each step.
+// Let a slider run from its least value, one complete picture for each step, until the structure of the selected motion
+// is lost. If none is selected in this window of a diagram, select the motion in the middle.
 const STEPS = 50;
+const run = (name, place) => {
+  const {start, end} = x_range;
+  if (!page.over_plane && !(page.followed >= start && page.followed <= end)) select((start + end) / 2);
+  sliders[name].value = place;
+  Object.assign(page, {played: name, judging: !page.over_plane});
+  page.slide(name, true); // also where the value is the least already
+};
 const play_on = () => {
-  const slider = sliders[page.played], {min, max} = slider, step = (max - min) / STEPS;
-  if (Number(slider.value) >= max) return page.played = "";
-  slider.value = Number(slider.value) + step;
-  page.slide(page.played);
+  const {value, min, max} = sliders[page.played];
+  if (Number(value) >= max) page.played = ""; else run(page.played, Number(value) + (max - min) / STEPS);
+};
+const judged = (lost) => {
+  page.judging = false;
+  if (page.played && lost) {
+    page.played = "";
+    say(`stopped: ${lost}`, "note");
+  }
+  settle();
 };
 for (const button of document.querySelectorAll("[data-play]")) {
-  button.addEventListener("click", () => {
-    const name = button.dataset.play;
-    if (page.played) return page.played = "";
-    sliders[name].value = sliders[name].min;
-    page.played = name;
-    page.slide(name, true); // also where the value is the least already
-  });
+  const name = button.dataset.play;
+  button.addEventListener("click", () => (page.played ? page.played = "" : run(name, sliders[name].min)));
 }
 
 // Move a range by a share of its width, and make it wider by a factor.
@@ -495,7 +511,7 @@ const KEYS = {
   ArrowUp: () => shift(y_range, 0.1), ArrowDown: () => shift(y_range, -0.1),
   "+": () => shift(x_range, 0, 0.5), "-": () => shift(x_range, 0, 2),
   Home: () => { say("", "story"); page.command({reset: true}); },
-  Escape: () => { page.extra.at = null; point_at(NaN); page.ask(true); },
+  Escape: () => { page.played = ""; page.extra.at = null; point_at(NaN); page.ask(true); },
   Backspace: () => history.back(), f: () => page.fit_now(), " ": () => page.play(), n: () => page.step(),
   x: () => element("full").click(), m: () => element("mark").click(), g: () => element("grid").click(),
 };
@@ -525,6 +541,7 @@ motion.properties.data.change.connect(() => page.moves());
 page.document.on_event("connection_lost", () => page.lost(true));
 page.document.on_event("client_reconnected", () => page.back());
 page.document.on_message("news", page.hear);
+page.document.on_message("forces", (sent) => page.forces(sent));
 page.document.on_message("picture", page.paint);
 tell({hello: true});
 

@@ -62,6 +62,7 @@ class Engine:
         self.aside = Aside(_warm_exact)
         self.pace = Pace()
         self.pages: dict[int, Any] = {}
+        self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, by their arguments
 
     def warm(self) -> None:
         """Load everything for the first picture."""

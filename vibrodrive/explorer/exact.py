@@ -79,8 +79,8 @@ def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
 
 
 def limit_at(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return k₂ in ε of the motion with these arguments; the others have the defaults of `limit`."""
+    """Return the limit k₂ with these arguments of `limit`; the others have their defaults."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # no warning of slip: the page shows the motion itself
-        k = limit(**arguments, disturbance="eps", threads=1)
-    return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "n": k.n, "last_kept": k.last_kept}
+        k = limit(**arguments, threads=1)
+    return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "last_kept": k.last_kept}

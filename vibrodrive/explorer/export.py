@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,10 +15,10 @@ from vibrodrive.explorer.controls import symbol
 from vibrodrive.explorer.image import round_numbers
 from vibrodrive.explorer.layout import ODD, Page
 from vibrodrive.explorer.shown import Picture, place, title_of
-from vibrodrive.explorer.view import BESIDE, DIFFERENCE, DIMENSIONLESS, SI, View
+from vibrodrive.explorer.view import BESIDE, DIFFERENCE, View
 from vibrodrive.model import config
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LINEAR, LOG
+from vibrodrive.model.names import LINEAR, LOG, SCENE
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.results import Results
 from vibrodrive.model.size import file_bytes, human
@@ -162,25 +163,37 @@ def result_file(view: View, results: Results) -> bytes:
 
 
 def python(view: View) -> str:
-    """Return a program that computes the sweep of this view, with the same bits, and draws it. Raises ValueError."""
-    if view.scene == SI:
-        allowed = f"{DIMENSIONLESS!r} for a Python program: save the configuration (TOML) instead"
-        raise ValueError(bad("scene", view.scene, allowed))
+    """Return a program that computes the sweep of this view, with the same bits, and draws it."""
+    settings = config.parse(view.toml())
+    scene, imports = settings.physical, ["import numpy as np"]
+    lines = [] if scene is None else [f"scene = vd.{scene!r}"]
+    if {*settings.arguments} & {*SCENE}:  # `sweep` has no axes in SI units, but its command has
+        imports = ["import subprocess", "import sys", "from pathlib import Path"]
+        lines += [f'Path("view.toml").write_text("""{view.toml()}""")']
+        lines += ['subprocess.run([sys.executable, "-m", "vibrodrive", "sweep", "view.toml"], check=True)']
+        lines += ['results = vd.load("view.h5")']
+    else:
+        lines += ["results = vd.sweep(", *_arguments(view, settings), ")"]
+    shown = view.shade if view.mode == MAP else view.quantity
+    lines += [f"results.plot(quantity={shown!r}).savefig({file_name(view, 'png')!r})"]
+    return "\n".join([*imports, "", "import vibrodrive as vd", "", *lines, ""])
+
+
+def _arguments(view: View, settings: config.Config) -> Iterator[str]:
+    """Yield the lines of the arguments of `sweep`."""
     columns, rows = view.grid
     axes = {view.x: (view.low, view.high, columns, view.scale)}
     if view.mode == MAP:
         axes[view.y] = view.y_low, view.y_high, rows, view.y_scale
-    lines = []
-    for name, value in config.parse(view.toml()).arguments.items():
+    for name, value in settings.arguments.items():
         if name in axes:
             low, high, num, scale = axes[name]
             text = f"np.{'geomspace' if scale == LOG else 'linspace'}({low!r}, {high!r}, {num})"
+        elif settings.physical is not None and name in ("A", "B"):
+            text = f"scene.{name}"
         else:
             text = repr(value.tolist() if hasattr(value, "tolist") else value)
-        lines.append(f"    {name}={text},")
-    shown = view.shade if view.mode == MAP else view.quantity
-    call = ["results = vd.sweep(", *lines, ")", f"results.plot(quantity={shown!r}).savefig({file_name(view, 'png')!r})"]
-    return "\n".join(["import numpy as np", "", "import vibrodrive as vd", "", *call, ""])
+        yield f"    {name}={text},"
 
 
 def motion_table(trajectory: Trajectory) -> str:

@@ -1,64 +1,103 @@
-// The mass on the shaking incline: a drawing with labels if no motion is selected, else the selected motion.
+// The mass on the shaking incline: a drawing with labels if no motion is selected, else the selected motion above its
+// forces.
 const SLOPE = 0.22; // radians, for the eye: the angle of the incline is not drawn to scale
-const drawn_motion = {canvas: element("mechanism"), at: 0, playing: false, last: 0, time: [], xi: [], state: [], most: 1};
+const SPAN = 2; // excitation periods of the forces
+const drawn_motion = {at: 0, playing: false, last: 0, time: [], xi: [], most: 1, forces: null};
 
 // Join the curves of the states, each of which is NaN during the others.
 page.moves = () => {
   const data = motion.data, curves = data.xi.slice(0, -1), m = drawn_motion;
   m.time = data.time.length ? Array.from(data.time[0]) : [];
-  m.state = [];
   m.xi = [];
-  m.time.forEach((_, i) => { // at an impact no curve has a value: keep the state and the place before the impact
-    const state = curves.findIndex((curve) => Number.isFinite(curve[i]));
-    m.state.push(state < 0 ? m.state.at(-1) ?? 0 : state);
-    m.xi.push(state < 0 ? m.xi.at(-1) ?? 0 : curves[state][i]);
+  m.time.forEach((_, i) => { // at a jump no curve has a value: keep the place before it
+    m.xi.push(curves.map((curve) => curve[i]).find(Number.isFinite) ?? m.xi.at(-1) ?? 0);
   });
-  m.most = Math.max(1e-9, ...m.xi.filter(Number.isFinite));
+  m.most = Math.max(1e-9, ...m.xi);
   m.at = 0;
-  draw_mechanism();
+  draw_motion();
 };
 
-// Index of the last point of the motion at or before a time.
-const point_of = (time) => Math.max(0, drawn_motion.time.findLastIndex((t) => t <= time));
+page.forces = (sent) => {
+  const forces = plain(sent);
+  drawn_motion.forces = {...forces, most: Math.max(1.2, ...Array.from(forces.H, Math.abs))};
+};
 
-const draw_mechanism = () => {
-  const m = drawn_motion, {canvas} = m, moves = m.time.length > 0;
-  const {width, height} = canvas.getBoundingClientRect();
-  if (!width) return;
-  const scale = devicePixelRatio, c = canvas.getContext("2d"), style = getComputedStyle(canvas);
+// Index of the last time at or before the present one.
+const index_in = (times) => Math.max(0, times.findLastIndex((t) => t <= drawn_motion.at));
+
+// Clear a canvas; return its context, its size in pixels of the page, the size of its letters, and its ink.
+const cleared = (id) => {
+  const canvas = element(id), {width, height} = canvas.getBoundingClientRect(), style = getComputedStyle(canvas);
+  const c = canvas.getContext("2d"), scale = devicePixelRatio, size = parseFloat(style.fontSize), ink = style.color;
   Object.assign(canvas, {width: width * scale, height: height * scale});
-  const i = moves ? point_of(m.at) : 0, xi = moves ? m.xi[i] : 0.55 * m.most;
-  const ink = style.color, colour = moves ? colours[m.state[i]] : "#888";
-  const size = parseFloat(style.fontSize), length = 0.8 * width, block = 0.13 * length;
-  const phase = 2 * Math.PI * m.at, shake = moves ? 0.035 * length * Math.sin(phase) : 0;
   c.scale(scale, scale);
-  c.font = `${size}px sans-serif`;
-  c.fillStyle = c.strokeStyle = ink;
-  c.lineWidth = 1.5;
+  Object.assign(c, {font: `${size}px sans-serif`, fillStyle: ink, strokeStyle: ink, lineWidth: 1.5});
+  return {c, width, height, size, ink};
+};
+
+const line = (c, points) => {
+  c.beginPath();
+  for (const point of points) c.lineTo(...point);
+  c.stroke();
+};
+
+const draw_mechanism = (moves) => {
+  const m = drawn_motion, {c, width, height, size, ink} = cleared("mechanism"), length = 0.8 * width, block = 0.13 * length;
+  const state = moves ? m.forces.states[index_in(m.forces.begins)] : 0;
+  const xi = moves ? m.xi[index_in(m.time)] : 0.55 * m.most;
   c.translate(0.1 * width, 0.76 * height);
   c.rotate(-SLOPE);
-  const line = (...points) => { c.beginPath(); points.forEach(([x, y], k) => (k ? c.lineTo(x, y) : c.moveTo(x, y))); c.stroke(); };
-  line([-0.03 * length, 0.35 * block], [1.05 * length, 0.35 * block]); // ground at rest
+  line(c, [[-0.03 * length, 0.35 * block], [1.05 * length, 0.35 * block]]); // ground at rest
   for (const x of [0.1, 0.5, 0.9]) { c.beginPath(); c.arc(x * length, 0.17 * block, 0.15 * block, 0, 7); c.stroke(); }
-  c.translate(shake, 0);
-  line([0, 0], [length, 0]);
+  if (moves) c.translate(0.035 * length * m.forces.sine[index_in(m.forces.time)], 0);
+  line(c, [[0, 0], [length, 0]]);
   c.fillStyle = "#999";
   c.fillRect(0, -1.4 * block, 0.06 * length, 1.4 * block); // the obstacle moves with the incline
   const left = 0.06 * length + (xi / m.most) * (0.9 * length - 0.06 * length - block);
-  c.fillStyle = colour;
+  c.fillStyle = moves ? colours[state] : "#888";
   c.fillRect(left, -block, block, block);
   c.strokeRect(left, -block, block, block);
   c.fillStyle = ink;
-  if (moves) {
-    c.fillText(names[m.state[i]], left, -1.25 * block);
-  } else {
-    line([0.06 * length, -0.5 * block], [left, -0.5 * block]);
-    c.fillText("gap ξ", 0.2 * length, -0.65 * block);
-    c.fillText("mass", left, -1.25 * block);
-    c.fillText("obstacle", 0, -1.6 * block);
-    c.fillText("shaken incline: A sin τ", 0.2 * length, 0.35 * block + 1.3 * size);
-  }
-  moment.location = m.at; // the line in the time series that shows the time
+  c.fillText(moves ? names[state] : "mass", left, -1.25 * block);
+  if (moves) return;
+  line(c, [[0.06 * length, -0.5 * block], [left, -0.5 * block]]);
+  c.fillText("gap ξ", 0.2 * length, -0.65 * block);
+  c.fillText("obstacle", 0, -1.6 * block);
+  c.fillText("shaken incline: A sin τ", 0.2 * length, 0.35 * block + 1.3 * size);
+};
+
+// The force H, the friction ±1 that it must exceed, and sin τ; below them the states, with a mark at each switch.
+const draw_forces = () => {
+  const {at, forces: {time, H, sine, begins, states, most}} = drawn_motion, from = SPAN * Math.floor(at / SPAN);
+  const {c, width, height, size, ink} = cleared("forces"), band = 0.6 * size, middle = (height + size - 2 * band) / 2;
+  const across = (t) => width * (t - from) / SPAN, up = (force) => middle - (middle - 1.2 * size) * force / most;
+  begins.forEach((begin, k) => {
+    const end = begins[k + 1] ?? time.at(-1);
+    if (end < from || begin > from + SPAN || states[k] < 0) return;
+    c.fillStyle = colours[states[k]];
+    c.fillRect(across(begin), height - band, across(end) - across(begin), band);
+    c.fillStyle = ink;
+    c.fillRect(Math.round(across(begin)), height - 2 * band, 1, 2 * band);
+  });
+  const curve = (values, colour) => {
+    c.strokeStyle = colour;
+    line(c, Array.from(time, (t, k) => [across(t), up(values[k])]).filter(([x]) => x >= -width && x <= 2 * width));
+  };
+  curve(sine, "#999");
+  curve(H, ink);
+  c.lineWidth = 0.5;
+  for (const level of [-1, 1]) line(c, [[0, up(level)], [width, up(level)]]);
+  line(c, [[across(at), 1.2 * size], [across(at), height]]);
+  c.fillText("force H, friction ±1", 0, size);
+  c.fillStyle = "#999";
+  c.fillText("sin τ", width - 2.5 * size, size);
+};
+
+const draw_motion = () => {
+  const moves = drawn_motion.time.length > 0;
+  draw_mechanism(moves);
+  if (moves) draw_forces();
+  moment.location = drawn_motion.at; // the line in the time series that shows the time
 };
 
 const play = (now) => {
@@ -67,7 +106,7 @@ const play = (now) => {
   m.at += Math.min(0.1, (now - m.last) / 1000) * speed;
   if (m.at >= m.time.at(-1)) m.at = 0;
   m.last = now;
-  draw_mechanism();
+  draw_motion();
   requestAnimationFrame(play);
 };
 page.play = (on = !drawn_motion.playing) => {
@@ -76,16 +115,14 @@ page.play = (on = !drawn_motion.playing) => {
   if (on) requestAnimationFrame(play);
 };
 
-// Go to the next switch: the next point with another state.
+// Go to the next switch, or after the last one to the beginning.
 page.step = () => {
-  const m = drawn_motion, from = point_of(m.at);
   page.play(false);
-  const next = m.state.findIndex((state, i) => i > from && state !== m.state[i - 1]);
-  m.at = m.time[Math.max(0, next)] ?? 0;
-  draw_mechanism();
+  drawn_motion.at = drawn_motion.forces?.begins.find((begin) => begin > drawn_motion.at) ?? 0;
+  draw_motion();
 };
 page.drawn_motion = drawn_motion;
 press("play", () => page.play());
 press("step", page.step);
-new ResizeObserver(draw_mechanism).observe(drawn_motion.canvas);
-draw_mechanism();
+for (const id of ["mechanism", "forces"]) new ResizeObserver(draw_motion).observe(element(id));
+draw_motion();

@@ -58,26 +58,56 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
     """
     from vibrodrive.figures.curves import curve  # imports Matplotlib; the page does not wait for it
 
-    a = trajectory.arguments
-    drawn = curve(trajectory, max(POINTS, math.ceil(FAST * a["eta"])) if a["eps"] > 0.0 else POINTS)
+    drawn = curve(trajectory, _density(trajectory))
     if len(drawn.tau) > MOST_POINTS:
         drawn = drawn._replace(**{name: getattr(drawn, name)[:MOST_POINTS] for name in ("tau", "xi", "dxi")})
-    rows = trajectory.switches
-    ends = 2.0 * math.pi * rows["period"] + rows["phase"]
-    first = rows["before"][0] if len(rows) else trajectory.sample(1).state[0]
-    known = np.concatenate([[first], rows["after"]])
+    ends, states = _switches(trajectory)
     # a point at a switch belongs to both states, so that the curves join
-    before, after = (known[np.searchsorted(ends, drawn.tau, side)] for side in ("left", "right"))
-    start = 2.0 * math.pi * a["transient"] + a["tau0"]
+    before, after = (states[np.searchsorted(ends, drawn.tau, side)] for side in ("left", "right"))
     here = [(before == state) | (after == state) for state in LASTING]
     known = drawn.xi[np.isfinite(drawn.xi)]
     low, high = (known.min(), known.max()) if known.size else (0.0, 0.0)
     drive = low + (1.0 + np.sin(drawn.tau)) / 6.0 * (high - low or 1.0)
     return {
-        "time": [(drawn.tau - start) / (2.0 * math.pi)] * (len(LASTING) + 1),
+        "time": [_time(trajectory, drawn.tau)] * (len(LASTING) + 1),
         "xi": [*(np.where(there, drawn.xi, np.nan) for there in here), drive],
         "dxi": [*(np.where(there, drawn.dxi, np.nan) for there in here), np.full(len(drive), np.nan)],
     }
+
+
+def forces(trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """Return the force H and sin τ over time, and the time at which each state begins, for the drawing of the motion.
+
+    Times are those of `lines`. A state is its index in LASTING, or -1 for an impact.
+    """
+    sample = trajectory.sample(_density(trajectory))
+    ends, states = _switches(trajectory)
+    return {
+        "time": _time(trajectory, sample.tau)[:MOST_POINTS],
+        "H": sample.H[:MOST_POINTS],
+        "sine": np.sin(sample.tau)[:MOST_POINTS],
+        "begins": np.concatenate([[0.0], _time(trajectory, ends)]),
+        "states": np.array([LASTING.index(state) if state in LASTING else -1 for state in states]),
+    }
+
+
+def _density(trajectory: Trajectory) -> int:
+    """Return the number of points per excitation period."""
+    a = trajectory.arguments
+    return max(POINTS, math.ceil(FAST * a["eta"])) if a["eps"] > 0.0 else POINTS
+
+
+def _switches(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Return the instants τ of the switches, and the states before the first and after each of them."""
+    rows = trajectory.switches
+    first = rows["before"][0] if len(rows) else trajectory.sample(1).state[0]
+    return 2.0 * math.pi * rows["period"] + rows["phase"], np.concatenate([[first], rows["after"]])
+
+
+def _time(trajectory: Trajectory, tau: np.ndarray) -> np.ndarray:
+    """Return instants τ as excitation periods since the transient."""
+    a = trajectory.arguments
+    return (tau - 2.0 * math.pi * a["transient"] - a["tau0"]) / (2.0 * math.pi)
 
 
 @functools.cache

@@ -8,22 +8,23 @@ from __future__ import annotations
 import base64
 import html
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
 from typing import Any
 
 from vibrodrive.explorer import exact, export
+from vibrodrive.explorer.controls import symbol
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.image import fitting_range, pictures
 from vibrodrive.explorer.layout import CURVE_COLOURS, LOOKS, key_of_curves
-from vibrodrive.explorer.motion import Motion, lines, motion_at, warm, words
+from vibrodrive.explorer.motion import Motion, forces, lines, motion_at, warm, words
 from vibrodrive.explorer.session import Session, overlay_of
 from vibrodrive.explorer.shown import counted, picture_of, place, title_of
 from vibrodrive.explorer.view import BESIDE, View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.explorer.worker import Rank
-from vibrodrive.jit.slices import Halt, Halted
+from vibrodrive.jit.slices import Halt
 from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LINEAR
@@ -101,11 +102,12 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     """Show the curves of the motion at `view.at` and its description."""
     motion = motion_at(view, halt)
     said = [*words(motion, view), key_of_curves()]
-    columns = lines(motion.trajectory)
+    columns, drives = lines(motion.trajectory), forces(motion.trajectory)
 
     def show() -> None:
         if not session.view.follows:  # the view has changed since the computation began
             return
+        session.send("forces", drives)
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
         news = {"words": "<br>".join([*said, PENDING]), "column": float(place(motion.x, view.scale))}
         session.tell({**news, "address": session.view.address(), "done": seq})
@@ -122,16 +124,7 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
             call(warm)  # compile there, since compilation here would delay the next picture
         warm()
     else:
-        known = list(said)
-        try:
-            for line in exact_words(call, motion):
-                known.append(line)
-                session.later(partial(session.tell, {"words": "<br>".join(known)}))
-        except Halted:
-            raise
-        except Exception:  # shown above the diagram; remove PENDING here
-            session.later(partial(session.tell, {"words": "<br>".join(known)}))
-            raise
+        show_limits(session, motion, said, halt)
     wanted = overlay_of(view)
     if wanted is None:
         return
@@ -145,6 +138,19 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
         window = view.low, view.high, view.incline, view.orbits, view.quantity, view.section_phase
         found = call(exact.orbit_lines, *window)
     session.later(partial(_lay_over, session, view, *found))
+
+
+def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -> None:
+    """Add the exact results for a motion to its description, and report to the page if its structure is lost."""
+    known, losses = list(said), []
+    try:
+        for line, lost in exact_words(session.engine, halt, motion):
+            known.append(line)
+            losses += [line] if lost else []
+            session.later(partial(session.tell, {"words": "<br>".join([*known, PENDING])}))
+    finally:
+        if not halt.called:  # after an error, too: that is shown above the diagram
+            session.later(partial(session.tell, {"words": "<br>".join(known), "lost": "; ".join(losses)}))
 
 
 def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: list[exact.Curve]) -> None:
@@ -197,28 +203,40 @@ def warm_picture(engine: Engine, halt: Halt) -> None:
         pictures(level, view.quantity, *fitting_range(level, view.quantity))
 
 
-def exact_words(call: Callable[..., Any], motion: Motion) -> Any:
-    """Yield the exact results for a motion, one line each: its multiplier and its limit k₂."""
+def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[str, bool]]:
+    """Yield the exact results for a motion, one line each, with True if the line reports that the structure is lost.
+
+    The results are its multiplier, its limits, and the comparison of its disturbances with these limits.
+    """
     known = motion.trajectory.arguments
-    period = motion.summary["period"]
+    period, phases = motion.summary["period"], motion.trajectory.impacts["phase"]
     if known["eps"] == 0.0 and period > 0:
-        multiplier = call(exact.multiplier_at, known["A"], known["B"], period, motion.trajectory.impacts["phase"])
+        multiplier = engine.aside.call(halt, exact.multiplier_at, known["A"], known["B"], period, phases)
         if multiplier == multiplier:
-            yield f"multiplier {multiplier:.10g}: {kind_of(multiplier)}"
-    as_it_is = known["method"] == Method.CERTIFIED and known["eps"] == 0.0
-    whose = "" if as_it_is else " of the certified, undisturbed motion"
-    names = ("A", "B", "eta", "xi0", "dxi0", "tau0")
-    k = call(exact.limit_at, {name: known[name] for name in names})
-    there = k["k2"] == k["k2"]
-    value = f"{k['k2']:.4g} (as a velocity {k['velocity']:.4g}): " if there else ""
-    yield f"k₂ in ε{whose}: {value}{html.escape(k['how'])}"
-    if there and known["eps"] > 0.0:
-        yield f"<b>{compared_with_limit(known['eps'], k['k2'], k['last_kept'])}</b>"
+            yield f"multiplier {multiplier:.10g}: {kind_of(multiplier)}", False
+    method = Method(known["method"])
+    arguments = {name: known[name] for name in ("A", "B", "eta", "xi0", "dxi0", "tau0")}
+    whose = "" if method == Method.CERTIFIED and known["eps"] == 0.0 else " of the certified, undisturbed motion"
+    wanted = [("eps", whose, arguments | {"disturbance": "eps"})]
+    if method != Method.CERTIFIED:
+        of_step = {"disturbance": "dtau", "method": method.name.lower(), "eps": known["eps"]}
+        wanted.append(("dtau", f" of the method {method.name.lower()}", arguments | of_step))
+    for name, whose, arguments in wanted:
+        key = str(arguments)
+        if key not in engine.limits:
+            engine.limits[key] = engine.aside.call(halt, exact.limit_at, arguments)
+        k2, velocity, how, last_kept = (engine.limits[key][part] for part in ("k2", "velocity", "how", "last_kept"))
+        value = f"{k2:.4g} (as a velocity {velocity:.4g}): " if k2 == k2 else ""
+        yield f"k₂ in {symbol(name)}{whose}: {value}{html.escape(how)}", False
+        if k2 == k2 and known[name] > 0.0:
+            sentence, lost = compared_with_limit(symbol(name), known[name], k2, last_kept)
+            yield f"<b>{sentence}</b>", lost
 
 
-def compared_with_limit(eps: float, k2: float, last_kept: float) -> str:
-    """Return a sentence on a disturbance and the limit of its motion."""
-    if eps < k2:
-        return f"your ε = {eps:.3g} is {eps / k2:.2g} of the limit: the structure is kept"
-    lost = "the structure is lost" if eps > last_kept else "some such values keep the structure, others lose it"
-    return f"your ε = {eps:.3g} is {eps / k2:.3g} times the limit: {lost}"
+def compared_with_limit(name: str, value: float, k2: float, last_kept: float) -> tuple[str, bool]:
+    """Return a sentence on a disturbance and the limit of its motion, and True if the structure is lost."""
+    if value < k2:
+        return f"your {name} = {value:.3g} is {value / k2:.2g} of the limit: the structure is kept", False
+    lost = value > last_kept
+    said = "the structure is lost" if lost else "some such values keep the structure, others lose it"
+    return f"your {name} = {value:.3g} is {value / k2:.3g} times the limit: {said}", lost
