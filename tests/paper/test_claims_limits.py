@@ -46,20 +46,18 @@ def axis(name):
 
 @pytest.mark.jit
 def test_alike_compares_both_limits_as_velocities(session):
-    found = outcome("alike", session(limits={axis("limits"): "A = [2.4, 2.75]"}))
+    found = outcome("alike", session(limits={axis("limits"): "A = [2.4]"}))
     assert found.verdict == Verdict.REPRODUCED
-    for k, A in enumerate((2.4, 2.75)):
-        eps, dtau = (vd.limit(A, kind).k2 for kind in ("eps", "dtau"))
-        assert found.record["numbers"]["velocity_eps"][k] == pytest.approx(eps * A * 10 * np.sqrt(102))
-        assert found.record["numbers"]["ratio"][k] == pytest.approx(dtau / (eps * A * 10 * np.sqrt(102)))
+    eps, dtau = (vd.limit(2.4, kind).k2 for kind in ("eps", "dtau"))
+    assert found.record["numbers"]["velocity_eps"] == pytest.approx([eps * 2.4 * 10 * np.sqrt(102)])
+    assert found.record["numbers"]["ratio"] == pytest.approx([dtau / (eps * 2.4 * 10 * np.sqrt(102))])
 
 
 @pytest.mark.jit
 def test_alike_names_where_it_does_not_hold(session):
-    found = outcome("alike", session(limits={axis("limits"): "A = [2.05, 2.4, 2.75, 3.25]"}))
+    found = outcome("alike", session(limits={axis("limits"): "A = [2.05, 2.4]"}))
     assert found.verdict == Verdict.NOT
     assert "A = 2.05, n = 1" in found.text
-    assert "A = 3.25, n = 3" in found.text
     assert "A = 2.4," not in found.text
 
 

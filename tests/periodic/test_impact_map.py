@@ -37,7 +37,7 @@ def test_next_impact_is_that_of_the_reference(A, B):
         assert found.word[i] == exact.word
 
 
-@pytest.mark.parametrize(("A", "B"), PLACES)
+@pytest.mark.parametrize(("A", "B"), PLACES[1::2])
 def test_derivative_is_the_difference_quotient_of_the_reference(A, B):
     system = impact_map(A, B)
     phi = inner(system, 5, 2)

@@ -67,7 +67,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize(("A", "B"), SOMEWHERE)
+@pytest.mark.parametrize(("A", "B"), SOMEWHERE[::2])
 def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
     """The search finds no orbit that the sampling excludes. The sampling misses branches narrower than its spacing."""
     found = orbits(A, B, 3)
@@ -144,7 +144,7 @@ def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
 @pytest.mark.jit
 def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
     """Gravity makes the mass fall farther than it rose, even if rounding hides a depth of 1e-17."""
-    for A in np.linspace(1.01, 1.85, 85).tolist():
+    for A in np.linspace(1.01, 1.85, 29).tolist():
         for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
             (orbit,) = orbits(A, B, 1)
             assert orbit.word == "REST UP STICK DOWN IMPACT"
@@ -153,7 +153,7 @@ def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("B", [1e-15, 1e-12, 1e-9, 1e-8, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("B", [1e-15, 1e-9, 1e-6, 1e-4])
 def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
     """The list does not depend on the last bit of A, and no speed is negative (both were once wrong)."""
     for A in np.linspace(1.9, 4.0, 22).tolist():

@@ -63,8 +63,8 @@ class Scene:
     def file(self) -> Path:
         return self.folder / "c.h5"
 
-    def start(self, *options, delay=0.005, real=False, **popen):
-        front = ["-m", "vibrodrive"] if real else ["-c", STAND_IN, str(delay)]
+    def start(self, *options, delay=0.005, real=False, before="", **popen):
+        front = ["-m", "vibrodrive"] if real else ["-c", before + STAND_IN, str(delay)]
         process = subprocess.Popen(
             [sys.executable, *front, "sweep", "c.toml", *options],
             cwd=self.folder,
@@ -129,7 +129,7 @@ def assert_one_line(err, *words):
 
 
 @pytest.mark.parametrize(
-    "times", [6, pytest.param(24, marks=pytest.mark.slow("25 s: 24 kills, each of a new process"))]
+    "times", [6, pytest.param(12, marks=pytest.mark.slow("12 s: 12 kills, each of a new process"))]
 )
 def test_killed_at_random(scene, undisturbed, times):
     """Committed blocks survive each kill undamaged; the final file equals that of an uninterrupted sweep."""
@@ -219,19 +219,12 @@ Writer._flush = interrupted
 
 
 def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
-    process = subprocess.run(
-        [sys.executable, "-c", IN_A_FLUSH + STAND_IN, "0.01", "sweep", "c.toml"],
-        cwd=scene.folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT,
-    )
-    assert process.returncode == 130
+    code, _, err = scene.run(delay=0.01, before=IN_A_FLUSH)
+    assert code == 130
     report = verify(scene.file)
     assert report.sound
     assert 0 < report.done.sum() < 60  # the flush was completed and the group committed
-    assert_one_line(process.stderr, f"{report.done.sum()} of 60 blocks")
+    assert_one_line(err, f"{report.done.sum()} of 60 blocks")
     assert scene.run(delay=0)[0] == 0
     assert contents(scene.file) == undisturbed
 
@@ -309,16 +302,9 @@ def block(plan, k, whole=fake.block):
     return whole(plan, k)
 fake.block = block
 """
-    process = subprocess.run(
-        [sys.executable, "-c", broken + STAND_IN, "0", "sweep", "c.toml"],
-        cwd=scene.folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT,
-    )
-    assert process.returncode == 1
-    assert_one_line(process.stderr, "no memory for block 7", "7 of 60 blocks are in the file")
+    code, _, err = scene.run(delay=0, before=broken)
+    assert code == 1
+    assert_one_line(err, "no memory for block 7", "7 of 60 blocks are in the file")
     assert scene.run(delay=0)[0] == 0
     assert contents(scene.file) == undisturbed
 
