@@ -227,6 +227,6 @@ def test_a_cluster_without_workers_is_waited_for_and_it_says_so(tmp_path):
     finally:
         scheduler.kill()
         scheduler.wait()
-    assert line.endswith(": the cluster has no workers: waiting for them\n")
+    assert line.endswith(": the cluster has no workers; the sweep waits for them\n")
     assert process.returncode == 130, err
     assert "Traceback" not in err

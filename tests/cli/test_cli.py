@@ -121,7 +121,7 @@ def test_another_configuration_is_refused(run, quick):
 
 def test_statuses_that_are_not_ok_come_with_advice(run, quick):
     _, _, err = run("sweep", "small.toml")
-    assert f"26 points BUDGET: {vd.Status.BUDGET.advice}" in err
+    assert f"points with the status BUDGET: 26; {vd.Status.BUDGET.advice}" in err
 
 
 @pytest.mark.parametrize(
@@ -242,7 +242,7 @@ def test_a_damaged_block_is_named_and_the_rest_drawn(run, quick):
     code, out, err = run("plot", "wide.h5")
     assert (code, out) == (1, "")
     assert "wide.png drawn" in err
-    assert "wide.h5: damaged blocks, left out of section: block 2 (points 2048 to 3071: A = " in err
+    assert "wide.h5: damaged blocks are left out of section: block 2 (points 2048 to 3071: A = " in err
     assert Path("wide.png").read_bytes()[:4] == b"\x89PNG"
 
 

@@ -32,7 +32,7 @@ def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     assert "c.h5 written; c.png drawn" in err
     lines = out.splitlines()
     assert [line.split()[0] for line in lines[1:]] == ["border", "period", "2"]
-    assert lines[-1] == "2 curves; points where they meet: 0"
+    assert lines[-1] == "number of curves: 2; points at which curves meet: 0"
     stored = vd.load("c.h5")
     assert (stored.A, stored.B, stored.max_period) == ((2.5, 2.65), (0.095, 0.105), 1)
     (doubling,) = (c for c in stored.curves if c.kind == "period doubling")
@@ -85,7 +85,7 @@ def test_curves_are_drawn_over_a_map_and_nothing_else_is(run):
         ("m.h5", "--quantity", "impact_speed", "--over", "c.h5"): "must be map, because curves and limits need a map",
         ("m.h5", "--over", "c.h5", "--over", "c.h5"): "one of each",
         ("m.h5", "--over", "m.h5"): "must be another file than",
-        ("c.h5", "--over", "m.h5"): "holds no sweep",
+        ("c.h5", "--over", "m.h5"): "contains no sweep",
         ("m.h5", "--over", "m.toml"): "m.toml",
     }
     for arguments, told in refused.items():

@@ -32,4 +32,4 @@ def test_the_commands_compute_describe_draw_or_refuse(run):
     assert run("sweep", "p.toml", "--dry-run")[0] == 0
     code, _, err = run("trajectory", "p.toml")
     assert code == 2
-    assert err.endswith("sweep.points = 14 points: must be one point: lists of one value\n")
+    assert err.endswith("sweep.points = 14 points: must be one point (lists with one value)\n")

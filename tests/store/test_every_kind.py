@@ -84,7 +84,7 @@ def test_what_it_holds_is_loaded(made, kind):
     for found in (vd.load(made), vd.load(str(made), kind=kind)):
         assert type(found) is MAKERS[kind][1]
     for other in MAKERS.keys() - {kind}:
-        with pytest.raises(OtherKind, match=f"holds {FILES[kind].holds}, not {FILES[other].holds}"):
+        with pytest.raises(OtherKind, match=f"must contain {FILES[other].holds}, but contains {FILES[kind].holds}"):
             vd.load(made, kind=other)
     with pytest.raises(ValueError, match="kind = 'basins': must be one of sweep, limits"):
         vd.load(made, kind="basins")

@@ -84,7 +84,7 @@ def test_only_result_files_are_replaced():
     refused("cut.h5", ["cut.h5", "only result files"], overwrite=[True])  # else it may be a damaged result file
     check_output(a_sweep("s.h5"), None, "sweep", overwrite=False)
     check_output(a_sweep("s.h5"), None, "limits", overwrite=True)
-    with pytest.raises(ConfigError, match="this one holds a sweep: choose another with -o"):
+    with pytest.raises(ConfigError, match="but contains a sweep: choose another file with -o"):
         check_output(a_sweep("s.h5"), None, "limits", overwrite=False)
 
 

@@ -491,7 +491,7 @@ def assert_complete_but_for(path, plan, block, variable):
     results = load(path)
     with pytest.warns(DamagedBlock, match=rf"left out of \w+: block {block} \(points .* A = ") as told:
         part = {name: getattr(results, name).reshape(plan.n_points, -1) for name in (*ARRAYS, "status")}
-    assert {str(w.message).split(": damaged blocks, left out of ")[1].split(":")[0] for w in told} == (
+    assert {str(w.message).split(": damaged blocks are left out of ")[1].split(":")[0] for w in told} == (
         {array} if array != "status" else set(ARRAYS)  # a block without a status counts as missing
     )
     for k, (start, stop) in enumerate(plan.blocks()):

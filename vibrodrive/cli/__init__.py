@@ -1,7 +1,7 @@
 """Command line: commands, exit codes, and an error message of one line for every foreseeable error.
 
-Exit codes: 0 done · 1 failed during the work, a file is damaged, or a check of `validate` failed · 2 refused before any
-work · 130 interrupted.
+Exit codes: 0 done · 1 the computation failed, a file is damaged, or a check of `validate` failed · 2 refused before any
+computation · 130 interrupted.
 """
 
 from __future__ import annotations
@@ -36,11 +36,10 @@ def cli() -> None:
     """Simulate a mass on a vibrating incline with friction and impacts, for many parameter values.
 
     By default the program proves that it misses no switching point. `vibrodrive init` lists configurations to begin
-    with; `vibrodrive COMMAND --help` shows the options of a command. Quantities are dimensionless unless a unit is
-    given.
+    with. `vibrodrive COMMAND --help` shows the options of a command. Quantities without a unit are dimensionless.
 
-    Exit codes: 0 done; 1 failed during the work, a file is damaged, or a check of `validate` failed; 2 refused before
-    any work; 130 interrupted.
+    Exit codes: 0: done. 1: the computation failed, a file is damaged, or a check of `validate` failed. 2: refused
+    before any computation. 130: interrupted.
     """
 
 
@@ -48,7 +47,7 @@ results = [result_command(name) for name in HELP]
 for command in (init, sweep, plot, info, verify, trajectory, driver, *results, paper, explore, validate):
     cli.add_command(command)
 cli.add_command(result_command("failures", hidden=True), "atlas")
-"""Former name of the command, kept for existing scripts."""
+"""Former name of the command `failures`, kept for existing scripts."""
 
 
 def _on_signal(signum: int, frame: object) -> None:
@@ -59,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
     catch(_on_signal)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # pipes on Windows have an encoding without ξ
+        if isinstance(stream, io.TextIOWrapper):  # the encoding of pipes on Windows does not contain ξ
             stream.reconfigure(errors="replace")
     code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
     if message:
@@ -103,7 +102,7 @@ REFUSED = {
     errno.ENOENT, errno.EACCES, errno.EPERM, errno.EROFS, errno.EISDIR, errno.ENOTDIR, errno.EEXIST,
     errno.ELOOP, errno.ENAMETOOLONG, errno.ENXIO,
 }  # fmt: skip
-"""Errors of the system for a path that cannot be used. They appear before any work."""
+"""Errors of the system for a path that cannot be used. They occur before any computation."""
 
 
 def _text(error: Exception) -> str:

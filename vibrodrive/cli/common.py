@@ -83,13 +83,13 @@ def refuse_axes(plan: Plan) -> None:
     for name, values in plan.axes.items():
         if len(values) > 1:
             if name == POINT:
-                raise ConfigError(f"sweep.points = {len(values)} points: must be one point: lists of one value")
+                raise ConfigError(f"sweep.points = {len(values)} points: must be one point (lists with one value)")
             several = f"{len(values)} values from {values[0]:g} to {values[-1]:g}"
             raise ConfigError(f"sweep.{name} = {several}: must be one number (--set {name}={values[0]:g})")
 
 
 def judge_idle(settings: Config) -> None:
-    """Refuse an axis that the method does not use (ConfigError). Report a single value that it does not use."""
+    """Raise ConfigError for an axis that the method does not use. Print a message for such a single value."""
     from vibrodrive.model.plan import idle, refuse_idle
 
     plan = settings.plan()
@@ -100,11 +100,11 @@ def judge_idle(settings: Config) -> None:
     for name in idle(plan.settings.method):
         value = settings.arguments.get(name)
         if value not in (None, PARAMETERS[name].default):
-            say(f"{name} = {value} is ignored: used by {used_by(name)} only")
+            say(f"{name} = {value} is ignored, because it is used by {used_by(name)} only")
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:
-    """Print a warning if all points show a likely slip. Checked for a scene in SI units, or if `always`."""
+    """Print a warning if all points have the same likely mistake. Only scenes in SI are checked, or all if `always`."""
     from vibrodrive.model.slips import slip
 
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
@@ -113,7 +113,7 @@ def judge_slip(settings: Config, always: bool = False) -> None:
 
 
 def scene_of(settings: Config) -> Scene | None:
-    """Return the scene of a configuration of one motion, or None. Its quantities may be axes of one value."""
+    """Return the scene of a configuration of one motion, or None. Its quantities may be axes with one value."""
     from vibrodrive.model.physical import Scene
 
     plan = settings.plan()
@@ -141,7 +141,7 @@ def leave(code: int, message: str) -> NoReturn:
 
 @contextmanager
 def working(name: str) -> Iterator[Show]:
-    """Show progress and the time spent compiling kernels. Report a TypeError or ValueError in one line."""
+    """Show the progress and the time of compilations. Turn a TypeError or ValueError into an error of one line."""
     from vibrodrive.jit.compile import compilation
     from vibrodrive.jobs.progress import Show, duration, shown
 

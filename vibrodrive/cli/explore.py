@@ -31,8 +31,8 @@ def explore(
 ) -> None:
     """Show interactive diagrams in the browser.
 
-    CONFIG is a configuration, or the link of a view that the explorer has saved. If it is given, the first picture
-    shows it. This command needs the extra `explore`: pip install 'vibrodrive[explore]'.
+    CONFIG is a configuration, or the link of a view that the explorer has saved. The page then begins with this view.
+    This command needs the extra `explore`: pip install 'vibrodrive[explore]'.
 
     Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server.
     """
@@ -40,7 +40,7 @@ def explore(
         raise click.ClickException("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
     link = config is not None and "?" in config.name and not config.exists()
     if (config is None or link) and (overrides or method):
-        needed = "give a configuration, or leave them out"
+        needed = "give a configuration, or leave out these options"
         raise click.ClickException(f"--set and --method change a configuration, not a link: {needed}")
     from vibrodrive.explorer.controls import part_shown
     from vibrodrive.explorer.session import read_address

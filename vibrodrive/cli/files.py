@@ -94,9 +94,9 @@ PATIENCE = 60
 def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience: int = PATIENCE) -> Verified:
     """Call `read` in a separate process, and show its progress.
 
-    On some damaged files HDF5 loops endlessly, without a return to Python in which signals are handled; on others it
-    crashes. Raises Damaged if it crashes, or if a step takes longer than `patience` seconds (not on Windows, which has
-    no alarm); otherwise raises what `read` raises.
+    On some damaged files HDF5 loops endlessly and never returns to Python, where signals are handled. On other files it
+    crashes. Raises Damaged if HDF5 crashes, or if a step takes longer than `patience` seconds (not on Windows, which
+    has no alarm), and also raises the exceptions of `read`.
     """
     from multiprocessing import get_context
 
@@ -114,7 +114,7 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
     except EOFError:
         child.join()
         slow = child.exitcode == -getattr(signal, "SIGALRM", 0)
-        what = f"HDF5 has made no progress for {patience} s" if slow else "HDF5 crashes on it"
+        what = f"HDF5 has made no progress for {patience} s" if slow else "HDF5 crashes"
         raise Damaged(f"{file}: too damaged to be read ({what}): restore it, or replace it with --overwrite") from None
     finally:
         show.clear()
@@ -129,7 +129,7 @@ def _read_here(file: Path, read: Callable[[Path, Progress], Verified], patience:
 
     def step(line: str) -> None:
         if hasattr(signal, "alarm"):
-            signal.alarm(patience)  # also ends a loop within HDF5
+            signal.alarm(patience)  # ends even a loop within HDF5
         there.send(line)
 
     try:

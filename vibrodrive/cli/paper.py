@@ -24,7 +24,7 @@ from vibrodrive.cli.common import DIRECTORY, THREADS, say, working
     "names",
     metavar="FIGURE",
     multiple=True,
-    help="Only this figure (such as fig07), or `limits`; repeatable.",
+    help="Compute only this figure (such as fig07), or only the claims about limits (`limits`); repeatable.",
 )
 @THREADS
 def paper(output: Path, names: tuple[str, ...], threads: int | None) -> None:

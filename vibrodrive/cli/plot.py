@@ -87,14 +87,17 @@ def draw(
     dpi: int | None = None,
     over: tuple[Path, ...] = (),
 ) -> None:
-    """Draw a file and the files `over` it. Damaged blocks are left out and named; the exit code is then 1."""
+    """Draw a file and, over it, the files `over`.
+
+    Damaged blocks are left out and named in messages; the exit code is then 1.
+    """
     from vibrodrive.figures.style import drawn_as, save
     from vibrodrive.store.header import read_kind
 
     holds = read_kind(file)
     _refuse_options(file, holds, options)
     if over and holds != "sweep":
-        raise click.ClickException(bad("--over", str(over[0]), f"left out: {file} holds no sweep"))
+        raise click.ClickException(bad("--over", str(over[0]), f"left out, because {file} contains no sweep"))
     damaged: list[str] = []
     with drawn_as(**(_look(file) | (look or {}))):
         figure, share = _figure(file, holds, options, over, damaged)
@@ -117,14 +120,14 @@ def _look(file: Path) -> dict[str, Any]:
         with reading(file) as opened:
             origin = origin_of(opened)
         return config.parse(origin.config, origin.overrides).look
-    except ConfigError:  # of another version
+    except ConfigError:  # the configuration was written by another version
         return {}
 
 
 def _figure(
     file: Path, holds: str, options: dict[str, Any], over: tuple[Path, ...], damaged: list[str]
 ) -> tuple[Figure, float]:
-    """Return the figure of a file and of those `over` it, and its computed share. Append messages to `damaged`."""
+    """Return (figure of a file and of the files `over`, computed share). Append messages to `damaged`."""
     from vibrodrive.store.every_kind import load
 
     if holds == "sweep":
@@ -137,7 +140,7 @@ def _figure(
 
 @contextmanager
 def _in_one_line() -> Iterator[None]:
-    """Turn the error of an option that cannot be drawn into one line. Errors of unreadable files are not changed."""
+    """Turn the error of an option that does not apply into one line. Errors of unreadable files are not changed."""
     try:
         yield
     except NoResult:
@@ -148,7 +151,7 @@ def _in_one_line() -> Iterator[None]:
 
 @contextmanager
 def _left_out(damaged: list[str]) -> Iterator[None]:
-    """Append the warnings of damaged blocks to `damaged`; pass other warnings on."""
+    """Append the warnings of damaged blocks to `damaged`. Other warnings are issued again."""
     from vibrodrive.store.reader import DamagedBlock
 
     with warnings.catch_warnings(record=True) as caught:
@@ -182,10 +185,10 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
 
 
 def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
-    """Refuse a diagram for which a sweep lacks the axes or the record.
+    """Raise an error if a sweep does not have the axes or the record that its diagram needs.
 
     One motion has no axis for a bifurcation diagram. If the configuration gives this kind, the section is drawn
-    instead; if an option of the command does (`asked`), it is refused.
+    instead. If an option of the command gives it (`asked`), an error is raised.
     """
     for key in ("x", "y"):
         known = [*plan.axes, *plan.together]
@@ -202,15 +205,15 @@ def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> No
 
 
 def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
-    """Refuse a kind of file that cannot be drawn, and options that do not apply to this kind."""
+    """Raise an error for a kind of file that cannot be drawn, and for options that do not apply to a kind."""
     kind = FILES[holds]
     if kind.options is None:
-        raise click.ClickException(f"{file}: holds {kind.holds}: `vibrodrive {kind.command}` draws them")
+        raise click.ClickException(f"{file}: contains {kind.holds}, which only `vibrodrive {kind.command}` draws")
     for name, value in options.items():
         known = kind.options.get(name, ())
         if value not in known:
             allowed = f"one of {', '.join(known)}" if known else "left out"
-            raise click.ClickException(bad(f"--{name}", value, f"{allowed}: {file} holds {kind.holds}"))
+            raise click.ClickException(bad(f"--{name}", value, f"{allowed}, because {file} contains {kind.holds}"))
 
 
 @click.command()

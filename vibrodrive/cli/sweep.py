@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class _Command(click.Command):
-    """Allow `--plot` without a value before CONFIG; click would take CONFIG as the value of `--plot`."""
+    """Command that allows `--plot` without a value before CONFIG; click would use CONFIG as the value of `--plot`."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words = pairwise([*args, ""])
@@ -30,9 +30,9 @@ class _Command(click.Command):
 
 
 def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:
-    """Return the path of the figure; Path() for `--plot` without a value, None without `--plot`.
+    """Return the path of the figure, or None without `--plot`.
 
-    Path() stands for a figure next to the result file.
+    For `--plot` without a value the result is Path(), which means a figure next to the result file.
     """
     return FILE.convert(value, option, ctx) if value else None if value is None else Path()
 
@@ -70,11 +70,11 @@ def sweep(
 ) -> None:
     """Compute the sweep of CONFIG and write a result file.
 
-    An existing file of the same configuration is resumed; one of another configuration is refused. Ctrl-C stops the
+    An existing file of the same configuration is resumed. A file of another configuration is refused. Ctrl-C stops the
     sweep, and the same command resumes it.
 
-    Output: the result file (HDF5), and with --plot a figure. On stderr: progress, and the number of points whose status
-    is not OK, with advice.
+    Output: the result file (HDF5), and with --plot a figure. On stderr: the progress, and the number of points with
+    each status other than OK, with advice.
     """
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import refuse_large_block
@@ -133,7 +133,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"file     {human(file_bytes(plan))}")
     click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
-    # in a separate thread: the main thread handles a signal only between two of its own steps
+    # a separate thread computes, because the main thread handles a signal only between two of its own steps
     with common.working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()
     click.echo(f"time     about {duration(found.computing)}, plus {duration(found.loading)} to load the kernels")
@@ -150,4 +150,4 @@ def _tell_statuses(path: Path) -> None:
     for name, points in look(path).statuses.items():
         if name != Status.OK.name:
             advice = Status[name].advice if name in Status.__members__ else "unknown"
-            common.say(f"{points} points {name}: {advice}")
+            common.say(f"points with the status {name}: {points}; {advice}")

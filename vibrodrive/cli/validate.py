@@ -1,4 +1,4 @@
-"""`vibrodrive validate`: results of this installation compared with known results."""
+"""`vibrodrive validate`: check this installation against known results."""
 
 from __future__ import annotations
 

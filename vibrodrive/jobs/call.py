@@ -1,6 +1,6 @@
-"""`vd.sweep`: a sweep called from Python, into memory or into a file.
+"""`vd.sweep`: a sweep that is called from Python. The results are in memory or in a file.
 
-Files are written, resumed and refused by the same job as in `vibrodrive sweep`.
+The job of `vibrodrive sweep` writes, resumes and refuses the files.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ def sweep(
     Parameters
     ----------
     A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
-        as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of that length, also if n = 1; the axes
-        have the order of the keywords in the call. A is required, here or among the points.
+        as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of this length, even if n = 1. The axes
+        have the order of the keywords in the call. A is required, as this argument or in `points`.
     method, transient, periods, scan, budget
         as in `simulate`, for all points.
     record : "section", "impacts", "summary" or "error", or several of them
@@ -68,36 +68,37 @@ def sweep(
         For "error" each motion is computed separately to its end, which takes several times as long, or many times as
         long if the motion repeats.
     points : mapping of str to sequences of one length, optional
-        parameters that change together, by name: point k has the k-th value of each. They form one axis, `point`,
-        with values 0, 1, …; a pandas.DataFrame is possible.
+        parameters that change together, by name, for example a pandas.DataFrame. Point k has the k-th value of each
+        parameter. The points form one axis, `point`, with the values 0, 1, ….
     path : str or path, optional
-        result file (.h5) to write instead of keeping all results in memory. An existing file of the same sweep, also
-        one of `vibrodrive sweep`, is resumed. The file contains these arguments as a configuration, from which
-        `vibrodrive sweep` can resume it or write a bitwise equal file.
+        result file (.h5) to write. Without a path all results are kept in memory. An existing file of the same sweep is
+        resumed, even if `vibrodrive sweep` has written it. The file contains these arguments as a configuration, from
+        which `vibrodrive sweep` can resume the file or write a bitwise equal file.
     overwrite : bool
         replace an existing result file of any kind. Other files are never replaced.
     threads : int, optional
         threads to use; all by default.
     executor : concurrent.futures.Executor, optional
-        computes the blocks, e.g. ``dask.distributed.Client.get_executor()``.
+        executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``.
 
     Returns
     -------
     Results
-        with status, margin (axes…), switches (axes…, 5), axes, and the records: section (axes…, periods, 2), and the
-        arrays listed in `Results`. Results are bitwise equal for any number of threads, any executor, and with or
-        without a file. With `path` the arrays are read from the file on access, as by `load`.
+        axes, status (axes…), margin (axes…), switches (axes…, 5), section (axes…, periods, 2) if it is recorded, and
+        the arrays of other records (see `Results`). Results are bitwise equal for any number of threads, any executor,
+        and with or without a file. With `path` the arrays are read from the file on access, as by `load`.
 
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values. Also if
-        the results do not fit into memory or on the disk, if the file belongs to another sweep (Different, with the
-        keys that differ), or if it is not a result file or cannot be read (NoResult).
+        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+    ValueError
+        TooLarge, if the results do not fit into memory or on the disk; Different, if the file belongs to another sweep
+        (the message gives the keys that differ); NoResult, if the file is not a result file or cannot be read.
     RuntimeError
-        if another process is writing the file (Busy), or the computation failed (Failed); written blocks remain.
+        Busy, if another process is writing the file; Failed, if the computation failed. Written blocks remain.
     OSError
-        if the system refuses.
+        if the system refuses to read or write the file.
 
     Examples
     --------
@@ -121,7 +122,7 @@ def sweep(
     >>> several.shape, list(several.points)
     ((5,), ['xi0', 'dxi0'])
 
-    The first sweep into a file; a repeated call would resume it:
+    The first sweep into a file. A repeated call would resume this file:
 
     >>> s = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20, path="diagram.h5")
     >>> bool((s.section == r.section).all())

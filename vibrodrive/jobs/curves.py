@@ -15,7 +15,7 @@ from vibrodrive.store.curves import StoredCurves, save
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse axes other than A and B, a disturbance, and a method other than `certified`."""
+    """Raise ValueError for axes other than A and B, for a disturbance, and for a method other than `certified`."""
     if set(plan.axes) != {"A", "B"}:
         raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
     for name, values in plan.axes.items():
@@ -27,8 +27,8 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 def make(work: Work) -> bool:
     """Find the curves of bifurcations in the ranges of a plan.
 
-    The axes give the ranges of A and B. The search for bifurcations starts at as many values of B as its axis has, at
-    most 17. The values themselves are not used.
+    The ends of the axes are the ranges of A and B. The number of values on the axis of B, but at most 17, is the number
+    of values of B at which the search for bifurcations starts. The values between the ends are not used.
     """
     plan, longest = work.plan, work.own["max_period"]
     A, B = ((float(plan.axes[name].min()), float(plan.axes[name].max())) for name in "AB")
@@ -52,7 +52,7 @@ def listed(found: StoredCurves) -> dict[str, Any]:
 
 
 def table(found: StoredCurves) -> str:
-    """Return the curves, one line each with both ends and their reasons; then the points where two curves meet."""
+    """Return a line for each curve, with both ends and their reasons, and a line for each point where curves meet."""
     head = f"{'kind':<15}  {'period':>6}  {'from A':>12}  {'B':>12}  {'to A':>12}  {'B':>12}  {'ends':<19}  word"
     lines = [head]
     for c in found.curves:
@@ -60,8 +60,8 @@ def table(found: StoredCurves) -> str:
         lines.append(f"{c.kind:<15}  {c.period:6d}  {ends}  {', '.join(c.ends):<19}  {c.word}")
     points = meeting_points(found.curves)
     for A, B, several in points:
-        lines.append(f"lines {', '.join(str(i + 1) for i in several)} meet at A = {A:.12f}, B = {B:.12f}")
-    lines.append(f"{len(found.curves)} curves; points where they meet: {len(points)}")
+        lines.append(f"curves {', '.join(str(i + 1) for i in several)} meet at A = {A:.12f}, B = {B:.12f}")
+    lines.append(f"number of curves: {len(found.curves)}; points at which curves meet: {len(points)}")
     return "\n".join(lines)
 
 

@@ -31,21 +31,25 @@ class Driver:
         period of the motion, in s; NaN if it does not repeat within 64 excitation periods.
     blows : float
         impacts per second, including touches.
-    speed, speed_mean : float
-        largest and mean velocity of the impacts, in m/s.
+    speed : float
+        largest velocity of the impacts, in m/s.
+    speed_mean : float
+        mean velocity of the impacts, in m/s.
     power : float
         mean power of the impacts, in W.
-    friction, drive : float
-        mean power of friction and of the excitation, in W: `drive` is the sum of `power` and `friction`.
+    friction : float
+        mean power of friction, in W.
+    drive : float
+        mean power of the excitation, in W: the sum of `power` and `friction`.
     lift : float
         largest gap, in m.
     conveying : float
-        mean velocity without an obstacle, in m/s, negative down the incline; -inf for B > 1, as the mass then
-        accelerates without limit. With the obstacle the mean velocity is 0.
+        mean velocity without an obstacle, in m/s, negative down the incline. It is -inf for B > 1, because the mass
+        then accelerates without limit. With the obstacle the mean velocity is 0.
     status : Status
-        of the motion, and of that without the obstacle: the first of them that is not OK, else OK.
+        OK if the motion and the motion without the obstacle are OK, otherwise the first other status of these two.
     beside : dict of str to (Driver, Driver)
-        for each of a0, omega0, mu and alpha: the driver with 1 % less and with 1 % more of this quantity.
+        by each of a0, omega0, mu and alpha: (driver with 1 % less, driver with 1 % more of this quantity).
     """
 
     scene: Scene
@@ -62,7 +66,7 @@ class Driver:
     beside: dict[str, tuple[Driver, Driver]] = field(default_factory=dict, repr=False)
 
     def __str__(self) -> str:
-        """Return a table: this motion, and those with 1 % less and more of each quantity."""
+        """Return a table with rows for this motion and for the motions with 1 % less and 1 % more of each quantity."""
         s = self.scene
         rows = [("driver", self)]
         for name, pair in self.beside.items():
@@ -92,7 +96,7 @@ SHOWN = {
     "lift": ("lift", "mm", 1e3),
     "conveying": ("conveying", "mm/s", 1e3),
 }
-"""Columns of the table: heading, unit, and factor from the SI unit to it."""
+"""Columns of the table: heading, unit, and factor from the SI unit to this unit."""
 
 FREE = """\
 impacts: number per second, touches included; max speed: velocity of the fastest impact.
@@ -107,16 +111,18 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
     Parameters
     ----------
     scene : Scene
-        driver in SI units; its mass scales the powers.
+        driver in SI units. Its mass scales the powers.
     eps, eta : float
         relative amplitude and frequency ratio of the disturbance, as in `simulate`.
-    transient, periods : int
-        excitation periods before the record, and in the record.
+    transient : int
+        excitation periods before the record.
+    periods : int
+        excitation periods in the record.
 
     Returns
     -------
     Driver
-        period, impacts per second, their speed, powers, largest gap and conveying velocity; it prints as a table.
+        period, impacts per second, impact speeds, powers, largest gap and conveying velocity. It prints as a table.
 
     Raises
     ------
@@ -138,7 +144,7 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
         scenes += [Scene.quiet(**vars(scene) | {name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]
     n = len(scenes)
     A, B = np.array([(s.A, s.B) for s in scenes]).T
-    # for B <= 1 the velocity down never exceeds 2 A (1 + ε η): from this height the mass does not reach the obstacle
+    # for B <= 1 the velocity down never exceeds 2 A (1 + ε η): a mass at the gap `far` does not reach the obstacle
     far = np.where(B > 1.0, 0.0, 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + periods))
     points = {"A": np.tile(A, 2), "B": np.tile(B, 2), "xi0": np.append(np.zeros(n), far)}
     r = sweep(points=points, eps=eps, eta=eta, transient=transient, periods=periods, record=["section", "summary"])

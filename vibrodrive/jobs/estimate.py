@@ -1,4 +1,4 @@
-"""Rough time of a sweep, from the measured time of a sample of its points."""
+"""Estimate of the time of a sweep, from the measured time of a sample of its points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GROWTH = 4  # factor by which the number of periods grows from one attempt to th
 
 
 class Estimate(NamedTuple):
-    """Seconds for computing all points, and for loading the compiled kernels."""
+    """Times in seconds: `computing` for all points, `loading` for the compiled kernels."""
 
     computing: float
     loading: float

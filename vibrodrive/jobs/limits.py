@@ -1,4 +1,4 @@
-"""Compute the limits over A, B or η of a configuration into a file, limit by limit; resume an existing file."""
+"""`vibrodrive limits CONFIG`: a table, a file and a figure of limits over A, B or η. A partial file is resumed."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from vibrodrive.store.limits import DONE, create, own_settings, refuse_another, 
 Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
 Each: TypeAlias = Callable[[dict[str, Any], str, str], Iterator[tuple[int, Found]]]
-"""Function that finds the limits of one disturbance and switching path at some values of the axes."""
+"""Function that finds limits: (values of the axes, disturbance, method) -> iterator of (number of the point, limit)."""
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse axes other than one or two of A, B and eta (k1: one, A or B), and arguments that the search refuses."""
+    """Raise an error for axes other than one or two of A, B and eta (k1: A or B), and for an invalid argument."""
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ConfigError(bad_axes(names, "one or two of A, B and eta"))
@@ -41,10 +41,10 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 
 
 def make(work: Work) -> bool:
-    """Compute the limits missing in a file and write each as soon as it is found.
+    """Compute the limits that are missing in a file, and write each limit as soon as it is found.
 
-    The axes are those of the configuration. Its other parameters apply to all motions: transient and periods (1000 and
-    1500 unless given), the start, the section and tol. If `eps` is given, it disturbs the motions of the limits in Δτ.
+    The axes are those of the configuration. Its other parameters apply to all motions: transient (default 1000),
+    periods (default 1500), the start, the section and tol. A given `eps` disturbs the motions of the limits in Δτ.
     """
     config, plan = work.config, work.plan
     quantity, criterion = _judged(config)
@@ -66,7 +66,7 @@ def make(work: Work) -> bool:
 
 
 def _judged(config: Config) -> tuple[str, str]:
-    """Return the kind of limit of a configuration, and its criterion."""
+    """Return (kind of limit, criterion) of a configuration."""
     quantity = config.limits.get("quantity", K2)
     return quantity, check_quantity(quantity, config.limits.get("criterion"))
 
@@ -87,10 +87,10 @@ def _each(config: Config, plan: Plan, threads: int | None) -> Each:
 def _missing_limits(
     file: h5py.File, plan: Plan, curves: Sequence[tuple[str, str]], each: Each
 ) -> Iterator[tuple[int, tuple[int, ...], Found]]:
-    """Find the limits missing in a file: (curve, index of the point, limit) of each."""
+    """Yield (curve, index of the point, limit) for each limit that is missing in a file."""
     names = list(plan.axes)
     for c, (disturbance, method) in enumerate(curves):
-        # at ε = 0 the limits in Δτ do not depend on η: one search suffices for all η
+        # at ε = 0 the limits in Δτ do not depend on η, so one search is enough for all η
         free = disturbance == "dtau" and plan.scalars["eps"] == 0.0 and "eta" in names
         along = names.index("eta") if free else None
         for box in boxes(file["status"][c] != DONE):
@@ -108,7 +108,10 @@ def _missing_limits(
 
 
 def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
-    """Divide the True entries of a bool array with one or two axes into products of indices along the axes."""
+    """Yield disjoint sets that contain all True entries of a bool array with one or two axes.
+
+    Each set is a product of indices along the axes, one array for each axis.
+    """
     if missing.ndim == 1:
         if missing.any():
             yield (np.flatnonzero(missing),)
@@ -120,10 +123,10 @@ def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
 
 
 def table(found: Limits) -> str:
-    """Return a line for each point: its axis values, n, and the limits: k2 or ku with the velocity amplitude V, or k1.
+    """Return a line for each point: the values of the axes, n, and the limits k1, k2 or ku.
 
-    A limit in Δτ has a V only if switches are on the grid: with Muller's method they are not late by Δτ. A scene in SI
-    units adds V in mm/s. "-" means unknown; "<" marks an upper bound.
+    A limit k2 or ku has a velocity amplitude V. With Muller's method a limit in Δτ has no V, because switches are not
+    late by Δτ. With a scene in SI units the line contains V in mm/s. "-" means unknown; "<" marks an upper bound.
     """
     k, values = found.quantity, found.values
     kept = found.numbers["several_below" if k == KU else "kept_below"]
@@ -131,7 +134,7 @@ def table(found: Limits) -> str:
     if k == K1:
         heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(values)
         bounds = list(below)
-        meaning = "k1: allowed error of this coordinate of the start; inf if every start ends on one solution"
+        meaning = "k1: allowed error of this coordinate of the start; inf: no tried start leads to another solution"
     else:
         V = found.numbers["velocity"]
         heads = [*found.axes, "n", f"{k}(eps)", "V(eps)", "V(fixed)", f"{k}(muller)"]

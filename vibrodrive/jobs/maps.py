@@ -1,4 +1,4 @@
-"""Additions to a map of a sweep: undisturbed motions, and other result files drawn over it."""
+"""Additions to a map of a sweep: undisturbed motions, and limits or curves of other result files."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ NONE = {"eps": 0.0, "dtau": np.nan}
 def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray:
     """Return the gaps between main impacts, as in a summary, of the undisturbed motion at each point.
 
-    The motions start as in the sweep and are as long as in `limits`, because they settle slowly near a bifurcation. The
-    result is int64 (axes…), of length 1 along the axes eps and dtau; 0 if gaps do not repeat.
+    The result is int64 (axes…), of length 1 along the axes eps and dtau. It is 0 if the gaps do not repeat. The motions
+    start as in the sweep and are as long as in `limits`, because they settle slowly near a bifurcation.
     """
     from vibrodrive.batch.sweep import run_blocks
     from vibrodrive.stability.structure import SETTLING, WATCHED

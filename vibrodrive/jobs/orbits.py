@@ -24,7 +24,7 @@ DIAGRAMS = ("bifurcation", "multipliers")
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse an axis other than A, a disturbance, and a method other than `certified`."""
+    """Raise ValueError for an axis other than A, for a disturbance, and for a method other than `certified`."""
     if list(plan.axes) != ["A"]:
         raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
     if len(np.unique(plan.axes["A"])) < 2:
@@ -33,7 +33,10 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 
 
 def check_undisturbed(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse a disturbance, and a method other than `certified`; return the longest period of the search."""
+    """Return {"max_period": longest period of the search}.
+
+    Raises ValueError for a disturbance, and for a method other than `certified`.
+    """
     if plan.scalars["eps"] != 0.0:
         raise ValueError(bad("eps", plan.scalars["eps"], "0, because orbits are those of the undisturbed motion"))
     if plan.settings.method != Method.CERTIFIED:
@@ -42,7 +45,7 @@ def check_undisturbed(config: Config, plan: Plan) -> dict[str, Any]:
 
 
 def make(work: Work) -> bool:
-    """Find all orbits over the A of a plan. The diagram has the section phase of the plan."""
+    """Find all orbits at the values of A of a plan, and save them with the section phase of the plan."""
     scalars = work.plan.scalars
     found = family(work.plan.axes["A"], scalars["B"], work.own["max_period"])
     save(work.path, found, work.origin("Orbits of a friction-impact oscillator"), scalars["section_phase"])
@@ -50,7 +53,7 @@ def make(work: Work) -> bool:
 
 
 def brute_force(plan: Plan, threads: int | None) -> Results:
-    """Compute the section points of the motions of the plan."""
+    """Simulate the motions of the plan and return their section points."""
     kept = {name: plan.scalars[name] for name in ("B", "xi0", "dxi0", "tau0", "section_phase")}
     s = plan.settings
     return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)
@@ -94,7 +97,7 @@ def listed(stored: StoredOrbits) -> dict[str, Any]:
 
 
 def table(stored: StoredOrbits) -> str:
-    """Return the bifurcations, one line each, and the number of orbits."""
+    """Return a line for each bifurcation, and a line with the numbers of bifurcations and orbits."""
     found = stored.family
     lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
     for b in found.bifurcations:

@@ -1,13 +1,13 @@
-"""Progress of a sweep in one line: rewritten on a terminal, printed periodically elsewhere.
+"""Progress of a sweep in one line. A terminal rewrites the line; otherwise a new line is printed periodically.
 
-Reasons against the progress bar of click (8.5, tested):
+The progress bar of click (8.5, tested) is not used for these reasons:
 
 - Without a terminal it prints its label once, and no progress.
-- If the terminal is closed, the work ends with OSError.
+- If the terminal is closed, the computation ends with OSError.
 - Other messages appear on the line of the bar.
 - A line wider than the terminal wraps.
-- Its remaining time counts the work of an earlier run as work of this one. At 96 of 100 steps, of which 90 were
-  resumed, it showed 0.04 s instead of about a second.
+- It counts the steps of an earlier run as steps of this run. At 96 of 100 steps, of which 90 were resumed, its
+  remaining time was 0.04 s instead of about a second.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ if TYPE_CHECKING:
 PLAIN_SECONDS = 10.0  # seconds between lines if stderr is not a terminal (a log, a batch system)
 
 COMPILING = "compiling the kernels, once for this version, Python and processor"
-"""Shown at the start of a compilation; its duration is unknown."""
+"""Message at the start of a compilation. The duration of the compilation is unknown."""
 
 
 @dataclass
 class Tally:
     """Progress of a sweep. One thread counts, another displays it."""
 
-    points: int = 0  # of the sweep
-    done: int = 0  # computed, including earlier runs
-    fresh: int = 0  # computed in this run
+    points: int = 0  # points of the sweep
+    done: int = 0  # points computed in this run and in earlier runs
+    fresh: int = 0  # points computed in this run
     periods: int = 0  # excitation periods of one point, including the transient
-    stage: str = ""  # activity before the first point
+    stage: str = ""  # activity before the computation of the first point
     elsewhere: str = ""  # possible activity of workers before the first point arrives
     waiting: str = ""  # reason why a cluster waits
-    began: float = field(default_factory=time.monotonic)  # of the computation
+    began: float = field(default_factory=time.monotonic)  # start of the computation
 
     def start(self, points: int, done: int, periods: int) -> None:
-        """Start the computation and its time."""
+        """Set the numbers of points and periods, and start the measurement of time."""
         self.points, self.done, self.periods = points, done, periods
         self.stage, self.began = "", time.monotonic()
 
@@ -58,7 +58,7 @@ class Tally:
         return self.fresh / max(time.monotonic() - self.began, 1e-9)
 
     def line(self) -> str:
-        """Return share done, rate and remaining time."""
+        """Return the text with the computed share, the rate and the remaining time."""
         if self.stage:
             return self.stage
         share = f"{100 * self.done / max(self.points, 1):5.1f} %"
@@ -86,7 +86,7 @@ def duration(seconds: float) -> str:
 
 
 class Show:
-    """A progress line on a stream; errors of the stream (a closed terminal) are ignored."""
+    """A progress line on a stream. Errors of the stream, such as a closed terminal, are ignored."""
 
     def __init__(self, stream: TextIO, name: str) -> None:
         self._stream = stream
@@ -97,21 +97,21 @@ class Show:
         self._announced = False
 
     def compiling(self, seconds: float) -> None:
-        """Report once that kernels are being compiled, and show the seconds."""
+        """Print COMPILING once, and show the seconds of the compilation so far."""
         if not self._announced:
             self._announced = True
             self.say(COMPILING)
         self.update(lambda: f"compiling: {seconds:.0f} s")
 
     def look(self, line: Callable[[], str], compilation: Compilation | None) -> None:
-        """Draw `line()`, or the time of a running compilation; `compilation` is None until Numba is loaded."""
+        """Show `line()`, or the time of a running compilation. `compilation` is None until Numba is loaded."""
         if compilation is not None and compilation.running:
             self.compiling(compilation.seconds)
         else:
             self.update(line)
 
     def update(self, line: Callable[[], str]) -> None:
-        """Draw `line()`; without a terminal at most every PLAIN_SECONDS."""
+        """Show `line()`. Without a terminal this prints at most one line in PLAIN_SECONDS."""
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             self._write(f"\r\x1b[K{self._name}  {line()}"[: width + 4])
@@ -138,7 +138,7 @@ class Show:
 
 
 class NotebookShow(Show):
-    """Progress lines below the running cell of a notebook; the last line is replaced when it changes."""
+    """Progress lines below the running cell of a notebook. The last line is replaced when the progress changes."""
 
     def __init__(self, display: Callable[..., Any], name: str) -> None:
         super().__init__(sys.stderr, name)
@@ -208,7 +208,10 @@ def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
 
 @contextlib.contextmanager
 def shown(show: Show | None, look: Callable[[Show], None], after: float | None = None) -> Iterator[None]:
-    """Let `look` draw on a Show while the block runs, from `after` seconds (default SHOWN_AFTER) on; then clear it."""
+    """Call `look` with a Show periodically while the block runs, from `after` seconds (default SHOWN_AFTER) on.
+
+    The progress line is cleared at the end.
+    """
     if show is None:
         yield
         return

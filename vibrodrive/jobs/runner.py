@@ -1,4 +1,4 @@
-"""Compute the result file of a configuration, for all kinds except sweeps; each kind has a Recipe."""
+"""Compute the result file of a configuration, for all kinds of files except sweeps. Each kind has a Recipe."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 class Work(NamedTuple):
     """A computation: configuration, file and options.
 
-    `own` are the settings of the command, by the names of root attributes. `resume` is True to resume an existing file
-    and False to replace it.
+    `own` contains the settings of the command, by the names of root attributes. If `resume` is True, an existing file
+    is resumed, otherwise it is replaced.
     """
 
     config: Config
@@ -44,16 +44,19 @@ class Recipe(NamedTuple):
     Attributes
     ----------
     check
-        called before a file is made: returns the settings of the command. Raises TypeError or ValueError with one
-        sentence: key, value, allowed values.
+        function that is called before a file is made. It returns the settings of the command, or raises TypeError or
+        ValueError with one sentence.
     make
-        computes into the file; returns True if anything had to be computed.
+        function that computes the file. It returns True if anything had to be computed.
     figures
-        draws the contents of the file, with a number of threads, for the endings in `Kind.figures`.
-    table, listed
-        return the output of the command: text ("" for none), or facts for `--json`.
+        function of the contents of the file and the number of threads that returns the figures, in the order of
+        `Kind.figures`.
+    table
+        function that returns the output of the command as text; "" for no output.
+    listed
+        function that returns the output of the command for `--json`.
     partial
-        True if `make` can complete a partial file; other files are written in one step.
+        True if `make` can complete a partial file. If it is False, the file is written in one step.
     """
 
     check: Callable[[Config, Plan], dict[str, Any]]
@@ -79,11 +82,11 @@ def run(
     threads: int | None = None,
     overwrite: bool = False,
 ) -> tuple[Any, bool]:
-    """Compute the result of a configuration into a file; resume an existing file of the same configuration.
+    """Compute the result of a configuration into a file. An existing file of the same configuration is resumed.
 
-    Returns the contents of the file, as `load` does, and True if anything had to be computed. `overwrite` replaces an
-    existing result file after the new one is complete or laid out. Raises TypeError or ValueError of the recipe before
-    a file is made; Different, NoResult, Busy or OSError if the file cannot be resumed or written.
+    Returns (contents of the file as by `load`, True if anything had to be computed). With `overwrite` an existing
+    result file is replaced when the new file is complete or laid out. Before a file is made, raises the TypeError or
+    ValueError of the recipe. Raises Different, NoResult, Busy or OSError if the file cannot be resumed or written.
     """
     recipe, plan, path = recipe_of(kind), config.plan(), Path(out)
     check_threads(threads)

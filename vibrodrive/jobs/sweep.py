@@ -1,6 +1,6 @@
-"""Run a sweep from a plan to a finished file: start or resume it, show its progress, stop it by a signal.
+"""Run a sweep into a file: start or resume the sweep, show its progress, and stop it after a signal.
 
-A separate thread computes, because Python handles a signal in the main thread between two steps only: a block may take
+A separate thread computes. Python handles a signal only in the main thread, between two steps of it. A block may take
 minutes, but Ctrl-C must end the sweep within a second.
 """
 
@@ -52,7 +52,7 @@ class Job:
 
 
 class Stopped(Exception):
-    """A signal ended the sweep; the message has its progress. Threads may still be computing."""
+    """A signal ended the sweep. The message gives the progress. Threads may still be computing."""
 
 
 class Cancelled(Exception):
@@ -60,7 +60,7 @@ class Cancelled(Exception):
 
 
 def run(job: Job, show: Show) -> str:
-    """Compute the missing blocks of a file; return a line of summary.
+    """Compute the missing blocks of a file, and return a line of summary.
 
     Raises
     ------
@@ -141,12 +141,12 @@ class _Work:
         with contextlib.suppress(OSError):
             self._writer.close(patience=PATIENCE, sync=False)
         done = self._writer.done
-        return f"stopped by {name}: {self.job.path} holds {done.sum()} of {len(done)} blocks"
+        return f"stopped by {name}: {self.job.path} contains {done.sum()} of {len(done)} blocks"
 
     def carry_out(self) -> None:
-        """Open the file, compute its missing blocks, close it. Raises as `run`."""
+        """Open the file, compute its missing blocks and close the file. Raises the exceptions of `run`."""
         job, path = self.job, self.job.path
-        # before the file is made: an unreachable cluster leaves no file
+        # the connection comes first, so that no file is made if the cluster cannot be reached
         with _executor(job.dask, self._watch_workers) as cluster:
             executor = cluster if job.executor is None else job.executor
             fresh = job.overwrite or not path.exists()
@@ -168,14 +168,14 @@ class _Work:
                 raise
             except BaseException as error:
                 writer.close()
-                if not isinstance(error, Exception):  # Ctrl-C in the main thread
+                if not isinstance(error, Exception):  # KeyboardInterrupt in the main thread
                     raise
                 raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
 
     def _watch_workers(self, workers: int) -> None:
-        """Report a cluster without workers; called periodically."""
+        """Report a cluster without workers. This is called periodically."""
         if workers == 0 and not self.tally.waiting:
-            self._news.append(f"--dask {self.job.dask}: the cluster has no workers: waiting for them")
+            self._news.append(f"--dask {self.job.dask}: the cluster has no workers; the sweep waits for them")
         self.tally.waiting = "" if workers else "waiting for workers"
 
     def _watch(self, doing: str) -> Progress:
@@ -190,7 +190,7 @@ class _Work:
         writer.check(self._watch("checking the existing file"))
         path, done, blocks = self.job.path, writer.done.sum(), len(writer.done)
         for k, fault in sorted(writer.repaired.items()):
-            self._news.append(f"{path}: block {k} is damaged ({fault}): computed again")
+            self._news.append(f"{path}: block {k} is damaged ({fault}) and is computed again")
         if 0 < done < blocks:
             share = 100 * done / blocks
             self._news.append(f"{path}: resumed with {done} of {blocks} blocks ({share:.1f} %)")
@@ -219,7 +219,7 @@ class _Work:
         )
 
     def _prepare(self, writer: Writer, local: bool) -> str:
-        """Load or compile the kernels before the time of the sweep starts; return the time of that as text."""
+        """Load or compile the kernels before the time of the sweep starts, and return a text about their time."""
         self.tally.stage = "loading the kernels"
         began = monotonic()
         from numba import config
@@ -242,7 +242,7 @@ class _Work:
 
 
 def check_dask(address: str) -> None:
-    """Refuse an invalid address of a scheduler, and --dask if Dask is not installed. Raises ConfigError."""
+    """Raise ConfigError if the address of a scheduler is invalid, or if Dask is not installed."""
     where = _ADDRESS.fullmatch(address)
     if where is None or not 0 < int(where["port"]) < 2**16:
         raise ConfigError(bad("--dask", address, "the address of a scheduler, such as tcp://scheduler:8786"))
@@ -260,7 +260,10 @@ WORKERS_SECONDS = 1.0  # interval of reading the number of workers of a cluster,
 
 @contextlib.contextmanager
 def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Executor | None]:
-    """Connect to the cluster at an address, if given; call `watch` with its number of workers periodically."""
+    """Yield an executor of the cluster at an address, or None without an address.
+
+    Meanwhile `watch` is called periodically with the number of workers.
+    """
     if address is None:
         yield None
         return
@@ -268,7 +271,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     try:
         from distributed import Client
 
-        for name in ("concurrent.futures", "distributed"):  # they log tracebacks of errors reported here
+        for name in ("concurrent.futures", "distributed"):  # their logs would add tracebacks to the messages below
             logging.getLogger(name).setLevel(logging.CRITICAL)
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
@@ -277,12 +280,12 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     except TimeoutError as error:
         why = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
         raise ConfigError(f"--dask {address}: {why}") from None
-    except Exception as error:  # any error of the transport: TLS without certificates, …
+    except Exception as error:  # any error of the transport, such as TLS without certificates
         raise ConfigError(f"--dask {address}: {_one_line(error)}") from None
     ended = threading.Event()
 
     def poll() -> None:
-        with contextlib.suppress(Exception):  # a lost connection raises an error in the main work
+        with contextlib.suppress(Exception):  # the computation reports a lost connection
             while not ended.wait(WORKERS_SECONDS):
                 watch(len(client.nthreads()))
 
@@ -296,7 +299,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
 
 
 async def _reach(address: str) -> None:
-    """Test the connection: a Client that cannot connect leaves threads and tracebacks behind."""
+    """Test the connection, because a Client that cannot connect leaves threads and tracebacks behind."""
     from distributed.core import connect
     from distributed.security import Security
 
@@ -321,7 +324,7 @@ def _signals() -> Iterator[list[int]]:
 
 
 def _held(writer: Writer) -> str:
-    return f"{writer.done.sum()} of {len(writer.done)} blocks are in the file, repeat the sweep to resume it"
+    return f"{writer.done.sum()} of {len(writer.done)} blocks are in the file; repeat the sweep to resume it"
 
 
 def _one_line(error: BaseException) -> str:

@@ -1,12 +1,12 @@
 """Two layers of checksums, which detect every flipped bit of a file.
 
-HDF5's fletcher32 protects the bytes of a chunk (`jit.fletcher` computes the same sum faster). It does not detect a
-chunk in the wrong place or one that was never written, because the index of chunks has no checksum. Therefore this
-program adds a second layer:
+HDF5's fletcher32 protects the bytes of a chunk (`jit.fletcher` computes the same sum faster). It does not detect that a
+chunk is in the wrong place or was never written, because the index of chunks has no checksum. Therefore this program
+adds a second layer:
 
-- A sweep grows, so each point has a checksum over the values of all its variables and the number of the point. After a
-  power failure the status of a block may be on the disk without its data, or the index may be damaged: only this
-  checksum detects it. The SHA-256 of the plan covers the axes.
+- The file of a sweep grows, so each point has a checksum of the values of all its variables and of the number of the
+  point. After a power failure the status of a block may be on the disk without the data of the block, or the index may
+  be damaged. Only this checksum detects these faults. The SHA-256 of the plan covers the axes.
 - A file that is written in one step has the SHA-256 of its contents.
 
 All files have the SHA-256 of the configuration as an attribute. The other numeric attributes are compared with the
@@ -33,7 +33,7 @@ _MARGIN = np.uint64(0x94D049BB133111EB)
 _STATUS = np.uint64(0xD6E8FEB86659FD93)
 _SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D, 0xDA942042E4DD58B5,
                       0x369DEA0F31A53F85], np.uint64)  # fmt: skip
-"""Weights: odd, so that a product modulo 2**64 loses no bit; otherwise arbitrary."""
+"""Arbitrary odd weights. A product with an odd number modulo 2**64 loses no bit."""
 
 ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
 
@@ -68,15 +68,15 @@ def _words(array: np.ndarray) -> np.ndarray:
 
 
 class Marks(NamedTuple):
-    """Statuses of all points of a file, and the blocks that these mark as computed."""
+    """Statuses of all points of a file, and the blocks that these statuses mark as computed."""
 
-    status: np.ndarray  # int8 over the dimensions of the file; NOT_COMPUTED where unreadable
-    done: np.ndarray  # bool, one per block: marked as computed
+    status: np.ndarray  # int8 over the dimensions of the file; NOT_COMPUTED in unreadable blocks
+    done: np.ndarray  # bool (blocks,): True for each block that is marked as computed
     wrong: dict[int, str]  # damaged blocks and their faults
 
 
 def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
-    """Read the statuses of all blocks; a block counts as computed if its status is complete."""
+    """Read the statuses of all blocks. A block counts as computed if all its points have a status."""
     data, wrong = file["status"], {}
     try:
         status = data[...]
@@ -97,7 +97,7 @@ def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
 
 
 def check_blocks(file: h5py.File, where: list[Tile], plan: Plan, progress: Progress) -> Marks:
-    """Read all blocks that are marked as computed; add damaged blocks to `wrong`."""
+    """Return the marks of a file after all computed blocks have been read. `wrong` includes the damaged blocks."""
     marks = read_marks(file, where)
     for k in np.flatnonzero(marks.done).tolist():
         if fault := check_block(file, where[k], plan):
@@ -132,7 +132,7 @@ SEAL = "content_sha256"  # root attribute: SHA-256 of the contents of a file tha
 
 
 def find_faults(file: h5py.File) -> list[str]:
-    """Read the complete file; return the parts that do not match their stored checksums."""
+    """Read the complete file, and return a text for each part that does not match its stored checksum."""
     attrs = file.attrs
     faults = []
     if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:

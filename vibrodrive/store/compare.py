@@ -25,10 +25,10 @@ def refuse_different(path: Path, differences: list[str]) -> None:
 
 
 def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[str]:
-    """Return the differences between a plan and an open file that stores its configuration but no plan.
+    """Return the differences between a plan and an open file. The file contains its configuration, but no plan.
 
-    `own`: settings of the command, by the names of their root attributes. They are compared instead of those of the
-    plan.
+    `own` contains settings of the command, by the names of their root attributes. They replace the settings of the
+    plan in the comparison.
     """
     try:
         there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
@@ -40,13 +40,14 @@ def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[
 
 
 def altered(file: h5py.File, **own: object) -> list[str]:
-    """Return the plain root attributes of an open file that contradict its configuration; no checksum covers them.
+    """Return a text for each plain root attribute of an open file that contradicts the configuration in the file.
 
-    `own`: default values of the attributes that a command adds to its files (`periods`, `max_period`), by name.
+    No checksum covers these attributes. `own` contains the default values of the attributes that a command adds to its
+    files (`periods`, `max_period`), by name.
     """
     try:
         config = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"]))
-    except ConfigError:  # a configuration of another version
+    except ConfigError:  # the configuration was written by another version
         return []
     plan = config.plan()
     given = {name: value for name, value in (config.arguments | config.orbits).items() if name in own}
@@ -57,7 +58,7 @@ def altered(file: h5py.File, **own: object) -> list[str]:
 
 
 def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str]:
-    """Return the differences between a stored plan and another as texts; parts in `without` are ignored."""
+    """Return the differences between a stored plan and `plan` as texts. Names in `without` are not compared."""
     there, here = _flat(stored), _flat(plan)
     found = []
     for key in [*there, *(k for k in here if k not in there)]:

@@ -1,8 +1,11 @@
 """Curves of bifurcations in the plane (A, B) as an HDF5 file with netCDF-4 dimension scales.
 
-Dimensions: `curve`; `point`, the points of all curves in order, of which curve i has the rows first_point[i] to
-first_point[i] + points[i] - 1; `unknown`, the times at which slides end, for all points in the same order; `meeting`,
-the points at which two curves meet, each listed once.
+Dimensions:
+
+- `curve`
+- `point`: the points of all curves in order. Curve i has `points[i]` rows from the row `first_point[i]` on.
+- `unknown`: the times at which slides end, for all points in the same order.
+- `meeting`: the points at which two curves meet, each listed once.
 """
 
 from __future__ import annotations
@@ -66,7 +69,7 @@ class StoredCurves(Stored):
 
 
 def save(path: Path, found: StoredCurves, origin: Origin) -> None:
-    """Write curves into `path`; after an error no file is left. Raises as `tables.save`."""
+    """Write curves into a file. After an error no new file is left. Raises the exceptions of `tables.save`."""
     shared, ranges = {"max_period": found.max_period}, {"range_A": found.A, "range_B": found.B}
     tables.save(path, "curves", origin, CONTENTS, shared, _tables(found.curves), **ranges)
 
@@ -94,11 +97,11 @@ def _tables(found: list[Curve]) -> dict[str, tables.Table]:
             "impacts": (np.array([c.impacts for c in found], np.int64), "number of impacts of the orbit"),
             "word": ([c.word for c in found], "states of one period of the orbit"),
             "side": ([c.side for c in found], "border only: end of the window of phases at which the impact is"),
-            "first_end": ([c.ends[0] for c in found], "why the curve ends at its first point"),
-            "last_end": ([c.ends[1] for c in found], "why the curve ends at its last point"),
-            "first_point": (tables.first_rows(points), "row of its first point"),
+            "first_end": ([c.ends[0] for c in found], "reason why the curve ends at its first point"),
+            "last_end": ([c.ends[1] for c in found], "reason why the curve ends at its last point"),
+            "first_point": (tables.first_rows(points), "row of the first point of the curve"),
             "points": (points, "number of points"),
-            "condition": ([_written(c.condition) for c in found], "prescribed slides (JSON), empty for the onset"),
+            "condition": ([_written(c.condition) for c in found], "prescribed slides as JSON, empty for the onset"),
         },
         "point": {
             "A": (np.concatenate([c.A for c in found] or [np.empty(0)]), "excitation amplitude"),
@@ -109,8 +112,8 @@ def _tables(found: list[Curve]) -> dict[str, tables.Table]:
             "meeting_A": (np.array([m.A for _, m in meetings]), "excitation amplitude"),
             "meeting_B": (np.array([m.B for _, m in meetings]), "incline over friction"),
             "meeting_curve": (np.array([i for i, _ in meetings], np.int64), "one of the two curves"),
-            "meeting_other": (np.array([m.other for _, m in meetings], np.int64), "the other one"),
-            "meeting_kind": ([m.what for _, m in meetings], "end: one of them ends there; crossing: both pass"),
+            "meeting_other": (np.array([m.other for _, m in meetings], np.int64), "the other curve"),
+            "meeting_kind": ([m.what for _, m in meetings], "end: one curve ends there; crossing: both continue"),
         },
     }
 

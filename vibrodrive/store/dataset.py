@@ -1,4 +1,4 @@
-"""Results as an xarray.Dataset, with the names, units and long names of the files."""
+"""Conversion of results to an xarray.Dataset with the names, units and long names of the files."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _about(name: str) -> dict[str, str]:
 
 
 def _array(results: Results, name: str) -> np.ndarray:
-    """Return a variable of the file. The section is one array in Results, but one per coordinate in the file."""
+    """Return a variable of the file from results. The section is one array in Results and two variables in files."""
     columns = [v.name for v in layout.SECTIONS]
     if name in columns:
         return results.section[..., columns.index(name)]

@@ -1,4 +1,4 @@
-"""Plain root attributes of a file: all numbers common to its points, and a comment that explains them.
+"""Plain root attributes of a file: all numbers that are common to its points, and a comment that explains them.
 
 Users of other programs (ncdump, xarray, h5py) find B, eps, eta, periods, … under these names; `comment` gives their
 meanings.
@@ -28,20 +28,20 @@ def plain(plan: Plan) -> dict[str, Any]:
 
 
 def settings_in_words(plan: Plan) -> dict[str, Any]:
-    """Return the settings of a plan by name; method and scan as text."""
+    """Return the settings of a plan by name. The method and the scan are texts."""
     s = plan.settings
     choices = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
     return vars(s) | choices | {"record": ", ".join(plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
-    """Return `plain` without values that affect no motion of the plan: a step, a tolerance, η if ε = 0."""
+    """Return `plain` without the values that no motion of the plan uses: dtau or tol without a grid, eta at ε = 0."""
     left = {*idle(plan.settings.method), *(["eta"] if plan.scalars.get("eps") == 0.0 else [])}
     return {name: value for name, value in plain(plan).items() if name not in left}
 
 
 def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return plain attributes and their comment. The argument `what` describes the contents."""
+    """Return plain attributes and a comment that explains them. `what` describes the contents of the file."""
     known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
     return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
 

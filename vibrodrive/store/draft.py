@@ -1,4 +1,4 @@
-"""Files that are written under a temporary name in the same directory and renamed when complete."""
+"""Files that are written under a temporary name in the same directory, and renamed when they are complete."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 NAME_BYTES = 255
-"""Longest file name on usual file systems. If only the temporary name is longer, a hash replaces it."""
+"""Largest number of bytes of a file name on usual file systems. A longer temporary name is replaced by a hash."""
 
 
 def target_of(path: Path) -> Path:
     """Return the file to which a path leads, with links resolved. Raises OSError for circular links."""
-    with contextlib.suppress(FileNotFoundError):  # a new file, or a link to it
+    with contextlib.suppress(FileNotFoundError):  # the file does not exist yet
         os.stat(path)
     return Path(os.path.realpath(path))
 
@@ -30,7 +30,7 @@ def draft_of(path: Path) -> Path:
 
 @contextlib.contextmanager
 def drafted(path: Path) -> Iterator[Path]:
-    """Yield a temporary path; its file replaces any file at `path` if the block ends without an error.
+    """Yield a temporary path. The file there replaces any file at `path` if the block ends without an error.
 
     After an error no temporary file remains, and an existing file is unchanged. A link remains a link.
     """

@@ -1,4 +1,4 @@
-"""Functions for result files of all kinds: read into an object, or summarise."""
+"""Functions for result files of all kinds: `load` and `summary`."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ LOADED = [name for name, kind in FILES.items() if kind.options is not None]  # k
 
 
 class Summary(NamedTuple):
-    """Contents of a file, for `info` and `verify`: `lines` of text, and the same as `facts` in types of JSON.
+    """Contents of a file, for `info` and `verify`.
 
-    `share` is the computed share, 0 to 1. A file with `faults` may have neither lines nor facts.
+    `lines` gives the contents as text, `facts` gives them in types of JSON, and `share` is the computed share, 0 to 1.
+    The lines and facts of a damaged file, which has `faults`, may be empty.
     """
 
     kind: str
@@ -61,29 +62,35 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     path : str or path
         a file written by `vibrodrive sweep`, `limits`, `failures` or `orbits`, or by `vd.sweep(..., path=…)`.
     kind : "sweep", "limits", "failures", "orbits" or "curves", optional
-        required kind of the file; any kind unless given. Type checkers derive the type of the result from it, by
-        default Results.
+        required kind of the file; by default any kind. Type checkers derive the type of the result from this argument;
+        without it the type is Results.
 
     Returns
     -------
     Results
-        of a sweep: as from `sweep`, with the title of the configuration. Its arrays are read on access, also while the
-        sweep is still running. Damaged blocks count as not computed; a warning names them.
+        for a file of a sweep: results as from `sweep`, with the title of the configuration. The arrays are read on
+        access, even while the sweep is running. Damaged blocks count as not computed; a warning names them.
     Limits
-        of `vibrodrive limits`: axes, numbers (k2, velocity, … by name, over (curve, axes…)), done, how, criterion.
+        for a file of `vibrodrive limits`. Attributes: axes; numbers, a dict of k2, velocity, … over (curve, axes…);
+        done; how; criterion.
     FailureMap
-        of `vibrodrive failures`: A, other, counts by kind, judged, limit, over (method, A, other).
+        for a file of `vibrodrive failures`. Attributes: A; other, the values of the other axis; counts by kind of
+        failure and judged, both over (method, A, other); limit, over (method, A).
     StoredOrbits
-        of `vibrodrive orbits` over A: family (its orbits at each A, its bifurcations), section_phase, title.
+        for a file of `vibrodrive orbits` over A. Attributes: family, with the orbits at each A and the bifurcations;
+        section_phase; title.
     StoredCurves
-        of `vibrodrive orbits` over A and B: curves (as from `curves`), A and B (ranges), max_period, title.
+        for a file of `vibrodrive orbits` over A and B. Attributes: curves, as from `curves`; A and B, the searched
+        ranges; max_period; title.
 
     Raises
     ------
     NoResult
-        if `path` is not a result file of this version. Two kinds of NoResult are more specific. OtherKind: its kind is
-        not `kind`, or it holds switches of single motions. Damaged: it cannot be read. All are ValueErrors of
-        `vibrodrive.errors`.
+        if `path` is not a result file of this version. All exceptions of this function are in `vibrodrive.errors`.
+    OtherKind (a NoResult)
+        if the kind of the file is not `kind`, or if the file contains switches of single motions.
+    Damaged (a NoResult)
+        if the file cannot be read.
     Busy (a RuntimeError)
         if this process has the file open in a mode that excludes reading.
     TypeError, ValueError
@@ -100,7 +107,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     >>> vd.load("fig07.h5", kind="limits")
     Traceback (most recent call last):
         ...
-    vibrodrive.errors.OtherKind: fig07.h5: holds a sweep, not limits of stability: made by `vibrodrive sweep`
+    vibrodrive.errors.OtherKind: fig07.h5: must contain limits of stability, but contains a sweep (`vibrodrive sweep`)
     """
     path = check_path(path)
     if kind is not None and kind not in LOADED:
@@ -108,12 +115,15 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     with reading(path, kind) as file:
         found = kind_in(file)
         if found not in LOADED:
-            raise OtherKind(f"{path}: holds {FILES[found].holds}: read it with xarray or h5py, because `load` does not")
+            raise OtherKind(f"{path}: contains {FILES[found].holds}, which `load` does not read: use xarray or h5py")
         return named(FILES[found].reader)(file)
 
 
 def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> Summary:
-    """Summarise a file of any kind; `thorough` reads it completely and checks it. Raises as `load`."""
+    """Return the summary of a file of any kind. If `thorough`, the complete file is read and checked.
+
+    Raises the exceptions of `load`.
+    """
     with reading(path) as file:
         kind, title = kind_in(file), str(file.attrs["title"])
         versions = {"versions": json.loads(file.attrs["versions"])}

@@ -1,7 +1,8 @@
-"""File of the failure map over two axes, with the line beyond which the structure of the motion is lost.
+"""File of the failure map over two axes, with the limit at which the structure of the motion is lost.
 
-HDF5 with netCDF-4 dimension scales: `method` × the two axes of the configuration for the counts, and `limit` over
-`method` and A, the smallest disturbance along the other axis at which order or gaps fail (`stability.limit`).
+HDF5 with netCDF-4 dimension scales. The counts have the dimensions `method` and the two axes of the configuration. The
+variable `limit` has the dimensions `method` and A. It is the smallest disturbance along the other axis at which the
+order or the gaps are lost (`stability.limit`).
 """
 
 from __future__ import annotations
@@ -37,8 +38,10 @@ CONTENTS = (
 
 @dataclass(frozen=True, repr=False)
 class FailureMap(Stored):
-    """Counts of judged switches and of failures, int64 (method, A, other); `limit` float64 (method, A), inf if none.
+    """Map of failures over A and another axis; `name` is the name of this axis, and `other` its values.
 
+    `judged` is the number of judged switches, and `counts` the number of failures by kind, int64 (method, A, other).
+    `limit` is the smallest disturbance at which the structure is lost, float64 (method, A); inf if there is none.
     `plot` draws the shares of missed, late and wrong switches for each method in six panels.
     """
 
@@ -60,7 +63,7 @@ class FailureMap(Stored):
         return {**self.scalars, **self.settings}
 
     def share(self, kind: str) -> np.ndarray:
-        """Return the share of the judged switches with this failure; NaN if the mass never moved."""
+        """Return the share of the judged switches that have this failure; NaN if the mass never moves."""
         with np.errstate(invalid="ignore"):
             return self.counts[kind] / np.where(self.judged > 0, self.judged, np.nan)
 
@@ -75,7 +78,7 @@ class FailureMap(Stored):
         }
 
     def failed(self, m: int) -> dict[str, int]:
-        """Return the number of judged switches of method number m, and of its failures of each kind."""
+        """Return the number of judged switches and of failures of each kind, by name, for the method with number m."""
         return {"judged": int(self.judged[m].sum()), **{k: int(self.counts[k][m].sum()) for k in KINDS}}
 
 

@@ -1,6 +1,6 @@
 """Files that are written in one step: creation, and checks of an existing file.
 
-A sweep is laid out first and then filled for hours; `writer` does this.
+`writer` writes the files of sweeps, which are laid out first and then filled for hours.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vibrodrive.store.place import refuse_foreign
 
 
 def unwritable(error: BaseException, path: Path) -> Unwritable:
-    """Return an error of HDF5, whose message has many lines, as Unwritable with the one-line message of the system."""
+    """Return Unwritable with the one-line message of the system, from an error of HDF5 with a message of many lines."""
     if isinstance(error, OSError) and error.errno:
         return Unwritable(error.errno, error.strerror, str(path))
     number = re.search(r"errno = (\d+)", str(error))
@@ -34,7 +34,7 @@ def unwritable(error: BaseException, path: Path) -> Unwritable:
 
 
 def refuse_moved(path: Path) -> None:
-    """Raise Unwritable if an open file no longer has its name: further data would be lost."""
+    """Raise Unwritable if an open file was moved or deleted, because further data would be lost."""
     if not path.exists():
         raise Unwritable(errno.ENOENT, "moved or deleted while it was written", str(path))
 
@@ -43,8 +43,9 @@ def refuse_moved(path: Path) -> None:
 def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
     """Yield an empty HDF5 file that replaces any result file at `path` if the block ends without an error.
 
-    `seal` adds the SHA-256 of its contents. Raises as `refuse_foreign`, Busy if another process is writing the existing
-    file, and Unwritable. After an error no draft remains, and an existing file is unchanged.
+    `seal` adds the SHA-256 of the contents. After an error no temporary file remains, and an existing file is
+    unchanged. Raises Busy if another process is writing the existing file, Unwritable, and the exceptions of
+    `refuse_foreign`.
     """
     refuse_foreign(path)
     # in memory, because HDF5 does not recover from a full disk, even at the end of the process
@@ -55,7 +56,7 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
         file.flush()
         content = file.id.get_file_image()
     try:
-        refuse_foreign(path)  # the file may be new
+        refuse_foreign(path)  # the file may have appeared meanwhile
         older = lock.Lock(target_of(path), name=path) if path.exists() else contextlib.nullcontext()
         with older as old, drafted(path) as draft:
             with open(draft, "wb") as written:
@@ -71,7 +72,8 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
 def made_already(path: Path, kind: str, plan: Plan, own: Mapping[str, object]) -> bool:
     """Return True if an undamaged file with the same configuration exists (see compare.differences).
 
-    Raises Different if its configuration differs, NoResult if it is of another kind or damaged, and OSError.
+    Raises Different if the configuration of the file differs, NoResult if the file is of another kind or damaged, and
+    OSError.
     """
     if not path.exists():
         return False

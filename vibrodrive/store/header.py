@@ -1,4 +1,4 @@
-"""Open a result file, and read and check its description."""
+"""Open a result file, and read and check its header."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 class Header(NamedTuple):
-    """Description of a file, without its arrays."""
+    """Plan, configuration and versions of a file."""
 
     plan: Plan
     origin: Origin
@@ -42,8 +42,8 @@ class Header(NamedTuple):
 def open_result(path: Path, mode: str = "r") -> h5py.File:
     """Open a result file of any kind. Raises NoResult, OSError, or Busy if this process has it open for reading.
 
-    A writer does not use the lock of HDF5, which would exclude readers during a sweep; the layout makes concurrent
-    reading safe. Writers exclude each other by `lock`.
+    A writer does not use the lock of HDF5, because this lock would exclude readers during a sweep. The layout makes
+    reading during a sweep safe. `lock` excludes a second writer.
     """
     if (what := special(path)) is not None:  # raises OSError for a missing file
         raise NoResult(f"{path}: must be a result file, but is {what}")
@@ -55,7 +55,7 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
         return _open(path, mode)
     except OSError as error:
         if "already open" in str(error):
-            raise Busy(f"{path}: this process has it open for reading (h5py, xarray): close it first") from None
+            raise Busy(f"{path}: open for reading in this process (h5py, xarray): close it first") from None
         what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
         raise Damaged(f"{path}: {what}: {remedy(path)}") from error
 
@@ -106,7 +106,7 @@ _SPECIAL = {
 
 
 def is_ours(file: h5py.File) -> bool:
-    """Return True if an open file was made by any version of this program. Raises as h5py."""
+    """Return True if an open file was made by any version of this program. Raises the exceptions of h5py."""
     return "kind" in file.attrs and "config_sha256" in file.attrs
 
 
@@ -129,13 +129,13 @@ def kind_in(file: h5py.File, wanted: str | None = None) -> str:
     if kind not in FILES:
         raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(FILES)} for this version of vibrodrive")
     if wanted not in (None, kind):
-        made = f"made by `vibrodrive {FILES[kind].command}`"
-        raise OtherKind(f"{path}: holds {FILES[kind].holds}, not {FILES[str(wanted)].holds}: {made}")
+        made = f"(`vibrodrive {FILES[kind].command}`)"
+        raise OtherKind(f"{path}: must contain {FILES[str(wanted)].holds}, but contains {FILES[kind].holds} {made}")
     return kind
 
 
 def read_kind(path: Path) -> str:
-    """Return the kind of a result file. Raises as `kind_in` and `open_result`."""
+    """Return the kind of a result file. Raises the exceptions of `kind_in` and `open_result`."""
     with open_result(path) as file:
         return kind_in(file)
 
@@ -156,7 +156,10 @@ def check_schema(file: h5py.File, kind: str) -> None:
 
 @contextlib.contextmanager
 def reading(path: Path, kind: str | None = None, mode: str = "r") -> Iterator[h5py.File]:
-    """Open a file, of any kind or of `kind`. Raises as `kind_in`, `open_result` and `interpreting`."""
+    """Open a file of the kind `kind`, or of any kind.
+
+    Raises the exceptions of `kind_in`, `open_result` and `interpreting`.
+    """
     with open_result(path, mode) as file:
         check_schema(file, kind_in(file, kind))
         with interpreting(path):
@@ -176,7 +179,7 @@ def _open(path: Path, mode: str) -> h5py.File:
         except OSError as error:
             if "locking flag" not in str(error):
                 raise
-    # all handles of a process on a file must have the same locking flag, and this process is writing the file
+    # this process is writing the file, and all its handles of the file must have the same locking flag
     return h5py.File(path, mode, locking=False, rdcc_nbytes=0)
 
 
@@ -215,7 +218,7 @@ def read_header(file: h5py.File) -> Header:
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
-    """Return the coordinates and plain root attributes that differ from those of the plan."""
+    """Return the names of the coordinates and plain root attributes that differ from the plan."""
     wrong = []
     for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
         for name, value in written.items():

@@ -1,10 +1,10 @@
 """Layout of the file of a sweep: HDF5 with netCDF-4 dimension scales, laid out completely before the sweep.
 
-One dimension per axis, in order, then `period` (and `state` for the switch counts). All chunks of all variables are
-allocated before the first point is computed. A running sweep then overwrites chunks in place and never changes the
-structure of the file: if the process is killed, only the chunk being written can be damaged.
-A sweep of one point has no axes; its file has an axis `point` of length 1. The values of parameters that change
-together are coordinates along the axis `point`.
+The dimensions of a variable are the axes, in order, and then `period` for the section or `state` for the numbers of
+switches. All chunks of all variables are allocated before the first point is computed. A running sweep then overwrites
+chunks in place and never changes the structure of the file. So if the process is killed, only the chunk that is being
+written can be damaged. A sweep of one point has no axes; its file has an axis `point` of length 1. The values of
+parameters that change together are coordinates along the axis `point`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from vibrodrive.store.describe import explained, plain
 from vibrodrive.version import __version__
 
 MOTION_PERIOD = "motion_period"
-"""Name in files of the quantity `period` of a summary, because `period` is the dimension of the section there."""
+"""Name of the quantity `period` of a summary in files, where `period` is a dimension of the section."""
 
 Progress = Callable[[int, int], None]  # function called with (done, total)
 
@@ -58,15 +58,15 @@ SECTIONS = (
 )
 
 POINTS = (
-    Variable("margin", "<f8", "", math.nan, "distance of the closest decision from the opposite one"),
+    Variable("margin", "<f8", "", math.nan, "smallest distance of a decision from the opposite decision"),
     Variable("switches", "<i8", "state", -1, "switches into each state within the recorded periods"),
     Variable("checksum", "<u8", "", 0, "weighted sum of the words of a point's values (see checksums.py)"),
-    Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "how the trajectory ended"),
+    Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "result of the computation"),
 )
-"""Variables of every file. The status is written last: it commits a block."""
+"""Variables of every file. The status of a block is written last and marks the block as computed."""
 
 COUNTS_MAX = 2**31
-"""A file without sections counts switches in int64 instead of int32 if a motion may have at least this many."""
+"""A file without sections has int64 numbers of switches, and not int32, if a motion may have at least this number."""
 
 
 def variables_of(plan: Plan) -> tuple[Variable, ...]:
@@ -88,11 +88,11 @@ CONTENTS = (
     "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
     "more; its section is taken at τ = section_phase + 2πk."
 )
-"""Contents of a sweep, for readers who have only the file."""
+"""Description of the contents of a sweep in its file."""
 
 
 class Origin(NamedTuple):
-    """Source of a sweep: the configuration verbatim, the options that replace parts of it, a title."""
+    """Source of a sweep: the text of the configuration, the options that replace values of it, and a title."""
 
     config: str
     overrides: tuple[str, ...] = ()
@@ -138,7 +138,7 @@ def coordinates(plan: Plan) -> dict[str, np.ndarray]:
 
 
 class Tile(NamedTuple):
-    """A block in the file: points start to stop of the flattened sweep, as slices over the dimensions."""
+    """A block in the file: the points `start` to `stop` - 1. `slab` has a slice for each axis."""
 
     start: int
     stop: int
@@ -146,7 +146,7 @@ class Tile(NamedTuple):
 
 
 def tiles(plan: Plan) -> list[Tile]:
-    """Return the blocks as slices of the file, in the order of plan.blocks()."""
+    """Return the blocks of the file, in the order of plan.blocks()."""
     shape, chunk = plan.shape or (1,), plan.chunk or (1,)
     cuts = [[slice(c, min(c + k, n)) for c in range(0, n, k)] for n, k in zip(shape, chunk, strict=True)]
     return [
@@ -164,7 +164,7 @@ def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
 
 
 def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
-    """Return the shape of a chunk of a variable: a block of points times the full extra dimension."""
+    """Return the shape of a chunk of a variable: the shape of a block, followed by the full extra dimension."""
     periods = plan.settings.periods
     extra = {"": (), "period": (periods,), "impact": (2 * periods,), "state": (len(State),)}[variable.extra]
     return (plan.chunk or (1,)) + extra
@@ -226,7 +226,7 @@ def meaning_of(name: str) -> tuple[str, str]:
 
 
 def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> None:
-    """Write the bytes of one chunk without reading the old ones."""
+    """Write the bytes of one chunk without reading the old bytes."""
     corner = tuple(s.start for s in tile.slab)
     data.id.write_direct_chunk(corner + (0,) * (data.ndim - len(corner)), content)
 

@@ -1,7 +1,9 @@
-"""Files of limits over one or two of A, B and η: laid out completely, filled limit by limit, and resumed after a stop.
+"""Files of limits over one or two of A, B and η.
 
-HDF5 with netCDF-4 dimension scales: `curve` (disturbance and path) × the axes in the order of the configuration. Over A
-only, the file also has the bifurcation diagram of the undisturbed motion over a finer axis, for the figure.
+A file is laid out completely and then filled limit by limit, so that it can be resumed after a stop. It is HDF5 with
+netCDF-4 dimension scales. The dimensions are `curve` (disturbance and method) and the axes in the order of the
+configuration. If A is the only axis, the file also contains the bifurcation diagram of the undisturbed motion over a
+finer axis, for the figure.
 """
 
 from __future__ import annotations
@@ -30,12 +32,12 @@ from vibrodrive.store.header import reading
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
-SCHEMA, OTHERS = FILES["limits"].readable  # schemas of files: of k2; of k1 and ku, whose variables have other names
+SCHEMA, OTHERS = FILES["limits"].readable  # schema of files of k2, and schema of files of k1 and ku
 
 HOW_BYTES = 120
 
 IN_MM_S = {"velocity": "velocity_mm_s", "velocity_last": "velocity_last_mm_s"}
-"""Quantities that are also stored in mm/s, and their names there, if the configuration has a scene in SI units."""
+"""Names of the quantities in mm/s, by the name of the dimensionless quantity. They need a scene in SI units."""
 
 UNIT = "velocity_unit"  # attribute of a quantity in mm/s: the unit of the dimensionless velocity, in mm/s
 
@@ -48,10 +50,10 @@ CONTENTS = {
     "The disturbance is ε (eps) of the excitation, or the step Δτ (dtau) of a grid on which switches are found.",
     "k1": "For each coordinate of the start and point of the axes: the smallest error of this coordinate at which the "
     "undisturbed motion ends on another solution.",
-    "ku": "For each curve and point of the axes: the smallest disturbance from which on all starts end on one motion. "
+    "ku": "For each curve and point of the axes: the smallest disturbance found at which all starts end in one motion. "
     "The disturbance is ε (eps) of the excitation, or the step Δτ (dtau) of a grid on which switches are found.",
 }
-"""Description in a file, by quantity. Its attribute `eps` is ε of the motions on a grid, for limits in Δτ."""
+"""Description of the contents in a file, by quantity."""
 
 
 def read(file: h5py.File) -> Limits:
@@ -79,7 +81,7 @@ def read(file: h5py.File) -> Limits:
 
 
 def quantity_of(file: h5py.File) -> str:
-    """Return the kind of limits that an open file holds. Raises KeyError if it holds none."""
+    """Return the kind of limits in an open file. Raises KeyError if the file contains no limits."""
     found = [name for name in QUANTITIES if name in file]
     if not found:
         raise KeyError("no limits")
@@ -102,7 +104,7 @@ def faults(file: h5py.File, found: Limits) -> list[str]:
 @contextmanager
 def writing(path: Path) -> Iterator[h5py.File]:
     """Open a file of limits for writing, locked against other writers."""
-    with reading(path, "limits"):  # report an unreadable file before an unwritable one
+    with reading(path, "limits"):  # an unreadable file is reported as unreadable, and not as unwritable
         pass
     try:
         with Lock(path), h5py.File(path, "r+", locking=False) as file:
@@ -114,7 +116,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
 
 
 def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | StartLimit | UniqueLimit) -> None:
-    """Write one limit of curve c at an index of the axes: the data first, then the status that commits them."""
+    """Write one limit of curve c at an index of the axes. The status comes last and marks the limit as computed."""
     refuse_moved(Path(file.filename))
     place = (c, *at)
     for name, value in values_of(quantity_of(file), found).items():
@@ -130,7 +132,7 @@ def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | Sta
 
 
 def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion: str, quantity: str = K2) -> None:
-    """Create a file for all limits over the axes; it replaces any result file at `path`."""
+    """Create a file for all limits over the axes. The file replaces any result file at `path`."""
     with new_file(path) as file:
         _lay_out(file, config, axes, quantity)
         shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
@@ -141,7 +143,7 @@ def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion
 
 
 def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any]:
-    """Return the settings of the file that are not in its plan: periods, and the criterion (k2) or the quantity."""
+    """Return the settings that the plan does not contain, by name: periods, and the criterion (k2) or the quantity."""
     judged = {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
     return {"periods": config.arguments.get("periods", PERIODS), **judged}
 
@@ -149,12 +151,12 @@ def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any
 def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], quantity: str) -> None:
     def variable(name: str, dtype: str, fill: Any, meaning: str, *along: str, units: str = "1") -> h5py.Dataset:
         data = netcdf.variable(file, name, along or ("curve", *axes), dtype, meaning, fill=fill, units=units)
-        data[...] = fill  # allocate all chunks now, so that later writes do not extend the file
+        data[...] = fill  # allocates all chunks, so that later writes do not extend the file
         return data
 
     curves, numbers, _ = QUANTITIES[quantity]
     values = np.arange(len(curves), dtype=np.int8)
-    netcdf.dimension(file, "curve", values, "disturbance and switching path")
+    netcdf.dimension(file, "curve", values, "disturbance and method")
     file["curve"].attrs["flag_values"] = values
     file["curve"].attrs["flag_meanings"] = " ".join(f"{d}_{m}" for d, m in curves)
     for name, values in axes.items():
@@ -167,7 +169,7 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], qu
             data.attrs[UNIT] = 1e3 * config.physical.velocity(1.0)
     variable("n", "<i4", 0, "period of the undisturbed orbit, 0 if it has none")
     variable("how", f"S{HOW_BYTES}", b"", f"property lost at {quantity}, or the reason why there is no {quantity}")
-    variable("status", "<i1", NOT_COMPUTED, "0: computed, -1: not yet")
+    variable("status", "<i1", NOT_COMPUTED, "0: computed, -1: not computed")
     if list(axes) == ["A"]:
         fine = np.linspace(axes["A"].min(), axes["A"].max(), FINE)
         netcdf.dimension(file, "A_fine", fine, "excitation amplitude of the diagram")

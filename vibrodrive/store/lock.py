@@ -1,7 +1,7 @@
-"""Lock for one writer at a time: open-file-description locks, flock, or LockFileEx on Windows.
+"""Lock that excludes a second writer of a file: open-file-description locks, flock, or LockFileEx on Windows.
 
-Windows cannot rename or replace an open file. Hence a new result file is closed, renamed and opened again, and another
-process may lock it in between. A file that another process reads cannot be replaced.
+Windows cannot rename or replace an open file. So a new result file is closed, renamed and opened again there, and
+another process may lock it meanwhile. A file that another process is reading cannot be replaced on Windows.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ except ImportError:  # Windows
 RENAMES_OPEN_FILES = os.name != "nt"
 
 UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-"""Errors of file systems without locks (some network mounts): the user must exclude a second writer there."""
+"""Errors of file systems without locks, such as some network mounts. There the user must exclude a second writer."""
 
 WRITING = "another process is writing this file: wait until it has finished, or choose another file"
 
@@ -32,10 +32,10 @@ FAR = 1 << 62  # offset of the byte locked on Windows, after the end of any file
 
 
 class Lock:
-    """Exclusive right to write one file, kept until `release` or the end of the process.
+    """Exclusive lock of a writer of one file, kept until `release` or the end of the process.
 
-    The lock belongs to the file, not to its name, so it remains when the finished draft is renamed. It affects neither
-    readers nor the lock that HDF5 takes for them.
+    The lock belongs to the file and not to its name, so it remains when the temporary file is renamed. It has no effect
+    on readers and on the locks of HDF5.
     """
 
     def __init__(self, path: Path, *, create: bool = False, name: Path | None = None) -> None:
@@ -53,7 +53,7 @@ class Lock:
                     raise Busy(f"{name or path}: {WRITING}") from None
             if self._is(path):
                 return
-            os.close(self._fd)  # renamed between opening and locking
+            os.close(self._fd)  # the file was renamed between opening and locking
 
     def _is(self, path: Path) -> bool:
         try:
@@ -66,7 +66,7 @@ class Lock:
         os.fsync(self._fd)
 
     def release(self) -> None:
-        """Release the lock; a second call has no effect."""
+        """Release the lock. A second call has no effect."""
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1
@@ -81,8 +81,8 @@ class Lock:
 def _lock(fd: int) -> None:
     """Lock an open file exclusively, without waiting. Raises OSError.
 
-    On Linux the lock belongs to the open file description. The system would drop a plain record lock when this process
-    closes any other handle of the file. HDF5 readers use flock, so a flock here would exclude them.
+    On Linux the lock belongs to the open file description. The system would release a plain record lock when this
+    process closes any other handle of the file. A flock would exclude the readers of HDF5, which use flock.
     """
     if fcntl is None:
         _lock_byte(fd)
@@ -93,7 +93,10 @@ def _lock(fd: int) -> None:
 
 
 def _lock_byte(fd: int) -> None:
-    """Lock by LockFileEx (msvcrt.locking has no offset above 2 GiB) until the file is closed. Raises OSError."""
+    """Lock one byte with LockFileEx until the file is closed. Raises OSError.
+
+    msvcrt.locking is not used, because it has no offset above 2 GiB.
+    """
     import ctypes
     import msvcrt
 

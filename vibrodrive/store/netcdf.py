@@ -15,7 +15,7 @@ MOST = 1 << 16  # largest default length of a chunk along a dimension
 
 
 def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str = "1") -> h5py.Dataset:
-    """Create a dimension with its values (a coordinate). If the values are np.arange(n), the dimension only counts."""
+    """Create a dimension and the coordinate variable with its values."""
     data = _create(file, name, values.shape, values.dtype)
     if data.size:
         data[...] = values
@@ -34,7 +34,7 @@ def variable(
     chunks: tuple[int, ...] | None = None,
     units: str = "1",
 ) -> h5py.Dataset:
-    """Create a variable over existing dimensions. `fill` is its value until something is written."""
+    """Create a variable over existing dimensions. `fill` is its value where nothing has been written."""
     shape = tuple(len(file[d]) for d in dimensions)
     data = _create(file, name, shape, np.dtype(dtype), chunks, fillvalue=fill)
     for k, d in enumerate(dimensions):
@@ -43,7 +43,10 @@ def variable(
 
 
 def table(file: h5py.File, name: str, columns: Mapping[str, tuple[Any, str]]) -> None:
-    """Create a dimension `name` that counts rows, and its columns: (array or list of texts, long name) by name."""
+    """Create a dimension `name` that counts rows, and variables over it.
+
+    columns : (array or list of texts, long name) of each variable, by its name.
+    """
     count = len(next(iter(columns.values()))[0])
     dimension(file, name, np.arange(count), f"index of the {name}")
     for column, (values, meaning) in columns.items():

@@ -1,7 +1,10 @@
 """Orbits and bifurcations as an HDF5 file with netCDF-4 dimension scales.
 
-Dimensions: `orbit`, one row for each orbit at each A; `impact`, the impacts of all orbits in order, of which orbit i
-has the rows first_impact[i] to first_impact[i] + impacts[i] - 1; `bifurcation`.
+Dimensions:
+
+- `orbit`: one row for each orbit at each A.
+- `impact`: the impacts of all orbits in order. Orbit i has `impacts[i]` rows from the row `first_impact[i]` on.
+- `bifurcation`: one row for each bifurcation.
 """
 
 from __future__ import annotations
@@ -43,7 +46,7 @@ NEXT = " | "  # separator of the flights in the name of an orbit
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredOrbits(Stored):
-    """A family of orbits in a file. `plan` is the sweep of its configuration; None if that does not match the file."""
+    """A family of orbits in a file. `plan` is the plan of its configuration; None if this does not match the file."""
 
     file_kind = "orbits"
 
@@ -74,34 +77,35 @@ class StoredOrbits(Stored):
         *,
         ax: Axes | Sequence[Axes] | None = None,
     ) -> Figure:
-        """Draw the orbits over A with their bifurcations, over the simulated motions.
+        """Draw the simulated motions over A, and over them the orbits and their bifurcations.
 
         Parameters
         ----------
-        kind : str
-            "multipliers" draws the multipliers of the orbits instead of their section.
-        quantity : str
-            coordinate of the section: ξ' or ξ.
-        ax : matplotlib Axes or sequence of them, optional
-            axes for each panel (two panels if bifurcations are dense); a new figure unless given.
+        kind : "bifurcation" or "multipliers"
+            "multipliers" draws the multipliers of the orbits and not their section points.
+        quantity : "dxi" or "xi"
+            coordinate of the section that is drawn: ξ' or ξ.
+        ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
+            axes to draw into; by default those of a new figure. There are two panels if bifurcations are dense.
 
         Returns
         -------
         Figure
-            notebooks show it; `savefig` writes it.
+            the figure. A notebook shows it, and its method `savefig` writes it to a file.
 
         Raises
         ------
         ValueError
-            for an unknown kind or quantity.
+            if the kind or the quantity is unknown.
         """
         return above("the figure of orbits")(self, kind, quantity, ax=ax)
 
 
 def save(path: Path, found: Family, origin: Origin, section_phase: float) -> None:
-    """Write a family into `path`; after an error no file is left. Raises as `tables.save`.
+    """Write a family of orbits into a file. After an error no new file is left.
 
-    `origin` is its configuration, `section_phase` the phase φ_s of its diagram.
+    `origin` is the configuration, and `section_phase` the phase φ_s of the diagram. Raises the exceptions of
+    `tables.save`.
     """
     shared = {"B": found.B, "max_period": found.max_period, "section_phase": section_phase}
     tables.save(path, "orbits", origin, CONTENTS, shared, _tables(found))
@@ -121,7 +125,7 @@ def faults(file: h5py.File, found: StoredOrbits) -> list[str]:
 
 
 def _plan_of(origin: Origin, B: float) -> Plan | None:
-    """Return the sweep of a file of orbits, or None if its configuration does not match."""
+    """Return the plan of the configuration of a file of orbits, or None if it does not match the file."""
     try:
         plan = parse(origin.config, origin.overrides).plan()
     except ConfigError:
@@ -157,7 +161,7 @@ def _bifurcations(file: h5py.File, B: float) -> Iterator[Bifurcation]:
 
 
 def _tables(found: Family) -> dict[str, tables.Table]:
-    """Return the columns of each dimension: values and long name."""
+    """Return the columns (values, long name) of each dimension, by name."""
     orbits = [o for there in found.orbits for o in there]
     impacts = np.array([o.impacts for o in orbits], dtype=np.int64)
     joined = {
@@ -173,7 +177,7 @@ def _tables(found: Family) -> dict[str, tables.Table]:
             "multiplier": (np.array([o.multiplier for o in orbits]), "derivative of the return map"),
             "kind": ([o.kind for o in orbits], "stability"),
             "word": ([o.word for o in orbits], "states of one period"),
-            "first_impact": (tables.first_rows(impacts), "row of its first impact"),
+            "first_impact": (tables.first_rows(impacts), "row of the first impact of the orbit"),
             "name": ([NEXT.join(o.name) for o in orbits], "word and windows of each flight; constant along a branch"),
         },
         "impact": {

@@ -18,7 +18,7 @@ from vibrodrive.store.draft import draft_of
 
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
-    """Refuse a figure that cannot be written, before the computation. `sources`: the input files of the figure."""
+    """Raise ConfigError if a figure cannot be written. `sources` are its input files, by their roles."""
     from vibrodrive.store.header import SIGNATURE
 
     if target.suffix.lower() not in FORMATS:
@@ -29,14 +29,14 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
             if file.read(len(SIGNATURE)) == SIGNATURE:
-                raise ConfigError(bad("figure", str(target), "another file: this one contains data (HDF5)"))
+                raise ConfigError(bad("figure", str(target), "another file, because this file contains data (HDF5)"))
 
 
 def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
-    """Refuse a result file that cannot be written, and output files that would replace each other or an input.
+    """Raise ConfigError if a result file cannot be written, or if output files would replace each other or an input.
 
-    An existing file is resumed if it is of this kind; its configuration is compared later. With `overwrite` an existing
-    result file of any kind is replaced.
+    An existing file of this kind is resumed; its configuration is compared later. With `overwrite` an existing result
+    file of any kind is replaced.
     """
     from vibrodrive.store.header import read_kind
 
@@ -63,14 +63,15 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
         advice = "choose another file, as --overwrite replaces only result files"
         raise ConfigError(f"output: {path}: {why}: {advice}") from None
     if found != kind:
-        held = f"a file of {FILES[kind].holds}, but this one holds {FILES[found].holds}: choose another with -o"
+        held = f"a file of {FILES[kind].holds}, but contains {FILES[found].holds}: choose another file with -o"
         raise ConfigError(bad("output", str(path), held))
 
 
 def refuse_foreign(path: Path) -> None:
-    """Raise NoResult if an existing file is not a result file of this program: other files are never replaced.
+    """Raise NoResult if an existing file is not a result file of this program, because only those may be replaced.
 
-    A damaged result file may be replaced if it can be recognised. Call this also directly before replacing a file.
+    A damaged result file may be replaced if it can be recognised. Call this function again directly before a file is
+    replaced.
     """
     from vibrodrive.store.header import BROKEN, bears_our_names, is_ours, open_result
 
@@ -90,7 +91,7 @@ def refuse_foreign(path: Path) -> None:
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:
-    """Refuse a path that cannot be written. `renamed`: a draft in the same directory replaces the file."""
+    """Raise ConfigError if a path cannot be written. If `renamed`, a temporary file next to it is renamed to it."""
     from vibrodrive.store.header import special
 
     try:
@@ -112,7 +113,7 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
 
 
 def check_different(files: Mapping[str, Path]) -> None:
-    """Refuse two paths that lead to the same file, also by a different spelling or by links."""
+    """Raise ConfigError if two paths lead to the same file, even with different spellings or by links."""
     for (role, path), (other, second) in combinations(files.items(), 2):
         try:
             same = os.path.samefile(path, second)

@@ -32,11 +32,11 @@ def read(file: h5py.File) -> Results:
 
 
 class DamagedBlock(UserWarning):
-    """Warning of blocks that cannot be read and are left out. The message names them in one line."""
+    """Warning that blocks cannot be read and are left out. The message names these blocks in one line."""
 
 
 def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
-    """Read an array; add unreadable blocks to `damaged`. The status of the points in these blocks is NOT_COMPUTED."""
+    """Return an array, and add unreadable blocks to `damaged`. Points in these blocks get the status NOT_COMPUTED."""
     index = index if plan.axes else (0,)
     names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
     with open_result(path) as file:
@@ -44,7 +44,7 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
         _, done, wrong = read_marks(file, where)
         arrays = None
         if done.all():
-            with contextlib.suppress(OSError):  # then read block by block
+            with contextlib.suppress(OSError):  # after an error the arrays are read block by block
                 arrays = [np.asarray(file[n][index]) for n in names]
         if arrays is None:
             finished = {k: where[k] for k in np.flatnonzero(done).tolist()}
@@ -57,7 +57,7 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
                 arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
-        message = f"{path}: damaged blocks, left out of {name}: {places}. Repeat the sweep to compute them again"
+        message = f"{path}: damaged blocks are left out of {name}: {places}. Repeat the sweep to compute them again"
         warnings.warn(message, DamagedBlock, stacklevel=2)
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
@@ -65,9 +65,9 @@ def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Ind
 def _blockwise(
     variables: list[h5py.Dataset], index: Index, finished: dict[int, Tile]
 ) -> tuple[list[np.ndarray], list[int]]:
-    """Read arrays at an index from committed blocks only; a sweep may be writing any other block.
+    """Return (arrays at an index, numbers of unreadable blocks). Unreadable blocks have fill values in all arrays.
 
-    Returns the arrays, and the unreadable blocks, which have fill values in all arrays.
+    Only finished blocks are read, because a sweep may be writing any other block.
     """
     arrays = []
     for data in variables:
@@ -88,7 +88,7 @@ def _blockwise(
 
 
 def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
-    """Return the part of a block at an index, as indices of the file and of the array; None if it is empty."""
+    """Return the part of a block at an index as (index of the file, index of the array); None if it is empty."""
     pairs = list(zip(index, tile.slab, strict=True))
     if not all(isinstance(i, slice) or s.start <= i < s.stop for i, s in pairs):
         return None
@@ -110,8 +110,8 @@ class Report:
     """State of a file. `faults` maps numbers of damaged blocks to their faults; `general` lists all other faults."""
 
     header: Header
-    done: np.ndarray  # bool, one per block
-    statuses: dict[str, int]  # points per status
+    done: np.ndarray  # bool (blocks,): True for each finished block
+    statuses: dict[str, int]  # number of points with each status
     faults: dict[int, str]
     general: list[str]
 
@@ -148,7 +148,7 @@ class Report:
         }
 
     def lines(self) -> Lines:
-        """Return the facts as text, axes of a scene in the units of figures."""
+        """Return the facts as text. Axes of a scene have the units of figures."""
         plan, shared = self.header.plan, acting(self.header.plan)
         found = [("blocks", f"{self.done.sum()} of {len(self.done)}")]
         for name, values in plan.axes.items():
@@ -166,7 +166,7 @@ class Report:
 
 
 def look(path: Path) -> Report:
-    """Report the progress of a file, without reading its sections. Raises as `load`."""
+    """Return the progress of a file without reading its sections. Raises the exceptions of `load`."""
     with open_result(path) as file:
         header = read_header(file)
         status, done, wrong = read_marks(file, tiles(header.plan))
@@ -174,7 +174,7 @@ def look(path: Path) -> Report:
 
 
 def verify(path: Path, progress: Progress = quiet) -> Report:
-    """Read all committed blocks, check their checksums and count the statuses. Raises as `load`."""
+    """Read all finished blocks, check their checksums and count the statuses. Raises the exceptions of `load`."""
     with open_result(path) as file:
         header = read_header(file)
         plan = header.plan

@@ -1,4 +1,4 @@
-"""Summary of the switches of single motions (NAME_switches.h5 of `paper`), for `info`."""
+"""Summary of a file with the switches of single motions (NAME_switches.h5 of `paper`), for `info`."""
 
 from __future__ import annotations
 

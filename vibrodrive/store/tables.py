@@ -1,5 +1,7 @@
-"""Files that consist of tables and are written in one step. A table is a dimension, whose values number the rows, and
-columns over this dimension."""
+"""Files that consist of tables and are written in one step.
+
+A table is a dimension that numbers the rows, and variables over this dimension, the columns.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,11 @@ def save(
     tables: Mapping[str, Table],
     **further: Any,
 ) -> None:
-    """Write a file of tables, given by the name of their dimension; after an error no file is left.
+    """Write a file of tables, given by the names of their dimensions. After an error no new file is left.
 
-    `contents` describes the file in a sentence; its comment explains the attributes `shared`, but not `further`.
-    Raises NoResult if an existing file at `path` is not a result file of this program, or OSError.
+    `contents` describes the file in a sentence. `shared` and `further` are root attributes; the comment of the file
+    explains only those in `shared`. Raises OSError, or NoResult if an existing file at `path` is not a result file of
+    this program.
     """
     with new_file(path, seal=True) as file:
         file.attrs.update(about(kind, origin) | {FILES[kind].schema: FILES[kind].readable[-1]})
@@ -50,15 +53,15 @@ def _values(data: h5py.Dataset) -> list[Any]:
 
 
 def first_rows(lengths: Iterable[int]) -> np.ndarray:
-    """Return the first row of each part, for consecutive parts of these lengths."""
+    """Return the number of the first row of each part, for consecutive parts with these lengths."""
     counts = np.array(list(lengths), np.int64)
     return np.cumsum(counts) - counts
 
 
 def parts(file: h5py.File, first: str, lengths: str, dimension: str) -> Iterator[slice]:
-    """Return the slice of rows of each part along a dimension, from the variables with its first row and its length.
+    """Return the slice of rows of each part along a dimension. Raises ValueError if the parts are not consecutive.
 
-    Raises ValueError if the parts are not consecutive.
+    `first` and `lengths` are the names of the variables with the first row and the length of each part.
     """
     begin, count = file[first][...], file[lengths][...]
     if not np.array_equal(first_rows(count), begin) or count.sum() != len(file[dimension]):
@@ -67,5 +70,5 @@ def parts(file: h5py.File, first: str, lengths: str, dimension: str) -> Iterator
 
 
 def number(file: h5py.File, name: str) -> Any:
-    """Return a root attribute that is one number, in its Python type. Raises ValueError otherwise."""
+    """Return a root attribute that is one number as a Python number. Raises ValueError for any other attribute."""
     return np.asarray(file.attrs[name]).item()

@@ -1,8 +1,8 @@
-"""Write a result file block by block: a process that is killed loses only the blocks that are not committed.
+"""Write a result file block by block. If the process is killed, only blocks that are not committed are lost.
 
-The order is data, flush, status, flush: the status commits a block. Committed blocks are not written again, and the
-structure of the file does not change after its layout. Blocks that finish within GROUP_SECONDS of each other are
-committed together.
+A block is committed in four steps: write the data, flush, write the status, flush. Committed blocks are not written
+again, and the structure of the file does not change after its layout. Blocks that finish within GROUP_SECONDS of each
+other are committed together.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from vibrodrive.model.block import Block
 
 GROUP_SECONDS = 0.2
-"""Least time between commits. A flush after each small block, which takes less than a millisecond, would be slow."""
+"""Least time between commits. Small blocks take less than a millisecond, so a flush after each block would be slow."""
 
 
 class Writer:
@@ -45,14 +45,14 @@ class Writer:
     Attributes
     ----------
     plan : Plan
-        the sweep, divided into the blocks of the file. Another version may have chosen these.
+        the sweep, divided into the blocks of the file, whose size another version may have chosen.
     done : bool array
         True for committed blocks.
     repaired : dict[int, str]
-        blocks that `check` found damaged, with their faults; they must be computed again.
+        faults of the damaged blocks that `check` found, by the number of the block. They must be computed again.
     fletcher32 : Callable[[array], int], optional
-        HDF5's checksum of an array. With it the sections, which are nearly all of the data, are written to their chunks
-        directly, at a third of the cost of HDF5's filters.
+        function that computes HDF5's checksum of an array. If it is given, sections, which are nearly all of the data,
+        are written directly to their chunks. This takes a third of the time of HDF5's filters.
     """
 
     def __init__(self, file: h5py.File, lock: Lock, path: Path, plan: Plan) -> None:
@@ -77,7 +77,7 @@ class Writer:
         return np.flatnonzero(~self.done).tolist()
 
     def write(self, block: Block) -> None:
-        """Write a finished block; it is committed by the first `write` after GROUP_SECONDS. Raises Unwritable."""
+        """Write a finished block. The first `write` after GROUP_SECONDS commits it. Raises Unwritable."""
         with self._mutex:
             k = block.index
             sums = point_sums(block.start, block.margin, block.switches, block.status)
@@ -95,7 +95,7 @@ class Writer:
                 self._commit()
 
     def check(self, progress: Progress = quiet) -> None:
-        """Read all committed blocks; mark damaged blocks as missing, so that they are computed again.
+        """Read all committed blocks, and mark damaged blocks as missing, so that they are computed again.
 
         Raises Damaged for damage outside the blocks, Unwritable, and the exceptions of `progress`.
         """
@@ -108,9 +108,9 @@ class Writer:
         self.done, self.repaired = done, wrong
 
     def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
-        """Commit the pending blocks and close the file; False if a write did not end within `patience` s.
+        """Commit the pending blocks and close the file. Return False if a write did not end within `patience` s.
 
-        Other threads may call it during `write`, and more than once.
+        Other threads may call this method during `write`. It may be called several times.
         """
         if not self._mutex.acquire(timeout=patience):
             return False
@@ -132,7 +132,7 @@ class Writer:
         self._lock.release()
 
     def _put_section(self, k: int, name: str, values: np.ndarray) -> np.ndarray:
-        """Write one column of a section; return it as a contiguous array, valid until the next call."""
+        """Write one column of a section, and return it as a contiguous array that is valid until the next call."""
         if self.fletcher32 is None or values.nbytes != self._chunk[:-4].nbytes:  # blocks at an edge are smaller
             values = np.ascontiguousarray(values)
             self._put(k, name, values)
@@ -173,8 +173,8 @@ class Writer:
             raise unwritable(error, self.path) from None
 
     def _take_back(self, k: int) -> None:
-        # Status first, because it marks the block as missing. Direct chunk writes, because HDF5 would read a damaged
-        # chunk before writing a part of it.
+        # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5 would
+        # read a damaged chunk before it writes a part of it.
         for variable in reversed(variables_of(self.plan)):
             empty = layout.blank(variable, layout.chunk_of(variable, self.plan))
             self._put_chunk(k, variable.name, empty)
@@ -187,7 +187,7 @@ class Writer:
             raise self._refused(error) from None
 
     def _refused(self, error: BaseException) -> OSError | Damaged:
-        """Return the error of a failed write: Unwritable if the system refused it, else Damaged."""
+        """Return the error of a failed write: Unwritable if the system refused the write, otherwise Damaged."""
         if getattr(error, "errno", None) or "errno" in str(error):
             return unwritable(error, self.path)
         return Damaged(f"{self.path}: too damaged to be repaired: restore it, or replace it with --overwrite")
@@ -196,12 +196,12 @@ class Writer:
 def open_writer(
     path: Path, plan: Plan, origin: Origin, *, overwrite: bool = False, progress: Progress = quiet
 ) -> Writer:
-    """Lay out a new file, or open an existing one to resume it.
+    """Lay out a new file, or open an existing file to resume it.
 
-    `overwrite` replaces an existing result file, even a complete or damaged one, after the new one is laid out.
-    `progress` is called during the layout with (chunks, total); an exception of it stops the layout, and no file is
-    left. Raises Different if the existing file has another configuration, NoResult, Busy, TooLarge if a new file does
-    not fit the disk, Unwritable or OSError if the system refuses.
+    With `overwrite` an existing result file, even a complete or damaged one, is replaced when the new file is laid out.
+    `progress` is called during the layout with (chunks, total). If it raises an exception, no new file is left. Raises
+    Different if the existing file has another configuration, NoResult, Busy, TooLarge if a new file does not fit on the
+    disk, Unwritable or OSError if the system refuses.
     """
     if path.exists() and not overwrite:
         return _resume(path, plan)
@@ -210,7 +210,7 @@ def open_writer(
 
 
 def _resume(path: Path, plan: Plan) -> Writer:
-    open_result(path).close()  # report an unreadable file before an unwritable one
+    open_result(path).close()  # an unreadable file is reported as unreadable, and not as unwritable
     lock = Lock(path)
     file = None
     try:
@@ -232,7 +232,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
         with drafted(path) as draft:
             refuse_large_file(plan, path)
             if path.exists():
-                if not overwrite:  # another process created it just now
+                if not overwrite:  # another process has created the file meanwhile
                     raise Busy(f"{path}: {WRITING}")
                 old = Lock(path)
             file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
@@ -249,7 +249,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
         return Writer(file, lock, path, plan)
     except BaseException as error:
         if file is not None:
-            with contextlib.suppress(OSError, RuntimeError):  # closing may write
+            with contextlib.suppress(OSError, RuntimeError):  # the close may write
                 file.close()
         if lock is not None:
             lock.release()
