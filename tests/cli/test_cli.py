@@ -320,13 +320,13 @@ def test_style_and_width_come_from_the_file_and_before_it_from_the_command(run, 
 
 @pytest.mark.jit
 def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
-    """The program computes the checksum, and writes the same bytes as HDF5."""
+    """The program computes the same checksum as HDF5, and writes the same bytes."""
     from vibrodrive.jit.fletcher import fletcher32
 
     random = np.random.default_rng(2)
     samples = [random.random((7, n)) for n in (1, 63, 64, 65, 1000)]
     samples += [np.zeros((3, 50)), np.full((5, 100), np.nan)]
-    samples += [np.full((rows, 10), -1).view(np.float64) for rows in (1, 50)]  # less and more than a block
+    samples += [np.full((rows, 10), -1).view(np.float64) for rows in (1, 50)]  # fewer and more bytes than a block
     with h5py.File(tmp_path / "x.h5", "w") as file:
         for k, values in enumerate(samples):
             data = file.create_dataset(str(k), data=values, chunks=values.shape, fletcher32=True)

@@ -1,4 +1,4 @@
-"""Files of every kind are not replaced by mistake, describe their contents, and are refused if they cannot be used."""
+"""Files of every kind are not replaced by mistake and describe their contents. Unusable files are refused."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def idle(monkeypatch):
         raise AssertionError("something is computed")
 
     def each(*arguments, **options):
-        """Replace `each_of`, which computes limits during the iteration only."""
+        """Replace `each_of`, which computes limits only during the iteration."""
         yield begun()
 
     for name in (
@@ -80,7 +80,7 @@ def a_sweep(path, blocks=None, text=CONFIGS["sweep"]):
 
 
 def foreign(path):
-    """Write an HDF5 file of another program that uses some of our names."""
+    """Write an HDF5 file of another program that contains some of the names in files of this program."""
     with h5py.File(path, "w") as file:
         file["A"] = np.arange(3.0)
         file["section_xi"] = np.arange(6.0)
@@ -110,7 +110,7 @@ def assert_refused(run, *arguments, words=()):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_asks_whether_it_may_write(run, idle, command):
-    """tests/store/test_place.py tests the decision itself."""
+    """Each command calls the check of its output. tests/store/test_place.py tests this check."""
     Path("link.h5").symlink_to(f"{command}.toml")
     foreign("foreign.h5")
     os.mkfifo("pipe.h5")
@@ -296,7 +296,7 @@ def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, m
         module, _, function = name.rpartition(".")
         monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
     path, figure = Path(f"{command}.h5"), Path(f"{command}.png")
-    # a remark, or a default value given again, makes no other configuration
+    # a comment, or a key with its default value, does not make the configuration different
     Path(f"{command}.toml").write_text("# a remark\n" + CONFIGS[command])
     code, _, err = copied(command, f"{command}.toml", "--set", "B=0.1")
     assert code == 0, err
@@ -353,7 +353,7 @@ def test_verify_finds_a_flipped_bit_in_any_kind(copied, command, name):
 
 @pytest.mark.jit
 def test_verify_finds_a_changed_word(copied):
-    """HDF5 has no checksums for texts of variable length, so the file has a checksum of all its contents."""
+    """HDF5 has no checksums for texts of variable length. Therefore the file has a checksum of all its contents."""
     path = Path("orbits.h5")
     path.write_bytes(path.read_bytes().replace(b"UP DOWN IMPACT", b"UP DOWM IMPACT"))
     code, _, err = copied("verify", str(path))
@@ -396,7 +396,7 @@ def test_names_that_lead_nowhere_are_refused_by_readers_and_figures(run, idle):
 
 
 def test_a_configuration_may_come_from_the_shell(tmp_path):
-    """`vibrodrive sweep <(…)` reads a pipe that has a writer."""
+    """The configuration in `vibrodrive sweep <(…)` is a pipe of the shell."""
     out, into = os.pipe()
     os.write(into, CONFIGS["sweep"].encode())
     os.close(into)

@@ -32,7 +32,7 @@ SWEEP = {"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1}
 
 @pytest.fixture
 def quick(quick, tmp_path, monkeypatch):
-    """Replace the kernels as `quick` does, in an empty directory."""
+    """Replace the kernels as the fixture `quick` of conftest.py does, and work in an empty directory."""
     monkeypatch.chdir(tmp_path)
     return quick
 
@@ -145,7 +145,7 @@ def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):
         m.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", some)
         with pytest.raises(KeyboardInterrupt):
             vd.sweep(**SWEEP, path="x.h5")
-    Lock(Path("x.h5")).release()  # otherwise the error is Busy, which reports an active writer
+    Lock(Path("x.h5")).release()  # a lock would cause the error Busy, which means an active writer
     assert vd.load("x.h5").computed == pytest.approx(1024 / 3000)
     vd.sweep(**SWEEP, path="x.h5")
     assert quick == [1, 2]
@@ -193,14 +193,14 @@ def test_a_terminal_is_told(quick, monkeypatch):
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
     vd.sweep(**SWEEP, path="x.h5")
     shown = terminal.getvalue()
-    assert "\r\x1b[Kx.h5  " in shown  # the line that is overwritten
+    assert "\r\x1b[Kx.h5  " in shown  # this line is overwritten
     assert "\nx.h5: 3000 points in " in shown.replace("\x1b[K", "\n")
     vd.sweep(**SWEEP, path="x.h5")
     assert terminal.getvalue().endswith("x.h5 is complete: nothing to compute\n")
 
 
 class Notebook(types.ModuleType):
-    """The parts of IPython in a kernel that progress uses."""
+    """The parts of IPython that the display of progress uses in a notebook."""
 
     def __init__(self, shell):
         super().__init__("IPython")
@@ -247,7 +247,7 @@ def test_a_sweep_in_memory_is_shown_too(monkeypatch):
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
     vd.sweep(A=np.linspace(3, 3.25, 500), transient=100, periods=5)
     assert "\r\x1b[Ksweep    0.0 %" in terminal.getvalue()
-    assert terminal.getvalue().endswith("\r\x1b[K")  # and removed
+    assert terminal.getvalue().endswith("\r\x1b[K")  # the line is removed at the end
 
 
 @pytest.mark.parametrize(

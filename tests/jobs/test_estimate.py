@@ -12,12 +12,12 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
 pytestmark = pytest.mark.jit
-ROUNDING = 1e-6  # seconds that each call takes, whatever it computes
+ROUNDING = 1e-6  # seconds that each call takes in addition
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Give each point a cost, a function of the point and the periods; return the simulated seconds spent."""
+    """Return a function that sets the cost of each point as a function of the point and the periods."""
     now = [0.0]
 
     def set_cost(cost, startup=ROUNDING):

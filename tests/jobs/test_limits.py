@@ -47,7 +47,7 @@ class Stop(Exception):
 
 @pytest.fixture
 def invented(monkeypatch):
-    """Replace the computation by invented limits, which all differ. Return the arguments of each call."""
+    """Replace the computation of limits by different invented numbers. Return the arguments of each call."""
     asked = []
 
     def found(disturbance, method, criterion, arguments):
@@ -165,10 +165,10 @@ def test_the_table_has_a_line_for_each_point(tmp_path, invented):
     head, *lines, note = table(found).splitlines()
     assert head.split() == ["eta", "A", "n", "k2(eps)", "V(eps)", "V(fixed)", "k2(muller)"]
     assert len(lines) == 6
-    # A = 2.8, eta = 50.5: k2(eps) = 3.8 / 50.5, V = 3.8 * 2.8; on the grid 3.8, with Muller's method half of it
+    # at A = 2.8, eta = 50.5: k2(eps) = 3.8 / 50.5, V = 3.8 * 2.8; k2(fixed) = 3.8 and k2(muller) = 1.9
     assert lines[3].split() == ["50.5", "2.8", "3", "0.07525", "10.64", "3.8", "1.9"]
     assert "k2(eps) eta A" in note
-    found.numbers["kept_below"][0, 1, 1] = 0.0  # lost at the smallest value tried
+    found.numbers["kept_below"][0, 1, 1] = 0.0  # the smallest value tried is lost
     assert table(found).splitlines()[4].split() == ["50.5", "2.8", "3", "<0.07525", "<10.64", "3.8", "1.9"]
     head, *lines, _ = table(computed(SCENE, tmp_path / "y.h5")).splitlines()
     assert head.split("  ")[-1].strip() == "fixed, mm/s"

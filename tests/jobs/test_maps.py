@@ -1,4 +1,4 @@
-"""The undisturbed motions that a map of kept structure is compared with, and the overlays of a map."""
+"""Undisturbed motions in a map of the kept structure, and overlays of a map."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def test_the_undisturbed_gaps_are_the_cycle_that_limits_ask_for():
         else:
             cycle = orbit.cycle.gaps.tolist()
             least = min("".join(map(str, cycle[k:] + cycle[:k])) for k in range(len(cycle)))
-            # for a doubled orbit the cycle of gaps is shorter than that of the impacts
+            # after a period doubling the cycle of gaps may be shorter than the cycle of impacts
             assert least == str(gaps) * (len(least) // len(str(gaps)))
 
 
 @pytest.mark.jit
 def test_structure_is_lost_where_the_limit_says_so():
-    """The gaps in a short record show the loss at k₂, which a separate search has found from single impacts."""
+    """In a short record the gaps change at k₂. A separate search has found this k₂ from single impacts."""
     for A in (1.5, 2.5, 2.8):
         k2 = vd.limit(A, transient=100, periods=200).k2
         eps = k2 * np.array([0.3, 0.9, 0.97, 1.0])

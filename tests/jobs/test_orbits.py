@@ -16,7 +16,7 @@ from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import Family, family, section
 from vibrodrive.periodic.search import orbits
 
-pytestmark = pytest.mark.jit  # hundreds of searches
+pytestmark = pytest.mark.jit  # these tests run hundreds of searches
 
 xr = pytest.importorskip("xarray")
 
@@ -79,7 +79,7 @@ def test_branches_end_at_bifurcations():
     for branch in found.branches():
         assert len({(o.name, o.kind) for o in branch.orbits}) == 1
         inside = [a for a in ends if branch.A[0] < a - 1e-6 and a + 1e-6 < branch.A[-1]]
-        assert not inside or branch.unstable  # only an orbit that does not take part continues
+        assert not inside or branch.unstable  # a branch continues only if its orbit has no part in the bifurcation
         for end in (branch.A[0], branch.A[-1]):
             assert min(abs(end - a) for a in [*ends, 2.5, 2.7]) < 2e-7
 
@@ -106,7 +106,7 @@ def test_figures_show_branches_marks_and_cobweb():
 
 
 def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
-    """Ten bifurcations, six of them within 0.01: these six are marked in their own panel only, not at its edge."""
+    """Six of ten bifurcations are within 0.01 of A. These six are marked in a panel of their own, and only there."""
     seen = bifurcations((2.6, 2.7), max_period=2)[:3]
     places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6))]
     many = [replace(seen[k % 3], A=float(A)) for k, A in enumerate(places)]
@@ -126,7 +126,7 @@ def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
 
 
 def test_on_the_level(tmp_path):
-    """Orbits without a multiplier are written and drawn, too."""
+    """Orbits at B = 0, which have no multiplier, are written and drawn."""
     config = parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])
     found, computed = run("orbits", config, tmp_path / "level.h5")
     assert computed

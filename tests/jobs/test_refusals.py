@@ -1,4 +1,4 @@
-"""What a command refuses is refused by its recipe in one sentence, before a file is made."""
+"""Each recipe refuses invalid configurations with one sentence, before a file is made."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The configuration file: allowed contents, and the one-line message for anything else."""
+"""The configuration file: allowed contents, and the message of one line for other contents."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Keywords of the public functions.
 
-They are written out with their true defaults, checked by type checkers and at run time, and keep the caller's order.
+The signatures contain all keywords and their defaults. Type checkers and calls refuse wrong keywords. The order of the
+keywords in a call is preserved.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ LEFT_OUT = {
     vd.start_limit: ("method", "eps", "eta", "dtau", "tol", "periods", "section_phase", "scan"),
     vd.unique_limit: ("xi0", "dxi0", "section_phase"),
 }
-"""Arguments of `make_plan` that a function lacks."""
+"""Arguments of `make_plan` that a function does not have, by function."""
 
 
 def defaults_of_the_model():
@@ -179,7 +180,7 @@ def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    # run where the package is checked, with its options: results in a shared cache are reused
+    # mypy runs in the root of the repository with the options of the package, and reuses results of a shared cache
     paths = {"MYPY_CACHE_DIR": str(tmp_path / "cache")} | os.environ
     ran = subprocess.run(
         [sys.executable, "-m", "mypy", str(script)], cwd=ROOT, env=paths, capture_output=True, text=True, check=False

@@ -1,4 +1,4 @@
-"""Checks of arguments: allowed values, their types, and the messages for others; scenes in SI units."""
+"""Checks of arguments: allowed values and types, the messages for other values, and scenes in SI units."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_a_slip_is_named_where_all_points_have_it():
         assert words in slip([point])
         assert slip([point, (3.04, 0.1, 1e-4, 101.0)]) == ""
     assert slip([(2000.0, 1000.0, 0.0, 101.0)]) == ""  # the bouncing ball
-    assert slip([(0.9, 0.1, 1e-3, 101.0)]) == ""  # the disturbance moves it
+    assert slip([(0.9, 0.1, 1e-3, 101.0)]) == ""  # the disturbance moves the mass
 
 
 def test_a_scene_in_other_units_is_warned_of_once():

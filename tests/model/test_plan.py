@@ -1,4 +1,4 @@
-"""A sweep before it runs: order of the axes, points, blocks that cover them, and refused arguments."""
+"""The plan of a sweep: order of the axes, points, blocks, and refused arguments."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_blocks_tile_the_points_and_are_chunks(shape, periods):
 
 
 def test_blocks_are_smaller_the_longer_their_points_take():
-    """The sizes of blocks follow from counts of work, because a run that is stopped loses its unfinished blocks."""
+    """Blocks have fewer points if a point takes longer, because a stopped run loses its unfinished blocks."""
     long = {"A": np.linspace(3.0, 3.25, 100_000), "transient": 10_000, "periods": 10, "record": "summary"}
 
     def sizes(**changes):

@@ -84,7 +84,7 @@ REFUSED = {
     "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0, 1e-9]),
     "impact_map A": ("A", vd.impact_map, NUMBER),
     "impacts": ("phi", vd.impact_map(3.04), [None, *NOT_NUMBERS, *OUTSIDE, range(10**15), [1.0, math.nan], 1e13]),
-    "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER[1:], 0]),  # None: missing
+    "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER[1:], 0]),  # None means missing
     "Scene a0": ("a0", lambda v: vd.Scene(**{**SCENE, "a0": v}), NUMBER),
     "Scene mu": ("mu", lambda v: vd.Scene(**{**SCENE, "mu": v}), [*NUMBER, 0]),
     "Scene mass": ("mass", lambda v: vd.Scene(**{**SCENE, "mass": v}), [*NUMBER[1:], 0]),

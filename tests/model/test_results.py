@@ -59,7 +59,7 @@ def test_select_takes_the_value_itself_or_the_nearest_and_drops_the_axis(plan):
 
 
 def test_a_value_is_met_within_rounding(plan):
-    """0.1 · 3 exceeds 0.3 in doubles, but 0.3 selects this value of a linspace."""
+    """In double precision 0.1 · 3 exceeds 0.3, but the value 0.3 selects this value of a linspace."""
     r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
     assert r.select(A=0.1 * 3).margin == 2.0
     axis = np.linspace(3.0, 3.25, 251)
@@ -70,7 +70,7 @@ def test_a_value_is_met_within_rounding(plan):
 
 @pytest.mark.parametrize("chosen", [{}, {"A": 3}, {"A": 3, "eps": 0}])
 def test_pickled_and_copied_results_are_the_same(plan, chosen):
-    """A pickled selection contains its own data only."""
+    """A pickled selection contains only the data of the selection."""
     whole = collected(plan)
     r = whole.select(**chosen)
     for again in (pickle.loads(pickle.dumps(r)), copy.deepcopy(r), copy.copy(r)):

@@ -1,4 +1,4 @@
-"""Axes in SI units: every point has the A and B that `Scene` computes for it, to the bit."""
+"""Axes in SI units: every point has the A and B that `Scene` computes for this point, bit for bit."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
     ]
     assert points[:, COLUMNS.index("A")].tolist() == [scene.A for scene in scenes]
     assert points[:, COLUMNS.index("B")].tolist() == [scene.B for scene in scenes]
-    assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # for any block
+    assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # a block of one point gives the same point
 
 
 def test_all_at_once_and_beside_other_parameters_in_the_order_written():

@@ -1,4 +1,4 @@
-"""Statuses print their names, one or many, and behave as numbers otherwise."""
+"""A status or an array of statuses prints as names, and otherwise behaves like numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Claims about the limits: their results are checked in another way, and depend on the configuration."""
+"""Claims about limits. Their results agree with other computations, and depend on the configuration."""
 
 import shutil
 
@@ -17,7 +17,7 @@ from vibrodrive.verdicts import NotApplicable
 
 @pytest.fixture
 def session(tmp_path):
-    """Return a function that changes configurations, {name: {old text: new}}, and returns a session with them."""
+    """Return a function that returns a session with changed configurations: {name: {old text: new text}}."""
 
     def changed(**changes):
         configs = tmp_path / "configs"
@@ -89,7 +89,9 @@ def test_a_rational_frequency_gives_its_denominator(session):
     assert found.verdict == Verdict.REPRODUCED
     assert found.record["numbers"]["period"] == [1, 2, 3, 5, 0]
     two = session(fig05={"A = 1.5": "A = 1.5\neta = 100.5"})
-    assert outcome("rational", two).verdict == Verdict.NOT  # the paper's own frequency has a period then
+    assert (
+        outcome("rational", two).verdict == Verdict.NOT
+    )  # with the changed frequency of the paper the motion has a period
 
 
 def test_points_repeat_after_the_smallest_number_of_periods():
@@ -104,7 +106,9 @@ def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
     some = {axis("fig03"): "A = {start = 1.905, stop = 1.975, num = 8}"}
     found = outcome("interruptions-and-limit", session(fig03=some))
     assert found.record["numbers"]["stick_vanishes"] == pytest.approx(1.945)
-    assert found.verdict == Verdict.CORRECTED  # the interruption has an effect in Δτ, not in ε
+    assert (
+        found.verdict == Verdict.CORRECTED
+    )  # the interruption has an effect on the limit in Δτ, but not on the limit in ε
     none = session(fig03={axis("fig03"): "A = [1.5, 1.6]"})
     assert "never vanishes" in outcome("interruptions-and-limit", none).text
 
@@ -145,7 +149,7 @@ def test_limits_can_be_asked_for_without_a_figure(session, monkeypatch, tmp_path
 @pytest.mark.jit
 def test_structures_leave_out_what_has_no_period(session, monkeypatch):
     monkeypatch.setattr("vibrodrive.paper.analysis.SAMPLED", 3)
-    level = {"B = 0.1": "B = 0.02"}  # at A = 2.8 the motion has no period then
+    level = {"B = 0.1": "B = 0.02"}  # for this B the motion at A = 2.8 has no period
     found = structures(session(fig10=level | {axis("fig10"): "A = [1.9, 2.8]"}), "fig10")
     assert len(found) == 2
     with pytest.raises(NotApplicable, match="no undisturbed motion has a period"):

@@ -1,4 +1,4 @@
-"""Claims about single switches on a grid: their results are checked in another way, and depend on the configuration."""
+"""Claims about single switches on a grid. Their results agree with other computations and depend on configurations."""
 
 import math
 
@@ -43,7 +43,7 @@ def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.5, 3.04])
 def test_a_step_of_a_fine_grid_has_one_zero(A):
-    """At a small step each state ends at a simple zero, except where two test functions compete."""
+    """At a small step each state ends at a simple zero, except where two switching functions have zeros."""
     plan = make_plan({"A": A, "method": "fixed", "dtau": 1e-3, "transient": 200, "periods": 4})
     found = compared(plan)
     for k in range(len(found.behind)):
@@ -54,7 +54,9 @@ def test_a_step_of_a_fine_grid_has_one_zero(A):
 def test_jumps_of_the_state_grow_with_the_step(session):  # noqa: F811
     numbers = outcome("disturbed-switches", session()).record["numbers"]
     assert numbers["Δτ = 0.01"]["dxi"][1] < numbers["Δτ = 0.05"]["dxi"][1] < numbers["Δτ = 0.242"]["dxi"][1]
-    assert numbers["Δτ = 0.05"]["dxi"][1] <= 0.05 * (3.04 + 1.1)  # a step at the largest acceleration
+    assert numbers["Δτ = 0.05"]["dxi"][1] <= 0.05 * (
+        3.04 + 1.1
+    )  # change of ξ' within one step at the largest acceleration
     assert numbers["Muller"]["dxi"][1] < 1e-14
 
 
@@ -63,7 +65,9 @@ def test_a_fixed_step_does_not_see_a_touch_that_is_shallower_than_its_own_arc(se
     numbers = outcome("touching", session()).record["numbers"]
     assert numbers["certified"] == pytest.approx(1e-13)
     for step in (1e-3, 0.1):
-        arc = (3.04 + 1.1) * step**2 / 2  # the way of a step from the lowest point at the largest acceleration
+        arc = (
+            (3.04 + 1.1) * step**2 / 2
+        )  # change of ξ within one step from the lowest point, at the largest acceleration
         assert numbers[f"fixed Δτ = {step:g}"] < 10 * arc
 
 

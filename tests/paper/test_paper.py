@@ -1,4 +1,4 @@
-"""The paper's claims are computed: their files exist, and another configuration gives another verdict."""
+"""The claims of the paper are computed. Their files exist, and another configuration gives another verdict."""
 
 import json
 import math
@@ -39,13 +39,13 @@ def test_the_drawing_shows_each_quantity_and_which_way_it_counts():
     labels = " ".join(t.get_text() for t in ax.texts)
     for shown in ("gap $x$", r"\xi", "F_H", r"\mu", r"\alpha", "mg", r"a_0 \sin", "obstacle", "$m$"):
         assert shown in labels, shown
-    # an annotation's xy is the head of its arrow, xyann the tail
+    # the xy of an annotation is the head of the arrow, and xyann is the tail
     ways = [
         math.degrees(math.atan2(a.xy[1] - a.xyann[1], a.xy[0] - a.xyann[0]))
         for a in ax.texts
         if getattr(a, "arrow_patch", None) is not None
     ]
-    # ξ, ξ' and y upwards along the incline, the adhesive force down along it, the weight straight down
+    # directions in degrees: adhesive force down the incline, weight, and ξ, ξ' and y up the incline
     assert sorted(ways) == pytest.approx([ALPHA - 180, -90, ALPHA, ALPHA, ALPHA])
 
 

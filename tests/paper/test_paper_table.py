@@ -41,7 +41,7 @@ def follows(points, orbit):
 
 
 def strong_impacts(motion):
-    """Return the impacts faster than a tenth of the fastest one."""
+    """Return the impacts that are faster than a tenth of the largest impact speed."""
     impacts = motion.switches[motion.switches["after"] == State.IMPACT]
     return impacts[np.abs(impacts["dxi"]) > 0.1 * np.abs(impacts["dxi"]).max()]
 
@@ -50,7 +50,7 @@ def strong_impacts(motion):
 
 
 def periods(A, transient=3000):
-    """Return the periods over A of the motion, at a section phase at which the mass never rests for long."""
+    """Return the period of the motion at each A. At the phase of this section the mass never rests for long."""
     found = vd.sweep(A=A, transient=transient, periods=160, section_phase=2.0)
     assert (found.status == vd.Status.OK).all()
     return [period(points) for points in found.section]
@@ -71,7 +71,7 @@ def test_fig03_windows_of_every_period_from_5_to_36():
     assert set(range(5, 37)) <= set(found)
 
 
-# Figs. 4 and 6: two solutions, one orbit
+# Figs. 4 and 6: two solutions of one orbit
 
 
 def test_fig04_and_fig06_two_solutions_shifted_by_one_period():
@@ -164,7 +164,7 @@ def test_fig10_a_grid_does_what_a_disturbance_does(diagrams):
     assert 0.5 * np.abs(apart[0] - apart[1]).sum() < 0.25, "both must cover the same velocities"
 
 
-# Fig. 9: the printed 0.5 must be 0.05
+# Fig. 9: the printed step 0.5 must be 0.05
 
 
 def test_fig09_near_the_limit():

@@ -37,7 +37,7 @@ def test_two_zeros_in_one_step_are_counted(method):
 
 @pytest.mark.jit
 def test_wrong_decisions_are_the_fixed_paths_own():
-    """H at the next grid point determines the decision of `fixed`, H at the refined zero that of `muller`."""
+    """`fixed` decides by H at the next grid point, `muller` by H at the refined zero."""
     arguments = dict(A=1.5, eps=2e-4, dtau=0.004)
     fixed, muller = count_failures(plan("fixed", **arguments)), count_failures(plan("muller", **arguments))
     assert fixed.wrong > 0
@@ -48,7 +48,7 @@ def test_wrong_decisions_are_the_fixed_paths_own():
 @pytest.mark.parametrize("dtau", [0.003, 0.05, 0.4])
 @pytest.mark.parametrize(("method", "early"), [("fixed", 1e-11), ("muller", 1e-6)])
 def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
-    """This also holds after a slide that ended late, below the obstacle. Every restart finds a further switch."""
+    """No delay is negative, even after a slide that ended late, below the obstacle. Every restart has a next switch."""
     for A in (1.5, 1.8, 2.6, 3.04):
         behind = compared(plan(method, A=A, eps=2e-4, dtau=dtau)).behind
         assert len(behind) > 20
@@ -58,7 +58,7 @@ def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
 
 @pytest.mark.jit
 def test_restart_meets_the_switch_of_the_motion_itself():
-    """The certified method, restarted at a switch that it has found, finds the next switch."""
+    """A certified motion that starts at a switch of another certified motion has the same next switch."""
     from vibrodrive.batch.trajectory import simulate
 
     p = plan("fixed", A=3.04, dtau=1.0)

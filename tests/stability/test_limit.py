@@ -19,7 +19,7 @@ from vibrodrive.stability.questions import limit
 
 
 def find(kind, kept):
-    """Run a search. The argument is a function that returns True for the values that count as kept."""
+    """Run a search. `kept` is a function of a value that returns True if the value counts as kept."""
     search = search_band(GRIDS[kind])
     requested = next(search)
     while True:

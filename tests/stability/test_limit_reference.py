@@ -1,4 +1,4 @@
-"""k₂ at three A, compared with motions of 50 digits on both sides of it and with a criterion that uses no kernel."""
+"""k₂ at three values of A, compared with motions of 50 digits below and above k₂. This criterion uses no kernel."""
 
 import itertools
 import math
@@ -16,7 +16,7 @@ SHARE = 0.1
 
 
 def landings(A, eps, transient, periods):
-    """Return (τ, speed) of the main impacts: no faster impact is within half a period."""
+    """Return (τ, speed) of the main impacts, for which no faster impact is within half a period."""
     found = []
     for switch in reference(A, eps=eps, periods=transient + periods).switches:
         if switch.after != IMPACT or switch.tau <= 2 * math.pi * transient:
@@ -34,7 +34,7 @@ def whole_periods(taus):
 
 
 def same_landings(orbit, motion):
-    """Return True if the impacts of the motion above some speed below the bound follow those of the orbit.
+    """Return True if a speed below the bound exists, above which the impacts of the motion follow those of the orbit.
 
     `orbit` contains at least one cycle of m impacts and the next impact.
     """

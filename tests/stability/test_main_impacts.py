@@ -1,4 +1,4 @@
-"""Cycles of impacts, written by hand: motions that follow them, motions that do not, and the effect of touches."""
+"""Cycles of impacts, written by hand: motions that follow a cycle, motions that do not, and the effect of touches."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_the_cycle_of_an_orbit_is_its_shortest():
 
 
 def test_phases_at_both_ends_of_a_period_are_the_same():
-    """By rounding, an impact at phase 0 is at the beginning of a period or at the end of the previous period."""
+    """Rounding moves an impact at phase 0 to the beginning of a period or to the end of the previous period."""
     rows = landings(np.ones(20, int), 1e-9, 1.0)
     rows["period"][::3] -= 1
     rows["phase"][::3] = TWO_PI - 1e-9

@@ -1,4 +1,4 @@
-"""ϱ as a distance from a curve: simple polygons, a naive search over all edges, and motions of the model."""
+"""Tests of the distance ϱ with simple polygons, a naive search over all edges, and motions of the model."""
 
 import math
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.jit
 
 
 def naive_distance(vertices, point):
-    """Return the distance computed over all edges of a closed polygon, one after the other."""
+    """Return the distance of a point from a closed polygon, by a loop over all edges."""
     best = math.inf
     for a, b in zip(vertices, [*vertices[1:], vertices[0]], strict=True):
         length = math.dist(a, b)
@@ -69,7 +69,7 @@ def orbit():
 
 
 def test_an_orbit_lies_on_its_own_curve(orbit):
-    """At the instants of the vertices, and one period later, ϱ is within rounding. In between it is the chord error."""
+    """At the instants of the vertices, and one period later, ϱ is only rounding; at others it is the chord error."""
     curve = closed(orbit)
     assert curve_distance(curve, orbit) < 1e-12
     assert curve_distance(curve, simulate(3.04, tau0=2 * math.pi, transient=1001, periods=8)) < 1e-12
@@ -78,7 +78,7 @@ def test_an_orbit_lies_on_its_own_curve(orbit):
 
 
 def test_jumps_are_part_of_the_curve(orbit):
-    """A motion that lands at half the speed passes (0, -v/2): on the segment of the jump, but far from the orbit."""
+    """A motion that lands at half the speed passes (0, -v/2). This point is on the segment of the jump."""
     curve = closed(orbit)
     speed = -orbit.switches["dxi"].min()
     half = [(0.0, -speed / 2)]
@@ -88,7 +88,7 @@ def test_jumps_are_part_of_the_curve(orbit):
 
 
 def test_points_moved_off_the_curve_by_hand(orbit):
-    """A point moved along the normal, by less than the radius of curvature, has this distance from the curve."""
+    """A point moved along the normal by d, less than the radius of curvature, has the distance d from the curve."""
     curve = closed(orbit)
     k = int(np.argmax(curve.vertices[:, 0]))  # at the largest ξ the curve is parallel to the ξ' axis
     top = curve.vertices[k]

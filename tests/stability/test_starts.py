@@ -27,7 +27,7 @@ from vibrodrive.stability.starts import (
 pytestmark = pytest.mark.jit
 
 IRREGULAR = 9.1523
-"""A without a stable orbit of short period: the distance of two motions grows by a factor of e in five periods."""
+"""Value of A without a stable orbit of short period. The distance of two motions grows by a factor e in 5 periods."""
 
 
 @functools.cache
@@ -44,7 +44,7 @@ def test_a_clean_edge_is_found_to_the_last_bits(edge, bit):
 
 @given(edge=st.floats(1e-3, 5.0), ratio=st.floats(1.5, 8.0), share=st.floats(0.3, 0.7))
 def test_slices_that_close_in_on_an_edge_are_followed_down_to_it(edge, ratio, share):
-    """Above the edge kept and lost values alternate; their distances fall geometrically, as near an unstable orbit."""
+    """Above the edge kept and lost values alternate, at distances that decrease as near an unstable orbit."""
 
     def same(d):
         place = np.log(np.maximum(d - edge, 1e-300)) / math.log(ratio)
@@ -76,7 +76,7 @@ def test_edges_of_starts_at_rest_on_the_obstacle(edges):
 
 
 def test_edges_in_time_are_those_of_the_same_basins_a_period_apart(edges):
-    """For a start at rest at the obstacle, all τ0 between two edges belong to one solution: the edges are 2π apart."""
+    """For a start at rest at the obstacle, all τ0 between two edges lead to one solution. So the edges are 2π apart."""
     _, found = edges
     tau = found["tau0"]
     if tau.n == 2:
@@ -125,7 +125,7 @@ def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
 
 @pytest.mark.parametrize("name", COORDINATES)
 def test_both_sides_of_an_edge_with_fifty_digits(name):
-    """Without kernels: the main impacts at A = 3.04 are in even or odd periods, depending on the solution."""
+    """No kernel is used. The main impacts at A = 3.04 are in even or in odd periods, depending on the solution."""
     edge = limit_at(3.04, name).above.lost
 
     def lands_in(deviation):
@@ -163,7 +163,7 @@ def test_one_solution_has_no_edges_and_irregular_motion_no_solution():
 
 
 def test_a_start_is_off_from_where_it_is():
-    """For another τ0 the edges are at the same times, so their distances from τ0 are different."""
+    """If τ0 changes, the edges remain at the same times, so their distances from τ0 change."""
     here, there = limit_at(3.04, "tau0"), limit_at(3.04, "tau0", tau0=0.3)
     assert 0.3 + there.above.lost == pytest.approx(here.above.lost, abs=1e-12)
     assert here.k1 == here.above.lost < here.below.lost

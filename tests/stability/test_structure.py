@@ -1,4 +1,4 @@
-"""Structure of orbits, written by hand: order, gaps, word and ρ, and the cases without a result."""
+"""Structure of motions that are written by hand: order, gaps, word and ρ, and the cases without a result."""
 
 from types import SimpleNamespace
 
@@ -43,7 +43,7 @@ def test_period_is_the_smallest_and_must_be_seen_twice():
 
 
 def test_a_motion_still_jumping_about_its_orbit_has_no_period_yet():
-    """Near a period doubling deviations change sign every period and decay slowly."""
+    """Near a period doubling the deviations from an orbit change sign every period and decay slowly."""
     there = 3e-6 * (-0.999999) ** np.arange(60)
     section = np.stack([1.0 + there, -2.0 + there], axis=1)
     assert np.abs(section[2:] - section[:-2]).max() < structure.SAME_POINT, "it repeats after two periods"

@@ -39,7 +39,7 @@ def test_starts_are_allowed_ones():
 
 
 def test_a_large_step_leaves_one_motion_and_a_small_one_two():
-    """Fig. 11: one motion at Δτ = 0.1, and the bounds between which the two solutions merge."""
+    """At Δτ = 0.1 there is one motion (Fig. 11). The test gives the bounds of Δτ between which two solutions merge."""
     assert ends_on_one({"A": 3.04}, "dtau", [0.01, 0.05, 0.063, 0.1]).tolist() == [False, False, True, True]
 
 
@@ -50,7 +50,7 @@ def test_no_disturbance_leaves_all_solutions():
 
 @pytest.mark.parametrize(("dtau", "one"), [(0.04, False), (0.1, True)])
 def test_against_naive_loops(dtau, one):
-    """Compare the last section points of motions from three starts, with an evaluation at every grid point."""
+    """Compare the last section points of motions from three starts with loops that evaluate every grid point."""
     periods = 120
     starts = [(0.0, 0.0), (1.5, 0.0), (3.0, 1.5)]
     ends = [naive.fixed(3.04, xi0=x, dxi0=v, dtau=dtau, periods=periods).section[-16:] for x, v in starts]
@@ -61,7 +61,7 @@ def test_against_naive_loops(dtau, one):
 
 
 def test_only_on_a_fixed_grid_no_difference_at_all_is_allowed():
-    """Without impacts two motions keep their distance. Impacts, at grid points, would make them equal to the bit."""
+    """Without impacts two motions keep their distance. Impacts at grid points would make the motions bitwise equal."""
     starts = np.array([100.0, 100.0 + 1e-7]), np.array([0.0])
     short = {"A": 1.5, "transient": 0, "periods": 3}
     assert ends_on_one(short, "dtau", [0.1], starts).tolist() == [False]

@@ -1,4 +1,4 @@
-"""Files of curves are read as they were written, also by other programs."""
+"""This program and other programs read files of curves as they were written."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FLIGHT = (Slide(False, FROM_STICK, 0, False), Slide(True, FROM_REVERSAL, 0, True
 
 
 def made():
-    """Return the onset and a border with two unknown times, which cross twice."""
+    """Return two curves that cross twice: the onset, and a border with two unknown times."""
     line = np.linspace(0.0, 1.0, 4)
     points = np.arange(12.0).reshape(3, 4) / 7.0
     condition = Condition("border", FLIGHT, 1, True, 1)
@@ -82,7 +82,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
 
 @pytest.mark.parametrize("lengths", [[2, 1], [1, 3], [2, 3]])
 def test_parts_of_a_table_are_all_of_it(lengths):
-    """A table of 4 rows whose parts have one row too few, a wrong beginning, or one row too many, is refused."""
+    """A table of 4 rows is refused if its parts have one row too few, one row too many, or a wrong beginning."""
     with h5py.File("parts", "w", driver="core", backing_store=False) as file:
         file["first"], file["points"], file["point"] = [0, 2], lengths, np.arange(4)
         with pytest.raises(ValueError, match="first: does not match points"):
@@ -92,7 +92,7 @@ def test_parts_of_a_table_are_all_of_it(lengths):
 
 
 def test_a_word_damaged_within_json_is_named(tmp_path):
-    """After a flipped bit the JSON may be valid, with another key or a list of another length."""
+    """After a flipped bit the JSON may still be valid, but have another key or a list of another length."""
     for old, new in (("critical", "britical"), ("true, 2", "true. 2"), ("0, true", "0. true"), ("0, true]", "0]")):
         save(tmp_path / "c.h5", made(), ORIGIN)
         with h5py.File(tmp_path / "c.h5", "r+") as file:

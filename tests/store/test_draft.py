@@ -1,4 +1,4 @@
-"""Every writer makes a file complete or not at all."""
+"""Every writer makes a complete file, or no file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def a_figure(path):
 
 @pytest.mark.parametrize("write", [hdf5, a_sweep, a_figure])
 def test_one_way_for_all(write, tmp_path, monkeypatch):
-    """Every file is written to a draft, which is renamed once. If the renaming fails, no file remains."""
+    """Every file is written to a temporary file, which is renamed once. If the renaming fails, no file remains."""
     renamed = []
 
     def refuse(source, target):
@@ -50,7 +50,7 @@ def test_one_way_for_all(write, tmp_path, monkeypatch):
         write(tmp_path / "x.h5")
     ((source, target),) = renamed
     assert source == draft_of(target)
-    assert caught.value.filename == str(target)  # the name given by the user, not that of the draft
+    assert caught.value.filename == str(target)  # the name that the user has given, and not that of the temporary file
     assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(drafts.os, "replace", replace)
     write(tmp_path / "x.h5")
@@ -58,7 +58,7 @@ def test_one_way_for_all(write, tmp_path, monkeypatch):
 
 
 def test_a_file_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
-    """Without this order a loss of power could replace an older file by an empty one."""
+    """In another order a loss of power could replace an older file by an empty file."""
     order, replace = [], os.replace
     monkeypatch.setattr(os, "fsync", lambda fd: order.append(os.fstat(fd).st_size))
     monkeypatch.setattr(os, "replace", lambda source, target: order.append("name") or replace(source, target))
@@ -87,7 +87,7 @@ def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
 def test_no_draft_is_left_behind(error, tmp_path):
-    """No draft remains if an error or Ctrl-C ends the block that writes it."""
+    """No temporary file remains if an error or Ctrl-C ends the block that writes this file."""
 
     def half_a_file():
         with drafted(tmp_path / "x.txt") as draft:
@@ -100,7 +100,7 @@ def test_no_draft_is_left_behind(error, tmp_path):
 
 
 def test_a_foreign_file_that_appears_meanwhile_is_not_replaced(tmp_path):
-    """A computation may take hours: whether a result may go there is judged again at its end."""
+    """A computation may take hours, so the path of the result is checked again at its end."""
     path = tmp_path / "x.h5"
 
     def meanwhile():
@@ -125,7 +125,7 @@ def test_a_lock_may_be_given_back_twice(tmp_path):
 
 
 def test_a_lock_is_that_of_the_file_that_has_the_name(tmp_path, monkeypatch):
-    """Another process may replace the file after it was opened; a lock of the old file would be useless."""
+    """Another process may replace the file after it was opened. A lock of the old file would be useless."""
     path, newer, take = tmp_path / "x", tmp_path / "newer", locks._lock
     path.touch()
     newer.touch()

@@ -157,7 +157,7 @@ def assert_netcdf(path):
 
 @each
 def test_every_dataset_is_a_variable_of_netcdf(made, tmp_path):
-    """It has named dimensions, a unit, a long name and a checksum."""
+    """Every dataset has named dimensions, a unit, a long name and a checksum."""
     assert_netcdf(made)
     no_orbits(tmp_path / "none.h5")
     assert_netcdf(tmp_path / "none.h5")
@@ -180,7 +180,7 @@ def an_orbit(path):
 
 
 def test_orbits_of_another_incline_than_that_of_the_configuration_have_no_sweep(tmp_path):
-    """The values of A searched are those of the file, not those of the configuration."""
+    """The searched values of A are taken from the file and not from the configuration."""
     for name, B, searched in (("same.h5", 0.1, [2.0, 2.1]), ("other.h5", 0.2, [2.0])):
         found = orbits.Family(np.array([2.0, 2.1]), B, 1, [[replace(ORBIT, B=B)], []], [])
         orbits.save(tmp_path / name, found, Origin("[sweep]\nA = [2.0, 2.1]\n"), 0.0)
@@ -234,7 +234,7 @@ def test_a_failure_map_with_a_cell_that_was_not_written_is_found(kind, tmp_path)
 
 
 def test_every_place_exists():
-    """All names in strings exist: those of each kind, and those of functions that lower layers call in higher ones."""
+    """All objects that strings name exist: those of each kind of file, and functions of higher layers in ABOVE."""
     for kind in FILES.values():
         for place in (kind.reader, kind.faults, kind.recipe):
             assert not place or named(place)
@@ -259,7 +259,7 @@ def test_switches_of_single_motions_are_for_others(tmp_path):
 
 
 def test_a_seal_is_of_names_shapes_types_and_values():
-    """A difference in any of these changes the seal; the order of writing does not."""
+    """A difference in a name, shape, type or value changes the seal. The order of writing does not change it."""
 
     def sealed(**arrays):
         with h5py.File("sealed", "w", driver="core", backing_store=False) as file:

@@ -24,7 +24,7 @@ SCENE = "[physical]\na0 = 0.8e-3\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]
 
 
 def written(path, text, k2=lambda c, place: 1e-3 * (1 + c + sum(place))):
-    """Write a file with a limit at every point except the last one of each curve."""
+    """Write a file with a limit at every point except the last point of each curve."""
     config = parse(text)
     plan = config.plan()
     create(path, config, plan.axes, "impacts")
@@ -45,7 +45,7 @@ def written(path, text, k2=lambda c, place: 1e-3 * (1 + c + sum(place))):
 
 
 def test_a_status_is_written_between_two_flushes_behind_all_data(tmp_path, monkeypatch):
-    """So even after a loss of power no limit counts as computed before it is written."""
+    """With this order, even after a loss of power, no limit counts as computed before its data are written."""
     order, put, flush = [], h5py.Dataset.__setitem__, h5py.File.flush
     monkeypatch.setattr(h5py.Dataset, "__setitem__", lambda data, *more: order.append(data.name) or put(data, *more))
     monkeypatch.setattr(h5py.File, "flush", lambda file: order.append("flush") or flush(file))
@@ -139,7 +139,7 @@ def test_a_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
 
 
 def test_the_ratio_is_nan_where_either_limit_is_missing(tmp_path):
-    """The limit in ε is infinite at the first value, that in Δτ at the second; the last value is not computed."""
+    """The limit in ε is infinite at the first A, the limit in Δτ at the second. At the last A none is computed."""
     table = {(0, 0): math.inf, (1, 1): math.inf}
     four = OVER_A.replace("[2.5", "[2.4, 2.5")
     ratio = load(written(tmp_path / "x.h5", four, lambda c, place: table.get((c, *place), 1e-3 * (1 + c)))).ratio()

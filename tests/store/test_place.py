@@ -29,7 +29,7 @@ def a_sweep(name):
 
 
 def foreign(name):
-    """Write an HDF5 file as another program might write it, with some of the names that our files use."""
+    """Write an HDF5 file of another program that contains some of the names in files of this program."""
     with h5py.File(name, "w") as file:
         file["A"] = np.arange(3.0)
         file["section_xi"] = np.arange(6.0)
@@ -62,7 +62,7 @@ def test_nor_does_its_draft():
 
 @pytest.mark.parametrize("spelling", ["new.png", "./new.png", "x/../new.png", "there/new.png"])
 def test_two_new_files_of_one_name_are_one_file(spelling):
-    """Neither file exists yet; the second would replace the first."""
+    """Both files do not exist yet. The second file would replace the first file."""
     Path("x").mkdir()
     Path("there").symlink_to(".")
     with pytest.raises(ConfigError, match="another file than the map"):
@@ -81,7 +81,9 @@ def test_only_result_files_are_replaced():
     Path("cut.h5").write_bytes(Path("foreign.h5").read_bytes()[:500])
     for name in ("precious.txt", "empty.h5", "foreign.h5"):
         refused(name, [name, "only result files"])
-    refused("cut.h5", ["cut.h5", "only result files"], overwrite=[True])  # else it may be a damaged result file
+    refused(
+        "cut.h5", ["cut.h5", "only result files"], overwrite=[True]
+    )  # without `overwrite` the file may be a damaged result file
     check_output(a_sweep("s.h5"), None, "sweep", overwrite=False)
     check_output(a_sweep("s.h5"), None, "limits", overwrite=True)
     with pytest.raises(ConfigError, match="but contains a sweep: choose another file with -o"):

@@ -124,7 +124,7 @@ def test_two_quantities_that_changed_places_are_found(path):
 
 
 def test_counts_of_switches_have_the_width_that_the_budget_asks_for(path):
-    """Without sections they take 4 bytes, unless there may be 2³¹ of them in all periods."""
+    """Without sections a number of switches takes 4 bytes, or 8 bytes if it may reach 2³¹."""
     plan = make_plan({"A": [3.0], "transient": 0, "periods": 12, "budget": 2**30, "record": "summary"})
     block = fake.block(plan, 0)
     writer = open_writer(path, plan, Origin(TEXT))

@@ -43,7 +43,7 @@ def write(path, plan, which=None, **options):
 
 
 def assert_complete(path, plan):
-    """Every point of the file equals bitwise the computed one."""
+    """Assert that every point of the file is bitwise equal to the computed point."""
     results = load(path)
     section = results.section.reshape(plan.n_points, -1, 2)
     for k, (start, stop) in enumerate(plan.blocks()):
@@ -55,7 +55,7 @@ def assert_complete(path, plan):
 
 
 def test_what_is_written_is_let_go_before_it_is_committed(path):
-    """Blocks are views of the array of a wave; a reference to one block keeps the memory of all."""
+    """Blocks are views of the array of a wave. A reference to one block would keep the memory of all its blocks."""
     plan = make()
     writer = open_writer(path, plan, Origin(TEXT, (), "A title"))
     wave = np.zeros((plan.n_points, 12, 2))
@@ -69,7 +69,7 @@ def test_what_is_written_is_let_go_before_it_is_committed(path):
 
 
 def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypatch):
-    """So even after a loss of power no block counts as computed before its data are written."""
+    """With this order, even after a loss of power, no block counts as computed before its data are written."""
     order, put, flush = [], Writer._put, h5py.File.flush
     monkeypatch.setattr(Writer, "_put", lambda self, k, name, values: order.append(name) or put(self, k, name, values))
     monkeypatch.setattr(h5py.File, "flush", lambda self: order.append("flush") or flush(self))
@@ -84,7 +84,7 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypat
 
 @pytest.mark.parametrize("sync", [True, False])
 def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
-    """fsync is called once, after all blocks; not after a signal, which leaves no time for it."""
+    """fsync is called once, after all blocks. After a signal it is not called, because there is no time for it."""
     asked = []
     monkeypatch.setattr(
         os, "fsync", lambda fd: asked.append((os.path.samestat(os.fstat(fd), os.stat(path)), look(path)))
@@ -98,7 +98,7 @@ def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
 
 
 def test_a_damaged_block_loses_its_status_before_its_data(finished, monkeypatch):
-    """So even after a kill no reader finds a blank block that counts as computed."""
+    """With this order no reader finds a blank block that counts as computed, even if the process is killed."""
     with h5py.File(finished) as file:
         chunk = file["margin"].id.get_chunk_info(1)
     damaged(finished, chunk.byte_offset + chunk.size // 2)
@@ -200,13 +200,13 @@ def test_attributes_tell_where_it_comes_from(finished):
         assert file.attrs["config"] == TEXT
         assert file.attrs["config_sha256"] == hashlib.sha256(TEXT.encode()).hexdigest()
         assert json.loads(file.attrs["overrides"]) == ["eps=[0, 2e-4]"]
-        assert "created" not in file.attrs  # no date: equal runs give equal files
+        assert "created" not in file.attrs  # a date would make files of equal runs different
         assert "numba" in json.loads(file.attrs["versions"])
         assert all(file[v.name].fletcher32 for v in variables_of(make()))
 
 
 def test_what_all_points_share_lies_open(finished):
-    """Other programs read B, eta, periods, … as attributes without knowing plans; xarray passes them on."""
+    """Other programs read B, eta, periods, … as attributes. They do not need the plan of the sweep."""
     plan = make()
     with xr.open_dataset(finished, engine="h5netcdf") as data:
         for name in ("B", "eta", "xi0", "dxi0", "tau0", "section_phase", "tol"):
@@ -214,7 +214,7 @@ def test_what_all_points_share_lies_open(finished):
         for name in ("transient", "periods", "budget"):
             assert data.attrs[name] == getattr(plan.settings, name)
         assert (data.attrs["method"], data.attrs["scan"], data.attrs["record"]) == ("certified", "skip", "section")
-        assert not {"A", "eps", "dtau"} & set(data.attrs)  # axes, and parameters without effect
+        assert not {"A", "eps", "dtau"} & set(data.attrs)  # axes and parameters without effect are no attributes
         told = data.attrs["comment"]
         assert [name for name in plan.scalars if name not in ("eps", "dtau") and f"{name}: " not in told] == []
         assert "too_close: " in data.status.comment
@@ -316,7 +316,7 @@ def test_an_unfinished_file_can_be_read(path):
 
 
 def test_what_is_half_written_is_not_read(path):
-    """From an unfinished file only committed blocks are read, but these completely."""
+    """From an unfinished file all committed blocks are read, and no other block."""
     plan = make()
     write(path, plan, which=[1])
     with h5py.File(path, "a") as file:
@@ -373,7 +373,7 @@ def test_resuming_computes_what_is_missing_and_keeps_the_rest(path):
 
 
 def test_a_file_keeps_its_own_blocks(path):
-    """A version with other block sizes resumes with the blocks of the file."""
+    """A version with other block sizes resumes a file with the blocks of this file."""
     write(path, make(), which=[0])
     plan = replace(make(), tiling=None)
     assert plan.chunk == (90, 2)
@@ -464,7 +464,7 @@ def test_overwrite_replaces_only_once_the_new_file_exists(finished, monkeypatch)
 
 
 def test_a_file_that_appears_while_a_new_one_is_begun_is_not_replaced(path, monkeypatch):
-    """Another process may have just created the file, so it is replaced only with `overwrite`."""
+    """The file may have been created by another process, so it is replaced only with `overwrite`."""
     monkeypatch.setattr(writer_module, "refuse_large_file", lambda plan, place: place.write_text("another"))
     with pytest.raises(Busy, match="another process is writing this file"):
         open_writer(path, make(), Origin(TEXT))
@@ -486,13 +486,13 @@ def damaged(path, offset, bit=0):
 
 
 def assert_complete_but_for(path, plan, block, variable):
-    """Only the array of the damaged variable lacks this block. A warning names it; all other values are right."""
+    """Assert that only the array of the damaged variable lacks the block, and that a warning names this block."""
     array = "section" if variable.startswith("section") else variable
     results = load(path)
     with pytest.warns(DamagedBlock, match=rf"left out of \w+: block {block} \(points .* A = ") as told:
         part = {name: getattr(results, name).reshape(plan.n_points, -1) for name in (*ARRAYS, "status")}
     assert {str(w.message).split(": damaged blocks are left out of ")[1].split(":")[0] for w in told} == (
-        {array} if array != "status" else set(ARRAYS)  # a block without a status counts as missing
+        {array} if array != "status" else set(ARRAYS)  # without its status a block counts as missing
     )
     for k, (start, stop) in enumerate(plan.blocks()):
         expected = fake.block(plan, k)
@@ -527,7 +527,7 @@ def test_a_flipped_bit_is_found_named_and_mended(finished, variable):
 
 
 def test_data_lost_under_their_status_are_found(finished):
-    """After a loss of power a status may exist without its data: blank chunks, whose checksums are right."""
+    """After a loss of power a block may have a status but blank data. The checksums of blank chunks are right."""
     plan = make()
     with h5py.File(finished, "a") as file:
         slab = tiles(plan)[2].slab
@@ -538,7 +538,7 @@ def test_data_lost_under_their_status_are_found(finished):
 
 @pytest.mark.parametrize("first", [41, 59])
 def test_a_block_of_which_a_part_is_marked_as_computed_is_found(finished, first):
-    """The status is written block by block, so a block with both kinds of points is damaged."""
+    """The status is written block by block, so a block is damaged if only a part of its points have a status."""
     with h5py.File(finished, "a") as file:
         file["status"][first:60] = Status.NOT_COMPUTED
     for report in (verify(finished), look(finished)):
@@ -561,7 +561,7 @@ def test_chunks_that_changed_places_are_found(finished, names):
 
 @pytest.mark.integration
 def test_no_flipped_bit_anywhere_goes_unnoticed(finished):
-    """Either the file is read as before, or an error or a warning occurs; other numbers never appear."""
+    """After any flipped bit the file is read as before, or there is an error or a warning. No wrong number is read."""
     whole = load(finished)
     expected = {name: getattr(whole, name).tobytes() for name in ARRAYS}
     raw = finished.read_bytes()

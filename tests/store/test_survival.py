@@ -37,7 +37,7 @@ A = {start = 3.0, stop = 3.25, num = 1030}
 transient = 0
 periods = 20
 """
-"""60 blocks; every second one has fewer points."""
+"""Configuration with 60 blocks. Every second block has fewer points."""
 
 STAND_IN = """
 import sys, functools
@@ -54,7 +54,7 @@ main(sys.argv[1:])
 
 @dataclass
 class Scene:
-    """Directory with a configuration, and the processes that compute it."""
+    """Directory with a configuration, and the processes that compute this configuration."""
 
     folder: Path
     started: list[subprocess.Popen] = field(default_factory=list)
@@ -83,13 +83,13 @@ class Scene:
         return process.returncode, out, err
 
     def wait_for_blocks(self, process, count=1):
-        """Wait until the file exists and holds `count` blocks."""
+        """Wait until the file exists and contains `count` blocks."""
         limit = time.monotonic() + LIMIT
         while time.monotonic() < limit and process.poll() is None:
             if self.file.exists() and look(self.file).done.sum() >= count:
                 return
             time.sleep(0.005)
-        if process.poll() == 0:  # it has finished already
+        if process.poll() == 0:  # the process has already finished
             return
         raise AssertionError(f"no blocks: {process.poll()} {process.stderr.read() if process.poll() else ''}")
 
@@ -132,12 +132,14 @@ def assert_one_line(err, *words):
     "times", [6, pytest.param(12, marks=pytest.mark.slow("12 s: 12 kills, each of a new process"))]
 )
 def test_killed_at_random(scene, undisturbed, times):
-    """Committed blocks survive each kill undamaged; the final file equals that of an uninterrupted sweep."""
+    """Committed blocks survive each kill undamaged. The final file equals the file of an uninterrupted sweep."""
     random = np.random.default_rng()
     committed, struck = 0, 0
     while struck < times:
         process = scene.start(delay=0.02)
-        if struck % 4:  # while blocks are written; else at any time, also during the layout
+        if (
+            struck % 4
+        ):  # three of four kills happen while blocks are written, the fourth at any time, even during the layout
             while not scene.file.exists() and process.poll() is None:
                 time.sleep(0.002)
         time.sleep(random.uniform(0, 0.7))
@@ -233,7 +235,7 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
 def test_two_writers_do_not_meet(scene, undisturbed):
     first = scene.start(delay=0.1)
     scene.wait_for_blocks(first)
-    first.send_signal(signal.SIGSTOP)  # so that it is still writing when the others end
+    first.send_signal(signal.SIGSTOP)  # so that the first process is still writing when the others end
     for options in ((), ("--overwrite",)):
         code, _, err = scene.run(*options)
         assert code == 2
@@ -317,7 +319,7 @@ eps = [0.0, 2e-4]
 transient = 10
 periods = 60000
 """
-"""24 points, with one point or few points per block."""
+"""Configuration with 24 points and few points, or one, in each block."""
 
 
 @pytest.mark.jit
@@ -349,7 +351,7 @@ def test_a_signal_does_not_wait_for_the_kernels(scene):
     process = scene.start(real=True)
     while not scene.file.exists() and process.poll() is None:
         time.sleep(0.01)
-    time.sleep(1.0)  # the kernels run by now, and take longer than LIMIT
+    time.sleep(1.0)  # now the kernels are running; they take longer than LIMIT
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130

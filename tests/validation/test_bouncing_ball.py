@@ -1,4 +1,4 @@
-"""For B → ∞ the mass is the inelastic bouncing ball: laws compared with a plain ball, and with the program."""
+"""For B → ∞ the mass is the inelastic bouncing ball. Its laws are compared with a plain ball and with the program."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import vibrodrive as vd
 from examples.bouncing_ball import DOCS, figure
 from vibrodrive.validation.bouncing_ball import MIDDLE, approach, laws, measure, table
 
-pytestmark = pytest.mark.jit  # about a thousand flights for every B
+pytestmark = pytest.mark.jit  # these tests compute about a thousand flights for every B
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_a_law_that_is_wrong_is_said_to_fail(found):
 
 @pytest.mark.parametrize("B", [1e2, 1e4, 1e6])
 def test_simulated_motions_end_on_the_orbit_that_was_found(B):
-    """The motion is simulated from rest, without the map: impact phase and speed after 500 periods."""
+    """A motion simulated from rest, without the map, has the phase and speed of the orbit after 500 periods."""
     motion = vd.simulate(A=MIDDLE * B, B=B, transient=500, periods=20)
     _, _, phase, speed, _ = measure(B)
     assert motion.status == vd.Status.OK

@@ -12,7 +12,7 @@ import numpy as np
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
 
-POINTS = 1024  # largest number of points of the sample: enough for different motions, few enough to take seconds
+POINTS = 1024  # largest number of points of the sample, which then has different motions and takes a few seconds
 SECONDS = 0.4  # least measured time of the sample from which the time of the sweep is extrapolated
 GROWTH = 4  # factor by which the number of periods grows from one attempt to the next
 

@@ -35,7 +35,7 @@ from vibrodrive.store.writer import Writer, open_writer
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
 
-PATIENCE = 0.7  # seconds to wait for a write after a signal; blocks not committed by then are computed again
+PATIENCE = 0.7  # largest time in seconds to wait for a write after a signal; later blocks are lost
 
 
 @dataclass(frozen=True)
