@@ -33,16 +33,16 @@ def test_a_motion_is_described_in_words_and_in_si_units():
     words = motion.describe().splitlines()
     assert words[0] == "A = 3.04, B = 0.1"
     assert words[1].startswith("OK: ")
-    assert words[2].startswith(f"closest decision: {motion.margin:.3g} from")
+    assert words[2].startswith(f"margin {motion.margin:.3g}: ")
     assert words[3:5] == [
-        "period 2, 0.5 impacts per excitation period",
+        "period 2; impacts per excitation period: 0.5",
         "states: U D U D I (Up, Down, Stick, Rest, Impact)",
     ]
     scene = vd.Scene(a0=0.8e-3, frequency=24, mu=0.6, alpha=3.4)
     in_si = motion.describe(scene).splitlines()
-    assert in_si[3] == "period 2 (83.33 ms), 0.5 impacts per excitation period (12 per second)"
+    assert in_si[3] == "period 2 (83.33 ms); impacts per excitation period: 0.5 (12 per second)"
     speed = scene.velocity(motion.impacts["speed"][0])
-    assert in_si[5] == f"impact speed {speed:.4g} m/s, at most {speed:.4g} m/s"
+    assert in_si[5] == f"mean impact speed {speed:.4g} m/s, largest {speed:.4g} m/s"
     still = vd.simulate(0.5, transient=0, periods=1).describe().splitlines()
     assert still[1].startswith("NEVER_LEAVES")
     assert len(still) == 3

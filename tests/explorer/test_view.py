@@ -169,7 +169,7 @@ def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
     assert {"less", "more"} & {name for _, name in free.swatches} == set()
     assert {"less", "more"} <= {name for _, name in limited.swatches}
     assert adapted(view.state(), "shade").limits is None
-    with pytest.raises(ValueError, match=r"bottom and top = \(1\.5, 2\.5\): must be left out: .* period are classes"):
+    with pytest.raises(ValueError, match=r"bottom and top = \(1\.5, 2\.5\): must be left out, .* period are classes"):
         View.read(view.state() | {"shade": "period"})
 
 
@@ -178,7 +178,7 @@ def test_a_range_belongs_to_what_the_figure_draws():
     both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
     assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
     assert view_of(config.parse(both)).limits == (1.5, 2.5)
-    with pytest.raises(ValueError, match=r"limits = .*: must be left out: the colours of period are classes"):
+    with pytest.raises(ValueError, match=r"limits = .*: must be left out, because the colours of period are classes"):
         view_of(config.parse(RANGED.replace("energy", "period")))
 
 

@@ -413,17 +413,25 @@ def test_what_is_drawn_follows_from_what_is_recorded(record, wish, found):
 @pytest.mark.parametrize(
     ("record", "wish", "told"),
     [
-        (("summary",), {"kind": "bifurcation"}, "kind = 'bifurcation': must be map: this sweep recorded summary"),
+        (
+            ("summary",),
+            {"kind": "bifurcation"},
+            "kind = 'bifurcation': must be map, because this sweep recorded summary",
+        ),
         (
             ("section",),
             {"quantity": "energy"},
-            "quantity = 'energy': must be one of last_xi, last_dxi, status, margin: this sweep recorded section, "
-            'and energy is in record = "summary"',
+            "quantity = 'energy': must be one of last_xi, last_dxi, status, margin, because this sweep recorded section"
+            ', and energy is in record = "summary"',
         ),
         (("summary",), {"kind": "map", "quantity": "xi"}, "quantity = 'xi': must be one of period"),
-        (("section",), {"quantity": "impact_speed"}, "must be left out: this sweep recorded section"),
-        (("impacts",), {"quantity": "xi"}, "must be one of impact_phase, impact_speed: this sweep recorded impacts"),
-        (("impacts",), {"kind": "poincare"}, "must be map or bifurcation: this sweep recorded impacts"),
+        (("section",), {"quantity": "impact_speed"}, "must be left out, because this sweep recorded section"),
+        (
+            ("impacts",),
+            {"quantity": "xi"},
+            "must be one of impact_phase, impact_speed, because this sweep recorded impacts",
+        ),
+        (("impacts",), {"kind": "poincare"}, "must be map or bifurcation, because this sweep recorded impacts"),
         (("summary",), {"quantity": "impact_power"}, "impact_power needs omega0, mu, alpha, mass"),
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
     ],

@@ -20,7 +20,7 @@ REFUSED = [
     ("limits", [A, "limits.quantity=ku", "criterion=word"], "criterion = 'word': must be left out"),
     ("limits", [A, "limits.quantity=k1", "eps=1e-4"], "eps = 0.0001: must be left out"),
     ("limits", ["A=3.04", "eta=[9.5, 101.3]", "limits.quantity=k1"], "eta = array of 2 values: "),
-    ("limits", [*TWO, "limits.quantity=k1"], "axes = A, B: must be one, A or B, for k1"),
+    ("limits", [*TWO, "limits.quantity=k1"], "axes = A, B: must be A or B for the quantity k1"),
     ("orbits", ["A=3"], "axes = none: must be A only, or A and B"),
     ("orbits", ["A=[3]"], "A = [3.0]: must be at least two different values"),
     ("orbits", [A, "eps=1e-4"], "eps = 0.0001: must be 0, because orbits are those of the undisturbed motion"),
@@ -31,7 +31,7 @@ REFUSED = [
     ("curves", [*TWO, "eps=1e-4"], "eps = 0.0001: must be 0"),
     ("failures", [A], "axes = A: must be A and dtau, or A and eps"),
     ("failures", [A, "eps=[1e-5, 1e-4]"], "dtau is missing: must be given over A and eps"),
-    ("failures", [A, "dtau=[0.1]"], "dtau = [0.1]: must be at least two values, ascending"),
+    ("failures", [A, "dtau=[0.1]"], "dtau = [0.1]: must be at least two values in ascending order"),
     ("failures", [A, "dtau=0.1", "eps=[0.0, 1e-4]"], "eps = 0.0: must be > 0"),
 ]
 

@@ -242,7 +242,7 @@ def test_an_axis_that_was_changed_is_found(finished, name):
 
 
 def test_a_file_that_this_process_reads_is_not_written(finished):
-    with xr.open_dataset(finished, engine="h5netcdf"), pytest.raises(Busy, match="this process has it open"):
+    with xr.open_dataset(finished, engine="h5netcdf"), pytest.raises(Busy, match="open for reading in this process"):
         open_writer(finished, make(), Origin(TEXT))
     open_writer(finished, make(), Origin(TEXT)).close()
 

@@ -40,33 +40,35 @@ def described(status: Status, margin: float, plan: Plan, scene: Scene | None) ->
 def sentences(
     status: Status, margin: float, found: Mapping[str, Any], plan: Plan, scene: Scene | None = None
 ) -> list[str]:
-    """Return the lines of the description: status, closest decision, period, impacts, cycle of states, impact speeds.
+    """Return the lines of the description: status, margin, period, impacts, cycle of states, impact speeds.
 
     With a scene, times and speeds are in SI units.
     """
     advice = status.advice
     if status == Status.OK and plan.settings.method == Method.FIXED:
         step = plan.scalars["dtau"]
-        advice = f"grid of step Δτ = {step:.6g}: switches are late by up to one step; two within one step may be missed"
+        advice = (
+            f"grid of step Δτ = {step:.6g}: switches are late by up to one step; two switches in a step may be missed"
+        )
     said = [f"{status.name}: {advice}", _decision(margin)]
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]
     cycle = f"period {period}" if period > 0 else "no period up to 64"
     if scene is None:
-        said.append(f"{cycle}, {impacts:.4g} impacts per excitation period")
+        said.append(f"{cycle}; impacts per excitation period: {impacts:.4g}")
     else:
         lasts = f" ({1e3 * period / scene.frequency:.4g} ms)" if period > 0 else ""
         said.append(
-            f"{cycle}{lasts}, {impacts:.4g} impacts per excitation period ({impacts * scene.frequency:.4g} per second)"
+            f"{cycle}{lasts}; impacts per excitation period: {impacts:.4g} ({impacts * scene.frequency:.4g} per second)"
         )
     if found["sequence"] > 0:
         said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
     mean, most = found["impact_speed_mean"], found["impact_speed_max"]
     if scene is None:
-        said.append(f"impact speed {mean:.6g}, at most {most:.6g}")
+        said.append(f"mean impact speed {mean:.6g}, largest {most:.6g}")
     else:
-        said.append(f"impact speed {scene.velocity(mean):.4g} m/s, at most {scene.velocity(most):.4g} m/s")
+        said.append(f"mean impact speed {scene.velocity(mean):.4g} m/s, largest {scene.velocity(most):.4g} m/s")
     if math.isfinite(found["lyapunov"]):
         said.append(f"Lyapunov exponent {found['lyapunov']:.4g} per excitation period")
     return said
@@ -75,4 +77,4 @@ def sentences(
 def _decision(margin: float) -> str:
     if math.isinf(margin):
         return "no decision"
-    return f"closest decision: {margin:.3g} from the opposite decision (distance in H, ξ or ξ')"
+    return f"margin {margin:.3g}: smallest distance of a decision from the opposite decision, in H, ξ or ξ'"

@@ -288,9 +288,9 @@ class Trajectory:
         --------
         >>> import vibrodrive as vd
         >>> print("\\n".join(vd.simulate(1.5, transient=10, periods=1).describe().splitlines()[3:]))
-        period 1, 1 impacts per excitation period
+        period 1; impacts per excitation period: 1
         states: U S D I R (Up, Down, Stick, Rest, Impact)
-        impact speed 0.699856, at most 0.699856
+        mean impact speed 0.699856, largest 0.699856
         """
         if scene is not None and not isinstance(scene, Scene):
             raise TypeError(bad("scene", scene, "a Scene, or left out"))

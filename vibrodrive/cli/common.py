@@ -89,7 +89,7 @@ def refuse_axes(plan: Plan) -> None:
 
 
 def judge_idle(settings: Config) -> None:
-    """Raise ConfigError for an axis that the method does not use. Print a message for such a single value."""
+    """Raise ConfigError for an axis that the method does not use. For a single value print a message instead."""
     from vibrodrive.model.plan import idle, refuse_idle
 
     plan = settings.plan()

@@ -95,8 +95,8 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
     """Call `read` in a separate process, and show its progress.
 
     On some damaged files HDF5 loops endlessly and never returns to Python, where signals are handled. On other files it
-    crashes. Raises Damaged if HDF5 crashes, or if a step takes longer than `patience` seconds (not on Windows, which
-    has no alarm), and also raises the exceptions of `read`.
+    crashes. Raises Damaged if HDF5 crashes, or if a step takes longer than `patience` seconds (except on Windows, which
+    has no alarm). Exceptions of `read` are raised again.
     """
     from multiprocessing import get_context
 

@@ -50,8 +50,9 @@ def _computing(plan: Plan, threads: int) -> float:
     """Return the seconds for all points and periods.
 
     A sample of points, spread evenly over the sweep, is computed repeatedly, each time for more periods, until one
-    attempt takes at least SECONDS or computes all periods. Motions settle, and periods that repeat are copied. Hence
-    the remaining periods are assumed to take as long as the last three quarters of the longest attempt.
+    attempt takes at least SECONDS or computes all periods. Late periods take less time than early periods, because the
+    kernels copy periods that repeat. So each remaining period is assumed to take as long as a period in the last three
+    quarters of the longest attempt.
     """
     from vibrodrive.batch.sweep import compute
 

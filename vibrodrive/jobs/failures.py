@@ -1,4 +1,4 @@
-"""Compute the failure map of a configuration into a file: judged switches over two axes, and limits."""
+"""`vibrodrive failures CONFIG`: a file and a figure of the judged switches over two axes, and of the limits."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ JUDGED = 10  # excitation periods of each motion whose switches are judged
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Refuse axes other than A and dtau, or A and eps, and axes that cannot be those of the map."""
+    """Raise ConfigError for axes other than A and dtau, or A and eps, and for values that a map cannot have."""
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
         raise ConfigError(bad_axes(names, "A and dtau, or A and eps"))
     for name, values in plan.axes.items():
         if len(values) < 2 or (np.diff(values) <= 0).any():
-            raise ConfigError(bad(name, values.tolist(), "at least two values, ascending, for a map"))
+            raise ConfigError(bad(name, values.tolist(), "at least two values in ascending order"))
     other = names[1]
     if plan.axes[other][0] == 0.0:
-        raise ConfigError(bad(other, 0.0, "> 0: this axis of the map is logarithmic"))
+        raise ConfigError(bad(other, 0.0, "> 0, because this axis of the map is logarithmic"))
     if np.isnan(plan.scalars["dtau"]) and other == "eps":
         needed = f"{PARAMETERS['dtau'].allowed}, the grid step of the methods fixed and muller"
         raise ConfigError(f"dtau is missing: must be given over A and eps, {needed}")

@@ -35,7 +35,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
         raise ConfigError(bad_axes(names, "one or two of A, B and eta"))
     quantity, criterion = _judged(config)
     if quantity == K1 and len(names) > 1:
-        raise ConfigError(bad_axes(names, f"one, A or B, for {K1}"))
+        raise ConfigError(bad_axes(names, f"A or B for the quantity {K1}"))
     _each(config, plan, None)(dict(plan.axes), *QUANTITIES[quantity].curves[0])
     return own_settings(config, criterion, quantity)
 
@@ -130,7 +130,7 @@ def table(found: Limits) -> str:
     """
     k, values = found.quantity, found.values
     kept = found.numbers["several_below" if k == KU else "kept_below"]
-    below = (kept == 0.0) & (values > 0.0) & np.isfinite(values)  # the smallest tested value is above the limit
+    below = (kept == 0.0) & (values > 0.0) & np.isfinite(values)  # these limits are below the smallest value tried
     if k == K1:
         heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(values)
         bounds = list(below)

@@ -56,7 +56,7 @@ class Stopped(Exception):
 
 
 class Cancelled(Exception):
-    """Raised in the working thread after a signal."""
+    """Exception that ends the computing thread after a signal."""
 
 
 def run(job: Job, show: Show) -> str:

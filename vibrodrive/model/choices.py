@@ -34,7 +34,7 @@ class Method(Named):
 MethodLike: TypeAlias = Method | Literal["certified", "muller", "fixed"]
 
 ACTS_ON = {"dtau": (Method.FIXED, Method.MULLER), "tol": (Method.MULLER,)}
-"""Methods that use a parameter; without `dtau` a method has no grid."""
+"""Methods that use `dtau` or `tol`. A method that does not use `dtau` has no grid."""
 
 IN_LANES = (Method.FIXED, Method.MULLER, Method.CERTIFIED)
 """Methods for which kernels/engine.py advances many motions together. With any other method kernels/single.py computes

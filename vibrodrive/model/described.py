@@ -41,7 +41,7 @@ class Described:
 class Stored:
     """The contents of a result file. Its repr, its table for notebooks and the lines of `info` are made from `facts`.
 
-    A class overrides `lines` to improve this text.
+    A subclass overrides `lines` to give a better text.
     """
 
     file_kind: ClassVar[str]

@@ -48,7 +48,7 @@ MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
 def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:
     """Refuse a range for a quantity with one colour for each value. Raises ValueError with one sentence."""
     if limits is not None and quantity in OF_CLASSES:
-        raise ValueError(bad(key, limits, f"left out: the colours of {quantity} are classes, which have no range"))
+        raise ValueError(bad(key, limits, f"left out, because the colours of {quantity} are classes without a range"))
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
@@ -86,7 +86,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         recorded = "this sweep recorded " + ", ".join(record)
         if quantity in OF_SUMMARY and SUMMARY not in record:
             recorded += f', and {quantity} is in record = "{SUMMARY}"'
-        raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}: {recorded}"))
+        raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {recorded}"))
     return kind, quantity
 
 
@@ -98,13 +98,13 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
         if IMPACTS not in record or not swept.axes:
             needed = f'{recorded}, and {quantity} needs record = "{IMPACTS}"'
             told = needed if swept.axes else "one motion has no axis"
-            raise ValueError(bad("quantity", quantity, f"left out: {told}"))
+            raise ValueError(bad("quantity", quantity, f"left out, because {told}"))
         return BIFURCATION, str(quantity)
     if SECTION not in record:
         if IMPACTS in record and quantity is not None:
-            raise ValueError(bad("quantity", quantity, f"one of {', '.join(IMPACT_QUANTITIES)}: {recorded}"))
+            raise ValueError(bad("quantity", quantity, f"one of {', '.join(IMPACT_QUANTITIES)}, because {recorded}"))
         allowed = f"{MAP} or {BIFURCATION}" if IMPACTS in record else MAP
-        raise ValueError(bad("kind", kind or BIFURCATION, f"{allowed}: {recorded}"))
+        raise ValueError(bad("kind", kind or BIFURCATION, f"{allowed}, because {recorded}"))
     if quantity not in (None, *SECTION_QUANTITIES):
         allowed = "one of " + ", ".join(SECTION_QUANTITIES) + (f" for a diagram of kind {kind}" if kind else "")
         raise ValueError(bad("quantity", quantity, allowed))

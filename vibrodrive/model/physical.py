@@ -94,7 +94,7 @@ def _each(function: Callable[[float], float], x: Any) -> Any:
         return function(x)
     import numpy as np
 
-    values, where = np.unique(x, return_inverse=True)  # an axis has few distinct values
+    values, where = np.unique(x, return_inverse=True)  # each distinct value is computed once; an axis has few
     return np.array([function(v) for v in values.tolist()])[where]
 
 
@@ -174,7 +174,7 @@ class Scene:
         frequency: float | None = None,
     ) -> None:
         if omega0 is None and frequency is None:
-            raise TypeError("omega0 is missing: must be given in rad/s, a finite number > 0, or frequency in hertz")
+            raise TypeError("omega0 is missing: must be a finite number > 0 in rad/s (or give frequency in hertz)")
         if frequency is not None:
             if omega0 is not None:
                 raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))

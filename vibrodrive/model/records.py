@@ -31,8 +31,8 @@ class Quantity(NamedTuple):
 
 SUMMARIES = (
     Quantity("period", "<i1", -1, "1", "period of the motion in excitation periods, 0: none up to 64"),
-    Quantity("sequence", "<i8", -1, "1", "code of the cycle of states; equal for equal cycles, 0: none"),
-    Quantity("gaps", "<i4", -1, "1", "cycle of the numbers of periods between main impacts, one digit each, 0: none"),
+    Quantity("sequence", "<i8", -1, "1", "number that identifies the cycle of states, 0: no cycle"),
+    Quantity("gaps", "<i4", -1, "1", "numbers of periods between main impacts in one cycle, as digits, 0: no cycle"),
     Quantity("impacts", "<f8", math.nan, "1", "impacts per excitation period"),
     Quantity("impact_speed_max", "<f8", math.nan, "1", "largest impact speed"),
     Quantity("impact_speed_mean", "<f8", math.nan, "1", "mean impact speed"),

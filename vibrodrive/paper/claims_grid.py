@@ -232,7 +232,7 @@ def transient(session: Session) -> Outcome:
     return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
 
 
-@claim("grid", "(The paper does not explain 6×2π.) The grid nearly closes after 6 periods: 377·0.1 ≈ 6·2π.")
+@claim("grid", "The paper leaves open why 6×2π. After 6 periods the grid nearly closes: 377·0.1 ≈ 6·2π.")
 def why_six(session: Session) -> Outcome:
     results = session.results("grid")
     steps = results.axes["dtau"]

@@ -88,7 +88,7 @@ class Comparison(NamedTuple):
     in_time: np.ndarray
 
     def of(self, kind: str) -> np.ndarray:
-        """Return True for each failure of a kind in KINDS: bool (n,)."""
+        """Return bool (n,), True at each failure of the kind `kind`, a name in KINDS."""
         late = ~self.in_time & self.same
         return {"missed": ~self.in_time & ~self.same, "late": late, "wrong": self.in_time & ~self.same}[kind]
 

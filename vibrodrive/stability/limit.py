@@ -184,7 +184,9 @@ def plan_disturbed(
     plan = make_plan({"periods": PERIODS, **arguments, "method": method, name: 1e-3})
     refuse_axes(plan, axes, hint)
     if name == "dtau" and plan.settings.method == choices.Method.CERTIFIED:
-        raise ValueError(bad("method", "certified", "fixed or muller for a limit in dtau: certified has no grid"))
+        raise ValueError(
+            bad("method", "certified", "fixed or muller for a limit in dtau, because certified has no grid")
+        )
     size.rows_that_fit(plan.settings.periods, 0)  # raises an error if the record does not fit in memory
     return plan
 

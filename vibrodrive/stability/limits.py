@@ -99,7 +99,7 @@ def check_quantity(quantity: object, criterion: str | None) -> str:
     if quantity == K2:
         return parse_criterion(IMPACTS if criterion is None else criterion).text
     if criterion is not None:
-        raise ValueError(bad("criterion", criterion, f"left out: only {K2} has a criterion, not {quantity}"))
+        raise ValueError(bad("criterion", criterion, f"left out, because {quantity} has no criterion"))
     return ""
 
 
@@ -212,7 +212,7 @@ class Limits(Stored):
         Parameters
         ----------
         kind : "map", optional
-            draws k₂ in ε as a colour in the plane of two axes.
+            "map" draws the limits in ε as colours in the plane of two axes.
         ax : matplotlib Axes or sequence of them, optional
             axes to draw in, one for each panel; by default those of a new figure.
 

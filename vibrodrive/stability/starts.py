@@ -149,7 +149,9 @@ def plan_of_starts(arguments: Mapping[str, Any], axis: object, axes: Sequence[st
     plan = make_plan({**arguments, "method": choices.Method.CERTIFIED})
     refuse_axes(plan, axes, f" (axes may be {', '.join(axes)} for a limit in {axis}, where ε = 0)" if axes else "")
     if plan.scalars["eps"] != 0.0:
-        raise ValueError(bad("eps", plan.scalars["eps"], f"left out for a limit in {axis}: only the start is changed"))
+        raise ValueError(
+            bad("eps", plan.scalars["eps"], f"left out for a limit in {axis}, because only the start changes")
+        )
     return plan
 
 

@@ -85,7 +85,7 @@ def ends_on_one(
     arguments : those of `simulate` without ξ0, ξ'0 and the disturbance. The default method is "fixed" for Δτ and
         "certified" for ε.
     values : values of the disturbance, float64 (k,).
-    starts : values of ξ0 and values of ξ'0; every ξ0 is combined with every ξ'0. By default the starts of
+    starts : (values of ξ0, values of ξ'0). Every ξ0 is combined with every ξ'0. The default is the lattice of
         `starts_that_reach_all`.
     """
     check_disturbance(disturbance)

@@ -46,7 +46,7 @@ NEXT = " | "  # separator of the flights in the name of an orbit
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredOrbits(Stored):
-    """A family of orbits in a file. `plan` is the plan of its configuration; None if this does not match the file."""
+    """A family of orbits in a file. `plan` is None if the configuration does not match the file."""
 
     file_kind = "orbits"
 

@@ -130,7 +130,7 @@ class Report:
 
     def complaints(self) -> list[str]:
         """Return all faults, one line each."""
-        again = "repeat the sweep command to compute it again"
+        again = "repeat the sweep command to compute this block again"
         plan = self.header.plan
         return [f"{place(plan, k)}: {fault}; {again}" for k, fault in sorted(self.faults.items())] + self.general
 

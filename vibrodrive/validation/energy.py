@@ -11,7 +11,7 @@ from vibrodrive.validation.check import Finding
 PERIODS = 300
 
 WITHIN = 1e-12
-"""Bound of the imbalance of a periodic motion, relative to the work of the excitation: rounding of the terms."""
+"""Bound of the imbalance of a periodic motion, relative to the work of the excitation. It allows for rounding."""
 
 
 def energy_balance() -> list[Finding]:
