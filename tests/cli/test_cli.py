@@ -525,7 +525,10 @@ def test_what_acts_on_nothing_is_named_or_refused(run):
     Path("idle.toml").write_text(IDLE)
     code, out, err = run("sweep", "idle.toml", "--dry-run", "--set", "dtau=[0.1, 0.01]")
     assert (code, out) == (2, "")
-    assert "dtau = [0.1, 0.01]: must be left out with method = 'certified': used by fixed and muller only" in err
+    assert (
+        "dtau = [0.1, 0.01]: must be left out with method = 'certified', because it is used by fixed and muller only"
+        in err
+    )
     for method, names in (("certified", ["dtau", "tol"]), ("fixed", ["tol"]), ("muller", [])):
         code, _, err = run("sweep", "idle.toml", "--method", method, "-o", f"{method}.h5")
         assert code == 0

@@ -178,7 +178,9 @@ def says_idle(name: str, value: object, method: int) -> str:
     """Return the message that refuses a parameter because the method does not use it."""
     value = value.tolist() if isinstance(value, np.ndarray) else value
     return bad(
-        name, value, f"left out with method = {Method(method).name.lower()!r}, because only {used_by(name)} use it"
+        name,
+        value,
+        f"left out with method = {Method(method).name.lower()!r}, because it is used by {used_by(name)} only",
     )
 
 
