@@ -1,4 +1,4 @@
-"""Results are bitwise equal: compiled or not, on one or two threads, single or batched, in one or several blocks."""
+"""Equality of results to the bit: compiled or not, on one or two threads, single or batched, in one or many blocks."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ ARGUMENTS = dict(A=np.linspace(1.0, 3.25, 150), eps=[0.0, 2e-4], transient=10, p
 @pytest.mark.jit
 @pytest.mark.parametrize("switching", [{}, dict(method="muller", dtau=0.01), dict(method="fixed", dtau=0.1)])
 def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
-    """If a kernel returns after every pass, instant or piece (slices.py), the results equal those of a single call."""
+    """If a kernel returns after every pass, instant or piece (slices.py), the results equal those of one call."""
 
     def results():
         r = vd.sweep(**ARGUMENTS, **switching, threads=1)
@@ -75,7 +75,7 @@ def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """Integers, float32, strided and Fortran-ordered input is converted before the call: one signature is compiled."""
+    """Integers, float32 and arrays in another memory order are converted first, so only one signature is compiled."""
     from vibrodrive.kernels.engine import batch
     from vibrodrive.kernels.sampling import sample_segments
     from vibrodrive.kernels.single import single
@@ -108,9 +108,9 @@ print(len(formulas), sorted(twice))
 @pytest.mark.jit
 @pytest.mark.slow("17 s: compiles a kernel of each kind into an empty cache")
 def test_no_formula_is_compiled_for_its_constants(tmp_path):
-    """If an argument were a constant, Numba would compile the formula, and all formulas that it calls, a second time.
+    """For a constant argument Numba would compile a formula, and all formulas that this formula calls, a second time.
 
-    Some formulas request this with the name of the argument. They are exceptions.
+    Exceptions are formulas that request this for an argument by its name.
     """
     count, twice = python(CONSTANTS, NUMBA_CACHE_DIR=str(tmp_path)).split(" ", 1)
     assert int(count) > 100
@@ -132,7 +132,7 @@ def test_no_formula_is_compiled_for_its_constants(tmp_path):
 )
 @pytest.mark.parametrize("section_phase", [0.0, 1.5, 4.0])
 def test_batched_equals_alone(method, section_phase):
-    """Single motions equal those of a sweep, which computes ordinary switches in batches, for any incline and start."""
+    """For any incline and start, single motions equal those of a sweep, which applies ordinary switches in batches."""
     rng = np.random.default_rng(7)
     axes = {
         "A": [*rng.uniform(1, 3.3, 12), *rng.uniform(0, 30, 4), 0.9, 1.0, 1.1, 1.1000001],
@@ -160,7 +160,7 @@ def test_registers_of_lanes_lie_in_one_line_of_the_cache():
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 3e-4])
 def test_a_method_that_is_not_of_the_engine_gives_the_same_bits(monkeypatch, eps):
-    """Its motions are computed one by one, as those of a new zero finder."""
+    """The motions of such a method, for example of a new zero finder, are computed one by one."""
     arguments = dict(A=[1.5, 3.04, 3.1], eps=eps, method="muller", dtau=0.05, tol=1e-9, transient=3, periods=4)
     together = vd.sweep(**arguments)
     monkeypatch.setattr("vibrodrive.model.names.IN_LANES", ())

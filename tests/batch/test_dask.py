@@ -1,4 +1,4 @@
-"""Blocks computed on a cluster give the same file, bit for bit, also if a worker dies."""
+"""Blocks computed on a cluster give the same file to the bit, even if a worker dies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ distributed = pytest.importorskip("distributed")
 ROOT = Path(__file__).parents[2]
 
 LIMIT = 1200.0
-"""Seconds after which a test stops waiting for a process, a file or the cluster."""
+"""Time in seconds after which a test fails instead of waiting for a process, a file or the cluster."""
 
 ARRAYS = ("section", "status", "margin", "switches")
 
@@ -41,7 +41,7 @@ eps = [0.0, 1e-4]
 transient = 50
 periods = 30000
 """
-"""40 points in five blocks of some tenths of a second."""
+"""Configuration of a sweep with 40 points in five blocks, each of which takes some tenths of a second."""
 
 ARGUMENTS = {"A": np.linspace(3.0, 3.25, 20), "eps": [0.0, 1e-4], "transient": 50, "periods": 30000}
 
@@ -73,7 +73,7 @@ def start_worker(address, folder):
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    """Address of a real scheduler with two workers on loopback, and the processes of these."""
+    """Address of a real scheduler with two workers on this machine, and the processes of the workers."""
     folder = tmp_path_factory.mktemp("cluster")
     file = folder / "scheduler.json"
     options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
@@ -113,7 +113,7 @@ def wait_for_a_block(process, file):
 
 
 def digest(path):
-    """Return the SHA-256 of all variables of a file, chunk by chunk as stored, without attributes."""
+    """Return the SHA-256 of the stored chunks of all variables of a file, without attributes."""
     found = hashlib.sha256()
     with h5py.File(path) as file:
         for name in sorted(file):
@@ -149,7 +149,7 @@ def test_a_worker_that_is_killed_is_survived(cluster, local, tmp_path):
     address, processes, folder = cluster
     (tmp_path / "c.toml").write_text(CONFIG)
     worker = processes.pop()
-    worker.send_signal(signal.SIGSTOP)  # so that its block is not finished when it dies
+    worker.send_signal(signal.SIGSTOP)  # so that the worker dies before its block is finished
     process = command(tmp_path, "--dask", address)
     file = tmp_path / "c.h5"
     wait_for_a_block(process, file)

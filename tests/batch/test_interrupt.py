@@ -1,6 +1,7 @@
-"""Ctrl-C stops any work; no computation continues in the background, and the session remains usable.
+"""Ctrl-C ends any work. No computation continues in the background, and the session remains usable.
 
-Without it sweeps, motions and limits would take longer than LIMIT. benchmarks/interrupt.py measures the delay.
+Without Ctrl-C the sweeps, motions and limits of this file would take longer than LIMIT. benchmarks/interrupt.py
+measures the delay.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from tests.support.process import python
 pytestmark = pytest.mark.jit
 
 LIMIT = 600.0
-"""Seconds after which the process of a test that hangs is ended."""
+"""Time in seconds after which the process of a test is ended if the test hangs."""
 
 A = np.linspace(3.0, 3.25, 2000)
 LONG = dict(A=A, eps=2e-4, transient=10_000_000, periods=10)
@@ -83,7 +84,7 @@ def compiled():
 
 
 def prepare() -> None:
-    """Compile everything, because first calls take longer. Compute a motion to compare with after each Ctrl-C."""
+    """Compile all kernels, because first calls take longer. Compute a motion for comparison after each Ctrl-C."""
     global MOTION
     MOTION = motion()
     MOTION.sample(1)
@@ -97,11 +98,11 @@ def prepare() -> None:
 
 
 def interrupt(work) -> None:
-    """Send SIGINT 0.3 s after the start of the work, and wait for its KeyboardInterrupt."""
+    """Send SIGINT 0.3 s after the start of `work`, which must raise KeyboardInterrupt."""
     timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
     faulthandler.dump_traceback_later(LIMIT, exit=True)
     callbacks = gc.callbacks[:]
-    gc.callbacks.clear()  # Python ignores exceptions raised in a callback; Hypothesis installs one
+    gc.callbacks.clear()  # Hypothesis installs callbacks, and Python ignores an exception in a callback
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
@@ -155,6 +156,6 @@ except KeyboardInterrupt:
 
 
 def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
-    """KeyboardInterrupt is raised immediately, and the process exits normally while the compiler is still running."""
+    """KeyboardInterrupt is raised immediately. The process ends normally although the compiler is still running."""
     assert python(FIRST, NUMBA_CACHE_DIR=str(tmp_path)) == "still compiling\n"
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

@@ -1,4 +1,4 @@
-"""A sweep is a loop over `numba.prange`. It runs on every threading layer, in threads, and in forked children."""
+"""A sweep is a loop of `numba.prange`. It runs on every threading layer, in several threads, and in forked children."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ print(child(lambda: total(10) == 45), flush=True)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("layer", ["omp", "workqueue", "tbb"])
 def test_threads_and_forked_children_of_one_process_sweep(layer):
-    """Sweeps run in four threads and in a forked child. With GNU OpenMP a prange of the user ends a forked child."""
+    """Sweeps run in four threads and in a forked child. With GNU's OpenMP a user's own prange aborts a forked child."""
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, layer],
         env={**os.environ, "NUMBA_NUM_THREADS": "2", "NUMBA_THREADING_LAYER": layer},
@@ -155,7 +155,7 @@ def test_arrays_of_another_kind_are_refused():
 
 
 class Failing(Executor):
-    """Executor whose tasks fail the first `times` times, as if their worker died."""
+    """Executor whose tasks fail the first `times` times, as if the worker died."""
 
     def __init__(self, times):
         self.times, self.submitted = times, []
@@ -184,7 +184,7 @@ def test_a_block_is_submitted_again_three_times():
 
 
 def test_an_error_behind_ctrl_c_is_not_that_of_the_next_call():
-    """The thread is used again. If it raises an error after Ctrl-C, the next call does not raise this error."""
+    """The next call uses the same thread. It does not raise an error that occurs in this thread after Ctrl-C."""
 
     class Pressed(Halt):
         @property

@@ -1,4 +1,4 @@
-"""The other records of a sweep than sections equal, point by point, those of single motions and of other sweeps."""
+"""Impacts and summaries of a sweep equal, point by point, those of single motions and of other sweeps."""
 
 from __future__ import annotations
 

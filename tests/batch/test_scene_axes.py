@@ -1,4 +1,4 @@
-"""A sweep over a scene in SI units equals bitwise a sweep over the same A and B. Figures show its axes in SI units."""
+"""Sweeps over a scene in SI units equal sweeps over the same A and B to the bit. Figures show axes in SI units."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from vibrodrive.kernels.arguments import SWITCH
 
 @pytest.mark.parametrize("method", ["certified", "fixed"])
 def test_a_motion_holds_no_more_memory_than_its_switches_take(method):
-    """The buffer of the computation is larger, as the number of switches is unknown. Row 0 precedes the record."""
+    """The buffer of the computation is larger, because the number of switches is not known before."""
     dtau = None if method == "certified" else 0.1
     motion = vd.simulate(3.04, method=method, dtau=dtau, transient=0, periods=3)
     n = 1 + len(motion.switches)
@@ -20,7 +20,7 @@ def test_a_motion_holds_no_more_memory_than_its_switches_take(method):
 
 
 def test_more_switches_than_expected_are_all_there():
-    """The motion has sixty hops in a row. They have three times as many switches as the first buffer has rows."""
+    """The motion has sixty impacts in a row, with three times as many switches as the first buffer has rows."""
     hops = {"A": 1.2207337005962078, "B": 1.5638725555830817, "eps": 2.444604789503143e-4, "eta": 196.35606314394815}
     few, many = (vd.simulate(**hops, transient=0, periods=n) for n in (1, 2))
     assert len(few.switches) > 2 * (64 + 128)

@@ -1,6 +1,6 @@
-"""Cache of compiled kernels: a change of their sources, of Python or of the processor compiles them again.
+"""Cache of compiled kernels. After a change of their sources, Python or the processor, kernels are compiled again.
 
-A message is shown while a user waits for the compilation.
+A message is shown during a long compilation.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def modules() -> dict[str, ModuleType]:
 
 
 def origins(module: ModuleType) -> dict[str, str]:
-    """Return the module of the package that defines each name imported by a module."""
+    """Return, for each name that a module imports, the module of the package that defines this name."""
     found = {}
     for statement in ast.parse(Path(module.__file__).read_text()).body:
         if isinstance(statement, ast.ImportFrom) and (statement.module or "").startswith("vibrodrive"):
@@ -54,12 +54,15 @@ def names_in(code: CodeType) -> set[str]:
 
 
 def behind_the_machine_code() -> set[str]:
-    """Return the modules that compiled functions use, found from these functions and not from the sources."""
+    """Return the names of modules that compiled functions use, from these functions and not from the sources."""
     loaded = modules()
     dispatchers = [v for m in loaded.values() for v in vars(m).values() if hasattr(v, "py_func") and v.stats.cache_path]
     assert len(dispatchers) > 5
     engine, alone = loaded["vibrodrive.kernels.engine"], loaded["vibrodrive.kernels.single"]
-    dispatchers += [engine.batch(2, False, False), alone.single(2, False, True)]  # compiled on request
+    dispatchers += [
+        engine.batch(2, False, False),
+        alone.single(2, False, True),
+    ]  # these kernels are compiled on request
     known: set[str] = set()
     seen: set[int] = set()
 
@@ -91,7 +94,7 @@ def behind_the_machine_code() -> set[str]:
 
 
 def beside_the_machine_code() -> set[str]:
-    """Return the modules of the command line, the figures and the files, recognised by their imports."""
+    """Return the names of modules of the command line, the figures and the files, recognised by their imports."""
     found = set()
     for path in ROOT.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
@@ -118,7 +121,7 @@ def copy(tmp_path):
 
 
 def changing(copy, names: set[str]) -> set[str]:
-    """Return the modules whose edit changes the fingerprint."""
+    """Return those of the modules `names` whose edit changes the fingerprint."""
     before, found = _fingerprint(copy.root, _jit.__name__), set()
     for name in names:
         source = copy(name).read_text()
@@ -161,7 +164,7 @@ TREE = {
     "figures/draw.py": "from vibrodrive.kernels.engine import x\ndef f():\n from vibrodrive.jit.compile import jit\n",
     "cli/sweep.py": "import vibrodrive.kernels.engine\nimport vibrodrive.figures.diagrams.draw\n",
 }
-"""A package with subpackages: every form of import, at any depth."""
+"""Sources of a package with subpackages, by path. They contain every form of import, at any depth."""
 
 
 def test_imports_are_followed_into_packages_of_packages(copy):
@@ -181,7 +184,7 @@ def test_imports_are_followed_into_packages_of_packages(copy):
             deaf.append(name)
         (copy.root / name).write_text(source)
     assert hash_of_all() == first
-    # no kernel uses these: a package does not count only because it contains an imported module
+    # no kernel uses these modules; a package does not count only because a kernel imports one of its modules
     assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
 
 
@@ -279,7 +282,7 @@ def test_a_numba_that_has_changed_compiles_the_same_kernels(tmp_path, numba, pri
 
 @pytest.mark.parametrize(("terminal", "shown"), [(True, False), (True, True), (False, False)])
 def test_who_waits_at_a_terminal_for_a_kernel_reads_which(monkeypatch, capsys, terminal, shown):
-    """The message appears once, and not if a progress display already shows it."""
+    """The message is printed once. It is not printed if a progress display already shows it."""
     from vibrodrive.jobs.progress import watching
 
     monkeypatch.setattr(_jit, "wait", lambda outcomes, seconds: SimpleNamespace(done=set()))  # a longer compilation

@@ -33,7 +33,7 @@ def test_no_error_above_its_bound_in_scenes_of_all_bands(band, arguments):
 
 @pytest.mark.jit
 def test_bounds_say_something():
-    """Half of all motions have bounds below 1000 times their errors."""
+    """In half of all motions the bounds are below 1000 times the errors."""
     known = [hold(arguments, most=60).looseness for _, arguments in draw(5, 24)]
     assert np.nanmedian(known) < 1000
 
@@ -58,7 +58,7 @@ CHAOTIC = [({"A": 12.0}, 430), ({"A": 9.0, "xi0": 1.0}, 310), ({"A": 9.5}, 360)]
 @pytest.mark.jit
 @pytest.mark.parametrize(("arguments", "most"), CHAOTIC)
 def test_certainty_ends_before_a_chaotic_motion_follows_another(arguments, most):
-    """The computed sequence of states differs from the true one after about 400 switches; every margin exceeds 0.01."""
+    """After about 400 switches the computed states differ from the true states, although all margins exceed 0.01."""
     motion = vd.simulate(**arguments, transient=0, periods=250)
     certain = np.isfinite(motion.switch_errors["tau"])
     number = int(certain.sum())
@@ -76,9 +76,9 @@ def test_certainty_ends_before_a_chaotic_motion_follows_another(arguments, most)
 
 @pytest.mark.jit
 def test_certainty_ends_in_a_long_run_of_impacts_without_a_rest():
-    """The bound grows by a factor of up to 4.5 at each of 44 impacts in a row; no margin is below 1e-7.
+    """The bound grows by a factor of up to 4.5 at each of 44 impacts in a row, although no margin is below 1e-7.
 
-    Row 1171 of the switches is the first whose states differ from those of the exact motion.
+    The first switch whose states differ from the states of the exact motion is in row 1171.
     """
     scene = dict(A=1.2207337005962078, B=1.5638725555830817, eps=2.444604789503143e-4, eta=196.35606314394815)
     held = hold(scene | {"periods": 4}, most=600)
@@ -142,7 +142,10 @@ def test_error_bars_of_muller_reach_the_certified_motion(tol, eps):
 
 @pytest.mark.jit
 def test_bounds_grow_with_the_tolerance_of_muller():
-    """Bounds of the second switch, tol = 0.1 and 1e-9. With 1e-9 it is certain: ||H| - 1| > 1.5 at the ends of UP."""
+    """The bounds of the second switch are larger for tol = 0.1 than for tol = 1e-9.
+
+    With 1e-9 the switch is certain, because ||H| - 1| > 1.5 at the ends of UP.
+    """
     motion = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=0.1)
     fine = vd.simulate(3.04, transient=0, periods=9, method="muller", dtau=0.1, tol=1e-9)
     assert fine.status == vd.Status.OK
@@ -152,7 +155,7 @@ def test_bounds_grow_with_the_tolerance_of_muller():
 
 @pytest.mark.jit
 def test_a_tolerance_may_turn_a_decision_at_H_near_minus_1():
-    """H falls through -1 where UP ends. At a slightly earlier end the mass sticks, at a later end it slides down."""
+    """H falls through -1 where UP ends. After an earlier end the mass sticks, and after a later end it slides down."""
     scene = dict(A=3.04, xi0=1.0, dxi0=0.59222, tau0=3.0, transient=0, periods=1, method="muller", dtau=0.1)
     fine, coarse = (vd.simulate(**scene, tol=tol) for tol in (1e-9, 1e-2))
     assert (fine.switches["after"][0], fine.status) == (vd.State.STICK, vd.Status.OK)
@@ -168,7 +171,7 @@ def test_a_fixed_grid_has_no_bounds():
 
 
 def test_nothing_is_certain_where_the_start_is_undecided():
-    """H falls through 1 at τ0 = 4π + …: rounding decides if the mass leaves the obstacle there."""
+    """H falls through 1 at the start τ0 = 4π + …, so rounding decides if the mass leaves the obstacle there."""
     start = 4 * math.pi + math.pi - math.asin(1.1 / 3.0)
     motion = vd.simulate(3.0, tau0=start, transient=0, periods=2)
     assert motion.status == TOO_CLOSE
@@ -187,7 +190,7 @@ def test_a_record_may_end_with_a_rest():
 
 @mp.workdps(50)
 def test_an_impact_at_the_end_of_the_record_may_have_been():
-    """The record ends within rounding of an impact, after a fall from a stick: ξ' is the speed of the fall, or 0."""
+    """The record ends within rounding of an impact after a fall. At its end ξ' is the velocity of the fall, or 0."""
     A, B, end = 1.05, 0.1, 5.4
     begin = mp.pi + mp.asin((1 - mp.mpf(B)) / A)
     h = end - begin
@@ -203,13 +206,13 @@ def test_an_impact_at_the_end_of_the_record_may_have_been():
 @mp.workdps(50)
 @pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
 def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
-    """H barely reaches -1. An error in the last bit of 1 - B shifts this instant more than one in the phase."""
+    """H barely reaches -1. An error in the last bit of 1 - B shifts this instant by more than the last bit of φ."""
     for A in (1.0, 1.0 - 0.5 * B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
         late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))
         assert 1e-14 < abs(late) <= motion.switch_errors["tau"][0] < 1.1 * abs(late)
         held = hold(dict(A=A, B=B, eps=0.0, eta=vd.ETA, xi0=1.0, periods=1, section_phase=5.8), most=10)
-        assert not held.broken, "the slide after it is late, too"
+        assert not held.broken, "the slide after the wait is late, too"
 
 
 def test_at_rest_for_ever_nothing_is_off():

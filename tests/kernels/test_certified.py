@@ -30,8 +30,8 @@ BOUNDS = {"one-periodic": 1e-11, "two-periodic": 1e-11, "fast disturbance": 1e-8
 def test_switches_and_section_of_the_reference(name):
     """1000 periods at ε = 0 agree to 1e-11 in τ. Other scenes agree to 1e-10, except one in which the mass chatters.
 
-    There some twenty bounces in a row each multiply the error by 2 to 3. An error of 1e-17 at the first bounce becomes
-    1e-9 at the last one, in any arithmetic with doubles.
+    In this scene about twenty impacts in a row each multiply the error by 2 to 3. An error of 1e-17 at the first impact
+    becomes 1e-9 at the last impact, in any arithmetic with doubles.
     """
     exact, ours = scene(name), vd.simulate(transient=0, **SCENES[name])
     bound = BOUNDS.get(name, 1e-10)

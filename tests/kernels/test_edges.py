@@ -1,14 +1,15 @@
-"""Scenes where event finders go wrong, each named after its error. Sources:
+"""Scenes in which event finders fail, each named after its error. Errors and their sources:
 
-grazing            no sign change is seen where the margin of an impact, or of its absence, is tiny (scipy issue
-                   9228: of three roots in a step one is found; diffrax issue 507: of two in a step none)
-start on a zero    a state machine "friction and stops" loses the event, or fires it endlessly, when a state begins
-                   on a zero of its own condition (SciML: DiffEqBase.jl issue 634, OrdinaryDiffEq.jl issue 3222)
+grazing            no sign change is detected if an impact happens, or fails to happen, by a tiny margin (scipy issue
+                   9228: one of three roots in a step is found; diffrax issue 507: none of two roots is found)
+start on a zero    a model of friction and stops loses an event, or repeats it endlessly, if a state begins on a zero
+                   of its own condition (SciML: DiffEqBase.jl issue 634, OrdinaryDiffEq.jl issue 3222)
 sign after reset   the value at the event changes sign after the state is set (Hipparchus issue 184)
-order of events    two conditions change sign in one step, and the later one in the list wins (diffrax issue 639)
-through the floor  a plastic ball sinks (SciML: DifferentialEquations.jl issue 696)
+order of events    two conditions change sign in one step, and the one that is later in the list is chosen (diffrax
+                   issue 639)
+through the floor  a plastic ball falls through the floor (SciML: DifferentialEquations.jl issue 696)
 NaN                a root finder never returns (SUNDIALS issue 258)
-same instant       an event occurs at the very beginning of its step (scipy issues 17066, 19418)
+same instant       an event occurs exactly at the beginning of its step (scipy issues 17066, 19418)
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ pytestmark = pytest.mark.jit
 
 
 def ulps(x: float) -> list[float]:
-    """Return x and its two neighbours among the doubles."""
+    """Return the double below x, x itself, and the double above x."""
     return [math.nextafter(x, -math.inf), x, math.nextafter(x, math.inf)]
 
 
@@ -41,7 +42,7 @@ def ulps(x: float) -> list[float]:
 @pytest.mark.parametrize("name", THROWS)
 @pytest.mark.parametrize("wanted", LADDER)
 def test_grazing_ladder(name, wanted):
-    """A minimum of ξ in free flight of ±1e-3 … ±1e-15 and 0 gives the right states, or a flag within rounding."""
+    """For a minimum of ξ of ±1e-3 … ±1e-15 or 0 the states are right, or the motion is flagged within rounding."""
     scene = THROWS[name]
     drop = lowest(scene, 1e6)
     height = float(mp.mpf(wanted) - drop)
@@ -61,7 +62,7 @@ def test_grazing_ladder(name, wanted):
 
 
 def dips(f: Callable[[Any], Any], slope: Callable[[Any], Any], end: float) -> list[tuple[Any, Any]]:
-    """Return the local minima (h, f) of f on (0, end), computed to 50 digits."""
+    """Return (h, f(h)) for each local minimum of f on (0, end), computed to 50 digits."""
     h = np.linspace(0, end, 3000)
     v = [float(f(t)) for t in h]
     found = []
@@ -77,7 +78,7 @@ def dips(f: Callable[[Any], Any], slope: Callable[[Any], Any], end: float) -> li
 
 @pytest.mark.parametrize("sign", [1, -1], ids=["up", "down"])
 def test_tangency_of_a_velocity(sign):
-    """ξ' nearly touches 0 during a slide. Its sign there decides if the slide ends, or the motion is flagged."""
+    """ξ' nearly touches 0 during a slide. The sign of ξ' there decides if the slide ends, or the motion is flagged."""
     scene = {"A": 3.04, "B": 0.2, "eps": 3e-4, "tau0": 3.5 if sign > 0 else 0.3}
     mp.dps = 60
     model = Oscillator(scene["A"], scene["B"], scene["eps"], ETA)
@@ -95,7 +96,7 @@ def test_tangency_of_a_velocity(sign):
     ids=["rest", "stick"],
 )
 def test_tangency_of_the_force(scene):
-    """H nearly touches 1 in a wait: the wait ends there or continues, as in the reference."""
+    """H nearly touches 1 in a wait. The wait ends there or continues, as in the reference."""
     mp.dps = 60
     model = Oscillator(scene["A"], 0.0, scene["eps"], ETA)
     tau = mp.mpf(scene["tau0"])
@@ -107,10 +108,10 @@ def test_tangency_of_the_force(scene):
 
 
 def check_ladder(scene: Callable[[float], dict[str, float]], terms: float) -> None:
-    """Compare states near a tangency missed by ±1e-3 … ±1e-15.
+    """Compare the states with the reference in scenes at a distance of ±1e-3 … ±1e-15 from a tangency.
 
-    They agree or the motion is flagged. It is not flagged far from rounding. The same holds for a sweep, which flags by
-    the distance only.
+    The states agree, or the motion is flagged. A motion is not flagged if its distance is far above rounding. The same
+    is true for a sweep, which flags a motion by the distance only.
     """
     differ = set()
     for wanted in LADDER:
@@ -150,7 +151,7 @@ def brief_reversal(depth: float) -> tuple[dict[str, float], float]:
 
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step(method):
-    """Both zeros are between two grid points. With fixed and Muller the slide continues, with certified it ends."""
+    """Both zeros are between two grid points. With fixed and muller the slide continues. With certified it ends."""
     scene, h = brief_reversal(1e-6)
     exact = reference(**scene, periods=1, max_switches=1).switches[0]
     assert float(exact.tau) - scene["tau0"] == pytest.approx(h, abs=1e-4)
@@ -164,7 +165,7 @@ def test_two_zeros_in_one_step(method):
 
 
 def test_three_zeros_in_one_step():
-    """One step contains the dip and the end of the slide. Muller finds one sign change, which is not the first zero."""
+    """One step contains the dip and the end of the slide. With muller one sign change is found, not the first zero."""
     scene, _ = brief_reversal(1e-3)
     first = reference(**scene, periods=1, max_switches=1).switches[0].tau - mp.mpf(scene["tau0"])
     dtau = 2.0
@@ -178,7 +179,7 @@ def test_three_zeros_in_one_step():
 
 @pytest.mark.parametrize("tau0", np.linspace(0, 6, 13))
 def test_which_side_ends_a_stick(tau0):
-    """H passes 1 and -1 within a hundredth of a period: the side that it reaches first counts."""
+    """H passes 1 and -1 within a hundredth of a period. The value that H reaches first ends the sticking."""
     scene = {"A": 1.4, "B": 0.05, "eps": 1.2e-3, "eta": 31.0, "xi0": 20.0, "tau0": float(tau0)}
     found = check_decisions(scene, most=30)
     assert found.agrees
@@ -186,7 +187,7 @@ def test_which_side_ends_a_stick(tau0):
 
 
 def test_both_conditions_of_a_slide_down():
-    """ξ < 0 and ξ' > 0 at the same grid point are an impact, independent of the order of the tests."""
+    """ξ < 0 and ξ' > 0 at the same grid point are an impact. The order in which both are tested does not matter."""
     thrown = {"A": 3.04, "dxi0": -0.5, "tau0": 2.9}
     grazing = -lowest(thrown, 1e6)
     both = 0
@@ -206,7 +207,7 @@ def test_both_conditions_of_a_slide_down():
 @pytest.mark.parametrize("A", [1.2, 3.04])
 @pytest.mark.parametrize("B", [0.0, 0.1, 1.0])
 def test_start_where_the_force_is_one(A, B):
-    """Starts at the τ0 where H is 1 or -1, and one ulp before and after it, at the obstacle and above it."""
+    """The motion starts at the τ0 where H is 1 or -1, or one ulp earlier or later, at the obstacle or above it."""
     for level in (1 + B, B - 1):
         if abs(level) > A:
             continue
@@ -218,7 +219,7 @@ def test_start_where_the_force_is_one(A, B):
 
 @pytest.mark.parametrize("speed", [0.0, 5e-324, 1e-300, 1e-160, 1e-80, 1e-30, 1e-16])
 def test_slide_with_hardly_any_speed(speed):
-    """The slide ends almost immediately, close to its start. The search ends, and the order of states is valid."""
+    """The slide ends almost immediately, so that its end is close to its start. The order of states is valid."""
     for xi0 in (0.0, 1e-300, 1e-24, 1.0):
         for sign in (1, -1):
             for tau0 in (0.0, 2.0, 4.7):
@@ -233,7 +234,7 @@ def test_slide_with_hardly_any_speed(speed):
 @pytest.mark.parametrize("B", [0.0, 0.1, 0.5, 1.0, math.nextafter(1.0, 2.0), 1.3])
 @pytest.mark.parametrize("eps", [0.0, 5e-4])
 def test_amplitude_on_a_boundary(B, eps):
-    """A = 1 + B, |1 - B|, B and 0, and one ulp to either side, starting in rest, stick and slides."""
+    """A is 1 + B, |1 - B|, B or 0, or one ulp from these. The motion starts in a rest, a stick or a slide."""
     for base in {1 + B, abs(1 - B), B, 0.0}:
         for A in ulps(base):
             if A < 0:
@@ -243,12 +244,12 @@ def test_amplitude_on_a_boundary(B, eps):
                     scene = {"A": A, "B": B, "eps": eps, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}
                     try:
                         check_decisions(scene, most=8, periods=10)
-                    except ArithmeticError:  # a zero of order three, which 50 digits cannot decide either
+                    except ArithmeticError:  # a zero of order three: even 50 digits cannot decide this case
                         assert flagged(vd.simulate(**scene, transient=0, periods=10))
 
 
 def test_amplitude_that_just_suffices():
-    """A = 1 + B + 1e-9 leaves the obstacle for a phase of 1e-4; A = 1 + B - 1e-9 never does."""
+    """With A = 1 + B + 1e-9 the mass leaves the obstacle for a phase of 1e-4, with A = 1 + B - 1e-9 never."""
     for B in (0.0, 0.1, 0.7):
         over = check_decisions({"A": 1 + B + 1e-9, "B": B}, most=12)
         assert over.agrees
@@ -274,7 +275,7 @@ def test_incline_too_steep_to_stick(B):
 
 @pytest.mark.parametrize(("eps", "eta"), [(0.0, ETA), (0.01, 7.3)])
 def test_phase_after_a_million_periods(eps, eta):
-    """H = 1 at the end of a wait, in 50 digits, after a million periods: the phases of τ and ητ are right to 1e-12."""
+    """After a million periods H = 1 at the end of a wait, in 50 digits. So both phases are right to 1e-12."""
     t = vd.simulate(A=1.5, eps=eps, eta=eta, transient=1_000_000 - 1, periods=2)
     model = Oscillator(1.5, 0.1, eps, eta)
     mp.dps = 60
@@ -290,7 +291,7 @@ def test_phase_after_a_million_periods(eps, eta):
 
 @pytest.mark.parametrize("k", [1, -7, 1000, 159_154_943])
 def test_start_shifted_by_whole_periods(k):
-    """τ0 + 2πk gives the same motion k periods later; the known rounding of 2πk is taken into account."""
+    """A start at τ0 + 2πk gives the same motion k periods later. The test allows for the known rounding of 2πk."""
     scene = {"A": 3.04, "xi0": 0.3, "dxi0": 1.0}
     tau0 = 2 * math.pi * k
     mp.dps = 60
@@ -314,12 +315,12 @@ def test_start_shifted_by_whole_periods(k):
     ],
 )
 def test_faint_disturbance_with_large_high_derivatives(A, B, eps, eta, xi0, dxi0, tau0):
-    """A series up to the fourth derivative misses the only zero: the fifth and higher derivatives are large."""
+    """The fifth and higher derivatives are large, so a series up to the fourth derivative would miss the only zero."""
     check_decisions({"A": A, "B": B, "eps": eps, "eta": eta, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=8, periods=4)
 
 
 def test_zero_where_a_long_slide_is_continued():
-    """A slide of more than 4π ends within rounding of the point at which it is split: it ends without a search."""
+    """A slide of more than 4π ends within rounding of the instant at which it is divided into two segments."""
     incline = {"A": 1.3810559874528507, "B": 0.22576944812017585, "eps": 0.00012271886836946676, "eta": 100.995}
     speed = float.fromhex("0x1.ece8f9bcde60bp+3")
     t = vd.simulate(**incline, xi0=1.0, dxi0=speed, transient=0, periods=8, budget=500)
@@ -329,7 +330,7 @@ def test_zero_where_a_long_slide_is_continued():
 
 @pytest.mark.parametrize("A", [1.5, 2.2])
 def test_vanishing_disturbance(A):
-    """For ε → 0 results tend to those of ε = 0, linearly and then up to the last bits, also if ε underflows."""
+    """For ε → 0 the results tend linearly to the results of ε = 0, and agree in the last bits even if ε underflows."""
     undisturbed = vd.simulate(A=A, transient=20, periods=20)
     for eps in (1e-9, 1e-12, 1e-15, 1e-20, 1e-100, 1e-300, 5e-324):
         t = vd.simulate(A=A, eps=eps, transient=20, periods=20)
@@ -345,7 +346,7 @@ def test_vanishing_disturbance(A):
 @pytest.mark.parametrize("speed", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize("tau0", [0.0, 0.9, 2.0, 5.5])
 def test_throw_reversed_in_time(A, speed, tau0):
-    """τ → π - τ keeps sin τ and turns a slide up at B into a slide down at B + 2.
+    """The transformation τ → π - τ keeps sin τ. It makes a slide down at B + 2 of a slide up at B.
 
     The mass lands at the mirrored time of its start, with the speed of its start.
     """
@@ -403,7 +404,7 @@ def test_extremes_are_right(name):
 
 
 def test_record_ends_in_mid_fall():
-    """A slide that begins before the end of the record and lands after it has not landed at the end (ξ = 6.65)."""
+    """A slide begins before the end of the record and lands later. So ξ is 6.65 at the end, and there is no impact."""
     scene = {"A": 4.722167765521558, "B": 1.0, "xi0": 3.7471638654197683, "tau0": 4.872575354352764}
     short = vd.simulate(**scene, transient=0, periods=6)
     long = vd.simulate(**scene, transient=0, periods=7)
@@ -413,9 +414,9 @@ def test_record_ends_in_mid_fall():
 
 
 def test_strokes_that_cancel():
-    """B = 0: up and down strokes are equal, and ξ returns to 0 at ξ' = 0 exactly.
+    """For B = 0 slides up and down are equally long, and ξ returns to 0 exactly where ξ' = 0.
 
-    Either decision is flagged, and a valid motion follows: impacts at the obstacle, never with ξ' > 0.
+    Either decision is flagged. The motion that follows is valid: impacts are at the obstacle, and never with ξ' > 0.
     """
     for A in (1.012894992700601, 1.3845970985876055, 1.8540585017483262):
         t = vd.simulate(A=A, B=0.0, transient=0, periods=30)

@@ -1,9 +1,9 @@
-"""The root finder: its step for the steepest function allowed by the bounds, and a list of difficult roots.
+"""The search for a first zero: its step for the steepest function that the bounds allow, and a list of difficult roots.
 
-The list contains cases in which event finders fail: two roots closer than any check interval, roots at the ends,
-double and triple roots, a function that touches zero and returns (Hipparchus' `CloseEventsTest`), three roots of one
-cubic in a step (scipy issue 9228: one is found), and a simple root after a double one, for which
-((t - 1)² - e)(1.2 - t) is the smallest example.
+The list contains cases in which event finders fail: two very close roots, roots at the ends of the interval, double and
+triple roots, a function that touches zero (Hipparchus' `CloseEventsTest`), three roots of a cubic in one step (scipy
+issue 9228: one is found), and a simple root after a double root. ((t - 1)² - e)(1.2 - t) is the simplest example of the
+last case.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ STEPS = 4000
 def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> list[float]:
     """Return the cursors of a search for the first zero of g, g(0) > 0, on [0, limit].
 
-    `function` gives g and its first four derivatives, |g'''| <= m3; each derivative is at most `rate` times the
-    previous one. The last cursor is the zero, or `limit`, or the point where the number of steps is used up (in the
-    rounding around a zero of high order). This is the loop of `first_zero.search` for a general function.
+    `function` gives g and its first four derivatives. |g'''| <= m3, and each derivative is at most `rate` times the
+    derivative before. The last cursor is the zero, `limit`, or the point at which the allowed number of steps is used
+    (within the rounding around a zero of high order). This is the loop of `first_zero.search` for a general function.
     """
     cursors, span = [0.0], limit
     rate = rate or 4 / limit
@@ -46,13 +46,13 @@ def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> li
 
 
 def product(roots: list[float], scale: float = 1.0) -> Polynomial:
-    """Return the polynomial with these roots, positive at 0."""
+    """Return the polynomial with these roots, times `scale`, that is positive at 0."""
     p = Polynomial.fromroots(roots) * scale
     return p if p(0.0) > 0 else -p
 
 
 def prepare(p: Polynomial, limit: float) -> tuple[Function, float]:
-    """Return g with four derivatives, and a bound of |g'''| on [0, limit] from the coefficients."""
+    """Return (function, m3): g with four derivatives, and a bound of |g'''| on [0, limit] from the coefficients."""
     derivatives = [p, *(p.deriv(n) for n in (1, 2, 3, 4))]
     third = derivatives[3]
     bound = float(np.sum(np.abs(third.coef) * limit ** np.arange(len(third.coef)))) + 1e-300
@@ -100,7 +100,7 @@ def test_awkward_roots(name):
 @pytest.mark.parametrize("e", [10.0**-k for k in range(1, 15)])
 @pytest.mark.parametrize("scale", [1.0, 1e-9, 1e9])
 def test_simple_root_behind_two_close_ones(e, scale):
-    """((t - 1)² - e)(1.2 - t): the search finds 1 - √e, even if 1 + √e is very close, down to a dip of 2e-15."""
+    """For ((t - 1)² - e)(1.2 - t) the search finds 1 - √e, even if 1 + √e is very close and the dip 2e-15 deep."""
     p = Polynomial([1 - e, -2, 1]) * Polynomial([1.2, -1]) * scale
     function, bound = prepare(p, 1.5)
     first = 1 - math.sqrt(e)
@@ -110,7 +110,7 @@ def test_simple_root_behind_two_close_ones(e, scale):
 
 @pytest.mark.parametrize("e", [10.0**-k for k in range(1, 14)])
 def test_simple_root_behind_a_pair_that_is_not_there(e):
-    """((t - 1)² + e)(1.2 - t): the search passes the dip at 1, which has no zero, and finds 1.2."""
+    """For ((t - 1)² + e)(1.2 - t) the search passes the minimum at 1, which has no zero, and finds 1.2."""
     p = Polynomial([1 + e, -2, 1]) * Polynomial([1.2, -1])
     function, bound = prepare(p, 1.5)
     assert search(function, bound, 1.5)[-1] == pytest.approx(1.2, rel=0, abs=1e-13)
@@ -128,7 +128,7 @@ def test_multiple_root_is_met_and_not_passed(order):
 
 @pytest.mark.parametrize("frequency", [5.0, 37.0, 300.0])
 def test_ripple_on_a_slope(frequency):
-    """a sin ωt + 1 - t falls below zero many times if aω > 1: the search finds the first of them."""
+    """If aω > 1, a sin ωt + 1 - t falls below zero many times. The search finds the first zero."""
     a, limit = 3 / frequency, 2.0
 
     def function(t: float) -> tuple[float, ...]:
@@ -150,7 +150,7 @@ def test_ripple_on_a_slope(frequency):
     span=st.floats(1e-9, 1e3),
 )
 def test_no_function_within_the_bound_has_a_zero_before_the_step(g, dg, ddg, m3, span):
-    """The function with the steepest allowed fall, g''' = -m3 everywhere, is positive up to the end of the step."""
+    """The function that falls as steeply as m3 allows, with g''' = -m3 everywhere, is positive within the step."""
     step, _ = safe_step(g, dg, ddg, m3, span)
     assert 0 <= step <= span
     s = np.linspace(0, step, 400)
@@ -166,7 +166,7 @@ def test_no_function_within_the_bound_has_a_zero_before_the_step(g, dg, ddg, m3,
     m3=st.floats(1e-3, 1e4),
 )
 def test_no_slide_from_rest_ends_before_its_search_begins(rise, bend, m3):
-    """g(0) = 0, g' = rise, g" = bend: in the steepest allowed fall g is zero exactly where the search begins."""
+    """If g falls as steeply as m3 allows, g is zero exactly where the search begins."""
     free = zero_free_span(rise, bend, m3)
     s = np.linspace(0, free, 400)
     worst = rise * s + bend * s**2 / 2 - m3 * s**3 / 6
@@ -185,7 +185,7 @@ def test_no_slide_from_rest_ends_before_its_search_begins(rise, bend, m3):
     rate=st.floats(1e-3, 1e3),
 )
 def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, rate):
-    """On a step longer than the safe one, or on a step back from below zero, g' hardly changes."""
+    """On a step that is longer than the safe step, or on a step back from g < 0, g' hardly changes."""
     h = 5.0
     step, _ = safe_step(max(g, 0.0), dg, ddg, m3, 1 / rate)
     ahead, _ = advance(h, Taylor(g, dg, ddg, share * m3, -share * m3 * rate), m3, 1 / rate, rate, step, 1e9)
@@ -205,7 +205,7 @@ def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, r
     phase=st.floats(0, 6.28),
 )
 def test_ripple_that_only_high_derivatives_show(speed, bend, rate, share, phase):
-    """The search finds the first zero of 1 - Vt + bt²/2 + a sin(ωt + φ): g''' is small, higher derivatives large."""
+    """The search finds the first zero of 1 - Vt + bt²/2 + a sin(ωt + φ), whose higher derivatives are large."""
     a, b, limit = speed * rate**-2 * 10**share, bend * speed**2 / 4, 3 / speed
 
     def function(t: float) -> tuple[float, ...]:
@@ -223,7 +223,7 @@ def test_ripple_that_only_high_derivatives_show(speed, bend, rate, share, phase)
 
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(
-    g=st.one_of(st.just(0.0), st.floats(LEAST_GAP, 1e3)),  # smaller ones underflow: the zero is up to 1e-23 late
+    g=st.one_of(st.just(0.0), st.floats(LEAST_GAP, 1e3)),  # for a smaller g the zero would be up to 1e-23 late
     dg=st.floats(-1e3, 1e3),
     m=st.floats(1e-3, 1e6),
 )
@@ -242,7 +242,7 @@ def test_parabola_ends_at_its_first_root(g, dg, m):
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(st.lists(st.floats(0.01, 10.0), min_size=1, max_size=4), st.floats(-6, 6))
 def test_first_of_any_roots(roots, exponent):
-    """The result exceeds the first root by rounding(g)/slope at most. If it is below it, g is 0 within rounding."""
+    """The result exceeds the first root by at most rounding(g)/slope. If it is less, g is 0 there within rounding."""
     limit = 11.0
     p = product(roots, 10.0**exponent)
     function, bound = prepare(p, limit)

@@ -1,4 +1,4 @@
-"""The methods fixed and muller compared with plain loops over every grid point, and skipping with the literal scan."""
+"""Comparison of the methods fixed and muller with plain loops over all grid points, and of both scans."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def compare(plain, ours, tolerance):
 
 @pytest.mark.parametrize("scene", SCENES, ids=str)
 def test_fixed_equals_the_plain_loop(scene):
-    """Grid points and decisions are the same; times differ by the rounding of τ."""
+    """Grid points and decisions are the same. Times differ by the rounding of τ."""
     periods = 12
     compare(
         naive.fixed(**scene, periods=periods),
@@ -47,7 +47,7 @@ def test_fixed_equals_the_plain_loop(scene):
 
 @pytest.mark.parametrize("scene", [s for s in SCENES if s["dtau"] <= 0.1], ids=str)
 def test_muller_equals_the_plain_loop(scene):
-    """Both refine far below their tolerance; the tolerance bounds their difference."""
+    """Both refine zeros far below the tolerance, so their difference is below the tolerance."""
     periods = 8
     compare(
         naive.muller(**scene, tol=1e-10, periods=periods),
@@ -60,7 +60,7 @@ def test_muller_equals_the_plain_loop(scene):
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 def test_skipping_equals_the_literal_scan(method, eps):
-    """Results agree to the bit over four decades of Δτ, at every point of a sweep."""
+    """The results agree to the bit at every point of a sweep over four decades of Δτ."""
     arguments = dict(
         A=np.linspace(1.2, 3.25, 12), dtau=[1e-4, 7.3e-4, 0.01, 0.1, 0.65, 2.0], eps=eps, method=method,
         transient=3, periods=6,
@@ -77,7 +77,10 @@ def test_skipping_equals_the_literal_scan(method, eps):
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize(("A", "B", "blocks"), [(3.0, 0.5, 1), (3.0, 0.5, 4), (3.5, 0.75, 1)])
 def test_the_last_grid_point_of_a_block_is_judged_by_the_exact_form(A, B, blocks, method):
-    """The first rest ends there, within rounding. The tables of the literal scan do not resolve on which side."""
+    """The first rest ends within rounding of the last grid point of a block of the literal scan.
+
+    The tables of the scan are too inexact to decide if the rest ends before or after this point.
+    """
     scene = dict(A=A, B=B, method=method, dtau=math.asin((1 + B) / A) / (blocks * BLOCK), transient=0, periods=3)
     literal, skip = (vd.simulate(**scene, scan=scan) for scan in ("literal", "skip"))
     assert np.array_equal(literal.switches, skip.switches)
@@ -85,7 +88,7 @@ def test_the_last_grid_point_of_a_block_is_judged_by_the_exact_form(A, B, blocks
 
 @pytest.mark.jit
 def test_fixed_converges_with_order_one():
-    """The error of the switching times at A = 3.04 over three periods is proportional to Δτ: slope 0.9 to 1.1."""
+    """The error of the switching times at A = 3.04 over three periods grows like Δτ to the power 0.9 to 1.1."""
     exact = vd.simulate(A=3.04, transient=0, periods=3)
     steps = 0.01 * 2.0 ** -np.arange(8)
     errors = []
@@ -111,7 +114,7 @@ def test_muller_reaches_its_tolerance(tol):
 
 
 def test_fixed_grid_is_never_accumulated():
-    """A switch time is τ0 + kΔτ with an integer k up to the last bits, also after a thousand periods."""
+    """Each switching time is τ0 + kΔτ with an integer k, up to the last bits, even after a thousand periods."""
     dtau = 0.1
     t = vd.simulate(A=3.04, method="fixed", dtau=dtau, transient=1000, periods=3)
     for row in t.switches:
@@ -123,7 +126,7 @@ def test_fixed_grid_is_never_accumulated():
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_a_whole_block_is_no_coarser_than_its_points(eps, method):
-    """The literal scan tests blocks of grid points first. Within a block ξ and ξ' may change sign, and change back."""
+    """The literal scan first tests blocks of grid points. In a block ξ and ξ' may change their sign twice."""
     sweep = dict(A=np.linspace(3, 3.25, 8), eps=eps, method=method, dtau=1e-4, transient=0, periods=50)
     literal, skipping = (vd.sweep(**sweep, scan=scan) for scan in ("literal", "skip"))
     assert np.array_equal(literal.section, skipping.section)
@@ -151,7 +154,7 @@ LEAPS: dict[str, dict[str, float]] = {
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("name", LEAPS)
 def test_a_leap_sees_what_the_scan_sees(name, method):
-    """At ε = 0 sweeps go directly to the grid points next to a zero; a single motion is scanned."""
+    """The scenes have random inclines, starts in the air and in motion, and Δτ from 1e-4 to half a period."""
     scene = acting({"transient": 0, **LEAPS[name], "method": method})
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
     assert _same(swept, 0, vd.simulate(**scene))
@@ -176,7 +179,7 @@ def _same(swept, at, alone):
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("seed", range(20))
 def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
-    """Random inclines, starts in the air and in motion, and steps from 1e-4 to half a period."""
+    """The scenes have random inclines, starts in the air and in motion, and steps from 1e-4 to half a period."""
     rng = np.random.default_rng(seed)
     B = float(rng.choice([0.0, 0.1, 0.985, 1.2, rng.uniform(0, 2)]))
     scene = dict(
@@ -194,7 +197,7 @@ def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_a_leap_costs_the_same_for_every_step(method):
-    """The number of evaluations of a sweep does not depend on Δτ, that of a scan does. No motion here repeats."""
+    """In a sweep the number of evaluations is independent of Δτ, in a scan it is not. No motion repeats itself."""
     steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
     sweep = dict(method=method, transient=0, periods=60)
     leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}
@@ -242,7 +245,7 @@ def disturbed_points(method, seed, n, dtau):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
-    """Batched lanes (sweep) and a single lane (simulate) give the same bits and the same number of evaluations."""
+    """A batch of lanes (sweep) and a single lane (simulate) give the same bits and the same number of evaluations."""
     points = disturbed_points(method, 8, 500, (-3.0, 0.0))
     run = dict(method=method, transient=3, periods=6, section_phase=2.0)
     swept = vd.sweep(points=points, **run)
@@ -256,7 +259,7 @@ def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_no_grid_point_that_matters_is_skipped_with_a_disturbance(method):
-    """The literal scan visits all points that skipping leaves out, after a start from rest and before a zero."""
+    """The literal scan also evaluates the points that are skipped after a rest and before a zero. Results are equal."""
     sweep = dict(points=disturbed_points(method, 9, 300, (-5.0, 0.5)), method=method, transient=0, periods=3)
     skipping, literal = (vd.sweep(**sweep, scan=scan) for scan in ("skip", "literal"))
     assert np.array_equal(skipping.section, literal.section, equal_nan=True)

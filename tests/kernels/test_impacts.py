@@ -1,4 +1,4 @@
-"""The main impacts that the kernels record, compared with those that a plain loop selects from the switches."""
+"""Comparison of the main impacts that kernels record with the main impacts that a plain loop selects from switches."""
 
 import math
 
@@ -27,7 +27,7 @@ PATHS = {
 
 
 def picked(switches):
-    """Return the main impacts. Within π after a main impact, a faster impact replaces it and others are dropped."""
+    """Return the main impacts. Within π after a main impact, a faster impact replaces it, others are left out."""
     found = []
     for row, switch in enumerate(switches):
         if switch["after"] != State.IMPACT:
@@ -71,7 +71,7 @@ def test_batches_record_what_is_picked_from_single_motions(name, motions, transi
 
 @pytest.mark.jit
 def test_a_motion_that_repeats_has_its_impacts_copied():
-    """Long records at ε = 0 are copied cycle by cycle; `simulate` records every switch."""
+    """In a sweep, long records at ε = 0 are copied cycle by cycle. `simulate` computes every switch."""
     A = [1.5, 2.65, 3.04, 3.1, 3.17, 3.2, 3.25, 3.9]
     plan = make_plan({"A": A, "transient": 300, "periods": 3000})
     for at, found in enumerate(computed(plan)):

@@ -19,11 +19,11 @@ SHARED = {
     "recurrence.py skips whole cycles": ["PERIOD", "COUNTED", "LEFT", "SINCE", "SECTIONS"],
     "margins.py sets TOO_CLOSE and NEVER_LEAVES, event.py BUDGET": ["STATUS"],
 }  # fmt: skip
-"""setup.py writes the first value of each row, and is not listed."""
+"""Rows that several modules write, with the reason. setup.py writes the first value of each row, and is not listed."""
 
 
 def rows_written(path: Path):
-    """Yield names of the rows that a module assigns to: w[NAME + i] or k[r.NAME + i], also within a tuple."""
+    """Yield the names of rows to which a module assigns values: w[NAME + i] or k[r.NAME + i], also in a tuple."""
     for node in ast.walk(ast.parse(path.read_text())):
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
         for target in targets:

@@ -1,4 +1,4 @@
-"""Properties of every motion, over all parameters and starts (hypothesis; always the same examples)."""
+"""Properties of every motion, for all parameters and starts. Hypothesis always draws the same examples."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ SCENES = st.fixed_dictionaries(
         "tau0": st.one_of(st.just(0.0), st.floats(0, 7), st.floats(-1e9, 1e9)),
     }
 )
-"""Any scene: the usual amplitudes, level, moderate and too steep inclines, all disturbances and starts."""
+"""Scenes with usual amplitudes, with all inclines (level, moderate, too steep), disturbances and starts."""
 
 UNDISTURBED = SCENES.map(lambda scene: scene | {"eps": 0.0})
 
@@ -68,7 +68,7 @@ FAINT = st.fixed_dictionaries(
         "tau0": st.floats(-3, 3),
     }
 )
-"""Disturbances that are large only in the high derivatives of a switching function."""
+"""Scenes with disturbances that are large only in the high derivatives of a switching function."""
 
 
 def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
@@ -81,17 +81,17 @@ def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
 @example(dict(A=1.1, B=1.3201919013162353, eps=1e-6, eta=100.99504938362077, xi0=0.0, dxi0=1e-47, tau0=1.0))
 @example(dict(A=0.125, B=1.0, eps=1.0, eta=2.0, xi0=0.0, dxi0=2.0, tau0=0.0))
 def test_invariants_of_every_motion(scene):
-    """The order of states is that of Fig. 2, the mass stays above the obstacle, and no impact gains energy.
+    """The order of states is that of Fig. 2, the mass stays above the obstacle, and no impact adds energy.
 
-    ξ' < 0 before an impact, 0 after it, and ξ = 0 before and after it. The section is NaN exactly where the budget
-    ended the motion. Margins are never negative or NaN.
+    ξ' < 0 before an impact and 0 after the impact. ξ = 0 before and after the impact. The section is NaN exactly from
+    the point on at which the budget ended the motion. Margins are never negative or NaN.
     """
     t = motion(scene, 20)
     check_order(t)
     check_above_obstacle(t)
     rows = t.switches
     before = np.flatnonzero(rows["after"] == State.IMPACT)
-    touch = 1e-15 if t.status == Status.TOO_CLOSE else 0.0  # rounding of a speed of 0
+    touch = 1e-15 if t.status == Status.TOO_CLOSE else 0.0  # a speed of 0 is rounded
     assert (rows["dxi"][before] <= touch).all()
     assert (rows["xi"][before] == 0).all()
     leaving = np.flatnonzero(rows["before"] == State.IMPACT)
@@ -106,9 +106,9 @@ def test_invariants_of_every_motion(scene):
 @given(SCENES)
 @example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls from 5e-324, for 1e-162
 def test_every_switch_is_the_first_zero_of_its_switching_function(scene):
-    """At each switch the switching function is zero within the bound of rounding; before it, it has no other sign.
+    """At each switch the switching function is zero within the bound of rounding. Before the switch it is not negative.
 
-    The zero is computed with 60 digits from the preceding switch.
+    The zero is computed with 60 digits from the switch before.
     """
     check_zeros(motion(scene), 60)
 
@@ -132,7 +132,7 @@ def test_faint_disturbance(scene):
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(UNDISTURBED)
 def test_work_is_what_the_forces_do(scene):
-    """Between two switches the kinetic energy changes by the work of H and friction (Simpson's rule)."""
+    """Between two switches the kinetic energy changes by the work of H and friction, integrated by Simpson's rule."""
     assume(scene["xi0"] < 1e6)
     t = motion(scene, 3)
     model = oscillator(t)
@@ -153,11 +153,14 @@ def test_work_is_what_the_forces_do(scene):
 @settings(max_examples=250, derandomize=True, deadline=None)
 @given(MODEST)
 def test_certified_is_the_reference(scene):
-    """250 scenes: the states of the 50-digit reference if all margins exceed 1e-9; otherwise the same or a flag."""
+    """In 250 scenes the states are those of the 50-digit reference if all margins exceed 1e-9.
+
+    If a margin is smaller, the states may differ, but then the motion is flagged.
+    """
     assume(scene["xi0"] <= 1e3 or scene["B"] < 0.9)  # otherwise the mass falls for a million periods
     try:
         found = follow(scene, most=16, periods=12)
-    except ArithmeticError:  # a zero of order three: no number of digits decides it
+    except ArithmeticError:  # a zero of order three, which no number of digits decides
         assert flagged(motion(scene))
         return
     if found.agrees:
@@ -170,7 +173,7 @@ def test_certified_is_the_reference(scene):
 @bounded
 @given(MODEST, powers(-3, 0.3))
 def test_skipping_is_visiting(scene, dtau):
-    """`skip` never skips a sign change, so fixed and Muller give the same bits with both scans."""
+    """No skipped point has a sign change, so the methods fixed and muller give the same bits with both scans."""
     for method in ("fixed", "muller"):
         skip, literal = (
             vd.simulate(**scene, method=method, dtau=dtau, scan=scan, transient=0, periods=4, budget=10_000)
@@ -183,13 +186,13 @@ def test_skipping_is_visiting(scene, dtau):
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(MODEST, powers(-2, 0.3))
 def test_fixed_is_the_literal_loop(scene, dtau):
-    """States and grid points equal those of the plain loop, until a value in that loop is within 1e-11 of zero."""
+    """States and grid points equal those of the plain loop until a value in this loop is within 1e-11 of zero."""
     assume(scene["xi0"] <= 1e3)
     theirs = naive.fixed(**scene, dtau=dtau, periods=3).switches
     ours = vd.simulate(**scene, method="fixed", dtau=dtau, transient=0, periods=3).switches
     for a, b in zip(theirs, ours, strict=False):
         if (a.before, a.after) != (b["before"], b["after"]) or abs(a.tau - _tau(b)) > dtau / 2:
-            # doubles differ in their last bits: only a value close to zero may cause different decisions
+            # last bits differ, so decisions may differ, but only if a value is close to zero
             assert _hair(scene, a) < 1e-11
             break
 
@@ -199,7 +202,7 @@ def _tau(row: np.void) -> float:
 
 
 def _hair(scene: dict[str, float], s: naive.Switch) -> float:
-    """Return the smallest value that decides a switch of the literal loop."""
+    """Return the smallest modulus of the values on which the decision at a switch of the literal loop depends."""
     model = naive.Model(scene["A"], scene["B"], scene["eps"], scene["eta"])
     force = abs(abs(model.H(s.tau)) - 1)
     return min(force, *(abs(v) for v in (s.xi, s.dxi)))

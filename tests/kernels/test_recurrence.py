@@ -1,6 +1,6 @@
-"""Repeated cycles of a motion are copied (recurrence.py): no evaluations, and the same bits as if computed.
+"""Repeated cycles of a motion are copied (recurrence.py), without evaluations, with the bits of computed cycles.
 
-`simulate` always computes them, as it records every switch.
+`simulate` always computes these cycles, because it records every switch.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
 RESTS, DRAWN_IN = 1.5, 3.0
-"""Amplitudes of a motion that rests in each period, and of one that never rests but converges to the last bit."""
+"""Amplitude of a motion that rests in each period, and of a motion that never rests but converges to the last bit."""
 
 
 def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
@@ -51,7 +51,7 @@ def evaluations(**arguments) -> float:
 @pytest.mark.jit
 @pytest.mark.parametrize("seed", range(4))
 def test_copied_equals_computed(seed):
-    """Windows begin and end anywhere in a cycle; sections and starts are at any phase."""
+    """Records begin and end anywhere in a cycle, and sections and starts have any phase."""
     rng = np.random.default_rng(seed)
     A = np.array([RESTS, DRAWN_IN, 1.2, 2.55, 3.06, 3.1, 3.17, *rng.uniform(1.05, 3.3, 13)])
     window = dict(
@@ -95,7 +95,7 @@ def test_what_repeats_costs_nothing(A):
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_after_a_billion_periods(A):
-    """Cycles are skipped in the transient, too: the result depends on its length modulo the cycle only."""
+    """Cycles are skipped in the transient, too. So the result depends only on its length modulo a cycle."""
     late, early = (vd.sweep(A=[A], transient=n, periods=24) for n in (10**9, 10**9 % 2520 + 2520))
     assert np.array_equal(late.section, early.section)
     assert np.array_equal(late.switches, early.switches)
@@ -112,7 +112,7 @@ def test_nothing_repeats_with_a_disturbance_or_on_a_fixed_grid():
 @pytest.mark.jit
 @pytest.mark.parametrize("budget", [1, 2, 3, 4, 5, 6, 12])
 def test_the_budget_of_a_period_is_kept(budget):
-    """If the budget is too small for a later period, the motion ends there, although the first period needed less."""
+    """The motion ends in a later period that needs more than the budget, although the first period needs less."""
     A = [RESTS, DRAWN_IN, 3.17]
     swept = vd.sweep(A=A, transient=3, periods=30, budget=budget)
     for k, a in enumerate(A):

@@ -1,4 +1,4 @@
-"""φ_up and φ_down: the event loop and the impact-phase map use one formula, exact to two units in the last place."""
+"""Phases φ_up and φ_down: kernels and impact-phase map use one formula, exact to two units in the last place."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
 
 
 def places(seed: int, n: int) -> np.ndarray:
-    """Return (n, 2) pairs (A, B) with A > 1 + B, half of them with B > 1."""
+    """Return n pairs (A, B) with A > 1 + B, half of them with B > 1, as an array (n, 2)."""
     rng = np.random.default_rng(seed)
     B = np.where(rng.random(n) < 0.5, rng.uniform(0.0, 1.0, n), 10.0 ** rng.uniform(0.0, 3.0, n))
     return np.column_stack(((1.0 + B) * (1.0 + 10.0 ** rng.uniform(-3.0, 2.0, n)), B))
 
 
 def waits_end(A: float, B: float) -> tuple[float, float]:
-    """Return the phases at which the event loop ends a stick that begins at H = 0, as H rises and as it falls."""
+    """Return (up, down): the phases at which a stick that begins at H = 0 ends if H rises, and if H falls."""
     middle = math.asin(B / A)
     up, down = (
         vd.simulate(A=A, B=B, xi0=1.0, tau0=start, transient=0, periods=1).switches[0]
@@ -35,7 +35,7 @@ def waits_end(A: float, B: float) -> tuple[float, float]:
 
 @pytest.mark.jit
 def test_the_engine_and_the_map_agree_to_the_bit():
-    """φ_down agrees for B > 1, too, where it once differed in the last bit."""
+    """φ_down also agrees for B > 1, where the last bit was once different."""
     seen = 0
     for A, B in places(1, 2000).tolist():
         ends = waits_end(A, B)
@@ -51,7 +51,7 @@ def test_the_engine_and_the_map_agree_to_the_bit():
 
 @pytest.mark.jit
 def test_the_mass_moves_from_onset_on():
-    """At A = 1 + B static friction just holds the mass, at the next double it does not. Simulated motions agree."""
+    """At A = 1 + B static friction just holds the mass. At the next larger A the mass moves, also in `simulate`."""
     for B in (0.0, 0.1, 1.0, 3.7):
         assert not moves(onset(B), B)
         assert moves(np.nextafter(onset(B), np.inf), B)

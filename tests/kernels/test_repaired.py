@@ -1,4 +1,4 @@
-"""Certified motions that were once wrong or never ended, and similar motions, against closed forms in 50 digits."""
+"""Certified motions that were once wrong or never ended, and similar ones, compared with closed forms in 50 digits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def digits():
 
 
 def slide(scene, tau, s=-1):
-    """Return (ξ, ξ', H) at `tau` of a slide in direction s from the start of a scene: eqs. (2), (4), (5), (9)."""
+    """Return (ξ, ξ', H) at `tau` in a slide of direction s from the start of a scene, by eqs. (2), (4), (5), (9)."""
     a, b, eps, eta, x, v, start = (
         mp.mpf(scene.get(name, default))
         for name, default in (("A", 0), ("B", 0.1), ("eps", 0), ("eta", ETA), ("xi0", 0), ("dxi0", 0), ("tau0", 0))
@@ -56,7 +56,7 @@ FAST = [
 
 
 def fast_impacts(count):
-    """Yield impacts at 100 to 10⁸ times the speed of the excitation, anywhere in the first two periods."""
+    """Yield scenes with an impact in the first two periods, 100 to 10⁸ times as fast as the excitation."""
     draw = np.random.default_rng(14)
     for _ in range(count):
         speed = 10 ** draw.uniform(2, 8)
@@ -83,18 +83,18 @@ def test_fast_impact(scene):
     ],
 )
 def test_strong_ripple_over_a_long_slide(scene):
-    """ξ is -1e-10 at the zero of ξ', so there is an impact before it. η h is of the order 10⁶ there."""
+    """ξ is -1e-10 at the zero of ξ', so an impact precedes this zero. η h is of the order 10⁶ there."""
     motion = vd.simulate(**scene, transient=0, periods=86)
     impact = motion.switches[0]
     assert (impact["before"], impact["after"]) == (DOWN, IMPACT)
     tau = time_of(impact)
     xi, dxi, _ = slide(scene, tau)
-    assert abs(xi) < 2e-11  # rounding of ξ₀, 2e-12, and of the start of the last stretch
+    assert abs(xi) < 2e-11  # rounding of ξ₀ (2e-12), and of the start of the last segment
     assert dxi < 0
 
 
 def test_slide_from_rest_under_strong_ripple():
-    """ξ at the end of the slide: A ε η² is 36 000 here, and its rounding does not accumulate over the slide."""
+    """ξ is right at the end of the slide: the rounding of A ε η² = 36 000 does not accumulate over the slide."""
     scene = dict(A=4.346792718684417, eps=0.005409430943170665, eta=1238.6871187775064, tau0=1.245016202052283)
     motion = vd.simulate(**scene, dxi0=1.2274500536187732e-18, transient=0, periods=1)
     begin, end = motion.switches[3:5]
@@ -105,7 +105,7 @@ def test_slide_from_rest_under_strong_ripple():
 
 
 def falling_zero(a, b, level=1):
-    """Return the phase in (π/2, 3π/2) where H falls through `level`, ε = 0."""
+    """Return the phase in (π/2, 3π/2) at which H falls through `level` at ε = 0."""
     return math.pi - math.asin((b + level) / a)
 
 
@@ -120,7 +120,7 @@ BOUNDARIES = [
 @pytest.mark.parametrize("eps", [0.0, 1e-9])
 @pytest.mark.parametrize("gap", [0.0, 1.0])
 def test_start_where_the_force_falls_to_one(gap, eps):
-    """Rounding decides if the mass leaves the obstacle there. This slide is negligible; the later motion is right."""
+    """Rounding decides if the mass leaves the obstacle there. This slide is negligible. The later motion is right."""
     for a, b, tau0 in BOUNDARIES:
         later = vd.simulate(A=a, B=b, xi0=gap, tau0=tau0 + 1e-8, transient=0, periods=2)
         for off in range(-3, 4):
@@ -145,9 +145,9 @@ def test_impact_where_the_force_falls_to_one():
 
 @pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-5])
 def test_a_slow_impact_where_the_force_falls_to_one(speed):
-    """H misses 1 by more than its rounding error, but the rounding of ξ shifts this slow impact by as much.
+    """H differs from 1 by more than its rounding error. The rounding of ξ shifts this slow impact, and H by as much.
 
-    A sweep computes no bounds of errors: the margin must flag this case.
+    A sweep computes no bounds of errors, so the margin must flag this case.
     """
     scene = dict(A=3.04, tau0=2.2)
     impact = mp.mpf(falling_zero(3.04, 0.1)) + mp.mpf(3e-15) / speed
@@ -161,12 +161,12 @@ def test_a_slow_impact_where_the_force_falls_to_one(speed):
 
 
 def test_no_gap_is_too_small():
-    """With a disturbance, a gap that is too small to change any sum closes as soon as the mass begins to fall."""
+    """With a disturbance, a mass above a gap that is lost in any sum lands as soon as it begins to fall."""
     scene = dict(A=6.640823138230711, B=2.0, eps=4.481376927180557e-06, eta=147.8154875011132, tau0=-78.81932951798649)
     seen = vd.simulate(**scene, xi0=1e-20, transient=0, periods=2)
     for gap in (1e-29, 1e-31, 1e-60, 1e-80, 1e-200, 5e-324):
         motion = vd.simulate(**scene, xi0=gap, transient=0, periods=2)
-        # the smallest gaps close within the uncertainty of the end of the wait
+        # from the smallest gaps the mass lands within the error of the end of the wait
         assert motion.status == (vd.Status.OK if gap > 1e-50 else vd.Status.TOO_CLOSE)
         assert motion.evaluations < 2 * seen.evaluations + 200
         assert np.array_equal(motion.switches["after"], seen.switches["after"])
@@ -194,9 +194,9 @@ def test_no_gap_is_too_small():
     ],
 )  # fmt: skip
 def test_graze_after_a_stick_under_ripple(scene):
-    """The mass falls through its gap and grazes, with a relative distance of 1e-14.
+    """The mass falls and grazes the obstacle, at a relative distance of 1e-14.
 
-    The rounding of the end of the stick enters multiplied by η.
+    The effect of the rounding of the end of the stick is multiplied by η.
     """
     motion = vd.simulate(**scene, transient=0, periods=1)
     states = [(row["before"], row["after"]) for row in motion.switches[:2]]
@@ -205,7 +205,7 @@ def test_graze_after_a_stick_under_ripple(scene):
 
 
 SCANNED = [
-    # the end of a wait is refined to `tol` only, and H is far from 1 there
+    # the end of a wait is refined to `tol` only, so H differs from 1 there
     dict(A=2.124315791770267, B=0.0, eps=4.076095191217171e-4, eta=832.077790178324, tau0=-5.190723011087952,
          method="muller", dtau=2.0, tol=6.356022532440077e-4, periods=3),
     dict(A=1022.9295381042608, B=1.0, eps=2.7209023525564547e-11, eta=55000.097644342175, tau0=104.11063206873814,
@@ -230,7 +230,7 @@ def test_skipping_equals_visiting_under_strong_ripple(scene):
 
 
 STARTS = [
-    # -π < τ0 < 0, with more bits than a phase in [0, 2π) holds
+    # -π < τ0 < 0, with more bits than a phase in [0, 2π) can have
     dict(A=3.0, eps=1e-5, eta=3000.0, xi0=0.5, dxi0=-0.3, tau0=-0.1921264721053357),
     dict(A=1.895957175637014, eps=3.373121021471122e-05, eta=1000.0, xi0=1.4463205615846848, dxi0=-0.5487352769550277,
          tau0=-1.362319856741268),
@@ -248,7 +248,7 @@ STARTS = [
 
 
 def drawn_starts(count):
-    """Yield random starts: half at any time, half where H is ±1 to the last bit."""
+    """Yield random starts, half of them at any time, and half of them at a time at which H is ±1 to the last bit."""
     draw = np.random.default_rng(30)
 
     def size(least, most):

@@ -1,4 +1,4 @@
-"""Fig. 2: the kernels decide as in its table of transitions, and motions have no other transitions."""
+"""Comparison with Fig. 2: kernels decide as its table of transitions states, and motions have no other transitions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_every_decision_is_that_of_the_table():
 
     decides = njit(lambda which, side, force: decide(which, side, force))
     for state, name, condition, after in TRANSITIONS:
-        # after an impact H at the zero of S1 decides
+        # after an impact, H at the zero of S1 decides
         which = FUNCTIONS.get(name, S1)
         if after == vd.State.IMPACT:
             continue  # the zero of S1 itself

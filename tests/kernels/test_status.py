@@ -20,7 +20,7 @@ def test_ok():
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-5, 1e-8])
 def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
-    """A slide down ends just above the obstacle: the margin is ξ there, because no other decision is closer."""
+    """A slide down ends just above the obstacle. The margin is ξ there, because no other decision is closer."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
     t = vd.simulate(**throw, xi0=gap - drop)
@@ -31,7 +31,7 @@ def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
 def test_margin_is_how_far_an_impact_would_have_dipped(depth):
-    """The same motion from slightly lower: without the obstacle it would reach `depth` below it."""
+    """The same motion starts slightly lower. Without the obstacle, ξ would fall to -`depth`."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
     t = vd.simulate(**throw, xi0=-depth - drop)
@@ -49,7 +49,7 @@ def test_margin_of_a_start():
 
 @pytest.mark.parametrize("eps", [0.0, 1e-5])
 def test_margin_of_a_wait_without_end(eps):
-    """The margin is the smallest distance of H from its limit; the disturbance changes it by up to its amplitude."""
+    """The margin is the smallest distance of H from its boundary, including the amplitude of the disturbance."""
     scene = dict(A=0.4, B=0.25, eps=eps, eta=100.0, transient=0, periods=2)
     reach = 0.4 * (1.0 + eps * 1e4)
     assert vd.simulate(**scene).margin == vd.sweep(**scene).margin == pytest.approx(1.25 - reach)
@@ -58,7 +58,7 @@ def test_margin_of_a_wait_without_end(eps):
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_margin_of_a_wait_that_all_but_ends(gap):
-    """H reaches 1 - gap and turns back: a tangency counts as a decision."""
+    """H reaches 1 - gap and then falls. This tangency counts as a decision."""
     t = vd.simulate(A=1.5, B=0.5 + gap, transient=0, periods=3)
     assert t.status == Status.NEVER_LEAVES
     assert t.margin == pytest.approx(gap, rel=1e-3)
@@ -75,7 +75,7 @@ def test_never_leaves_is_an_answer():
 
 
 def test_budget_is_per_period_and_configurable():
-    """The motion has 83 switches a period. A budget of 100 suffices for any number of periods, 50 for none."""
+    """The motion has 83 switches in a period. A budget of 100 suffices for all periods, a budget of 50 for none."""
     scene = {"A": 1.5, "eps": 5e-4, "transient": 0, "periods": 30}
     assert vd.simulate(**scene, budget=200).status == Status.OK
     spent = vd.simulate(**scene, budget=50)
@@ -90,7 +90,7 @@ def test_budget_is_per_period_and_configurable():
 @pytest.mark.jit
 @pytest.mark.parametrize("scene", [dict(A=1.5), dict(A=1.5, eps=5e-4), dict(A=3.04, method="fixed", dtau=0.1)], ids=str)
 def test_the_budget_of_a_point_is_its_own(scene):
-    """A lane computes many points one after the other. Each begins with a full budget, here one that just suffices."""
+    """A lane computes many points one after the other. Each point begins with the full budget, which just suffices."""
     run = dict(transient=0, periods=2)
     enough = next(b for b in range(1, 200) if vd.simulate(**scene, **run, budget=b).status == Status.OK)
     swept = vd.sweep(**(scene | {"A": [scene["A"]] * 200}), **run, budget=enough, threads=1)
@@ -98,7 +98,7 @@ def test_the_budget_of_a_point_is_its_own(scene):
 
 
 def test_samples_end_with_the_last_switch_that_was_computed():
-    """All samples up to the last switch are finite; the motion after it is unknown."""
+    """All samples up to the last switch are finite. The motion after this switch is not known."""
     spent = vd.simulate(A=1.5, eps=5e-4, tau0=1.0, transient=0, periods=30, budget=50)
     last = spent.switches[-1]
     found = spent.sample(64)
@@ -111,7 +111,7 @@ def test_samples_end_with_the_last_switch_that_was_computed():
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("scan", ["skip", "literal"])
 def test_budget_ends_a_scan_that_would_take_for_ever(method, scan):
-    """Visited grid points count: the budget ends a literal scan of 6e10 points. Skipped points do not count."""
+    """A literal scan of 6e10 points exceeds the budget, because each evaluated point counts. Skipped points do not."""
     t = vd.simulate(A=1.5, method=method, dtau=1e-10, scan=scan, transient=0, periods=1, budget=20_000)
     assert t.status == (Status.BUDGET if scan == "literal" else Status.OK)
 
@@ -135,7 +135,7 @@ def test_rounding_adds_up_over_waits(eps):
 @pytest.mark.parametrize("eps", [0.0, 1e-6])
 @pytest.mark.parametrize("path", [dict(), dict(method="muller", dtau=0.05, tol=1e-15)], ids=str)
 def test_a_decision_within_rounding_is_too_close_in_lanes(path, eps):
-    """H falls through -1 where UP ends: with a larger A the mass slides down then instead of sticking."""
+    """H falls through -1 where UP ends. With this A the mass sticks next, with a larger A it slides down."""
     scene = dict(eps=eps, transient=0, periods=1, **path)
     less, more = 1.5, 3.04
     while less < (A := 0.5 * (less + more)) < more:
@@ -146,7 +146,7 @@ def test_a_decision_within_rounding_is_too_close_in_lanes(path, eps):
 
 
 def test_sweep_goes_on_past_every_kind_of_point():
-    """A sweep over points of every status: each has the status, margin and section of its single motion."""
+    """In a sweep with points of every status, each point has the status, margin and section of its single motion."""
     A = [1.5, 0.4, 1.0, 3.04]
     r = vd.sweep(A=A, B=[0.0, 0.1], eps=[0.0, 5e-4], transient=0, periods=20, budget=60)
     assert r.status.shape == r.margin.shape == (4, 2, 2)
@@ -161,7 +161,7 @@ def test_sweep_goes_on_past_every_kind_of_point():
 
 
 def test_too_close_goes_on():
-    """The motion before a decision within rounding error is valid; the program then follows one branch to the end."""
+    """The motion before a decision within rounding is valid. After it, the motion of one decision is computed."""
     t = vd.simulate(A=1.38, B=0.0, transient=0, periods=20)
     assert t.status == Status.TOO_CLOSE
     assert t.margin < 1e-14
@@ -185,7 +185,7 @@ def test_first_of_two_reasons_is_kept():
     ],
 )
 def test_a_tangency_met_once_is_not_held_against_later_switches(start):
-    """A first, very short slide comes close to a zero, but has none there. Later margins do not depend on it."""
+    """In a first, very short slide ξ' comes close to zero. Margins of later switches do not depend on this."""
     window = dict(dxi0=1e-14, transient=0, periods=3)
     alone, swept = vd.simulate(**start, **window), vd.sweep(**start, **window)
     assert alone.margin == swept.margin

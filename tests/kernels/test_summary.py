@@ -1,6 +1,6 @@
-"""A summary follows from the switches of a motion.
+"""Comparison of summaries with other results.
 
-It is compared with sums over the switches, quadrature, orbits found in another way, and, to the bit, with the summary
+These are sums over the switches, quadrature, orbits that are found in another way, and, to the bit, the summary
 computed from the recorded switches of a single motion.
 """
 
@@ -35,7 +35,7 @@ def times(switches):
 
 
 def one_period(motion, n):
-    """Return the switches of the last period of a motion of period n, from an impact to the same one, inclusive."""
+    """Return the switches of the last period of a motion of period n, from an impact to the same impact, inclusive."""
     switches, late = motion.switches, times(motion.switches)
     last = np.flatnonzero(switches["after"] == vd.State.IMPACT)[-1]
     first = int(np.argmin(abs(late - (late[last] - n * TURN))))
@@ -43,14 +43,14 @@ def one_period(motion, n):
 
 
 def segments(switches):
-    """Yield (state, its beginning, its end) for each interval between switches; an impact takes no time."""
+    """Yield (state, begin, end) for each interval between switches: the state, and the switches at both ends."""
     for a, b in pairwise(switches):
         if a["after"] != vd.State.IMPACT:
             yield int(a["after"]), a, b
 
 
 def naive(switches, duration):
-    """Return extensive quantities per excitation period and shares of time, by plain loops over the switches."""
+    """Return some quantities of a summary by name, computed by plain loops over the switches."""
     out = dict.fromkeys(("impacts", "momentum", "energy", "friction_loss"), 0.0)
     share, speeds = np.zeros(4), []
     for state, a, b in segments(switches):
@@ -97,7 +97,7 @@ def test_a_periodic_motion_is_measured_over_one_of_its_periods(scene):
 @pytest.mark.parametrize("eps", [0.0, 1e-4])
 @pytest.mark.parametrize("A", [1.5, 2.65, 3.04])
 def test_work_and_extremes_are_those_of_the_curve(A, eps):
-    """The work of the excitation by Simpson's rule on each slide; the extreme velocities among a million points."""
+    """The work of the excitation is integrated by Simpson's rule. Extreme velocities are those of a million points."""
     run = dict(transient=200, periods=8)
     swept = vd.sweep(A=[A], eps=eps, **run, record="summary")
     motion = vd.simulate(A=A, eps=eps, **run)
@@ -129,14 +129,14 @@ def test_work_and_extremes_are_those_of_the_curve(A, eps):
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [1e-5, 1e-3])
 def test_no_impact_is_faster_than_the_largest_velocity_down(eps):
-    """An impact ends a slide, often where the mass is fastest: the end of each slide counts."""
+    """The mass is often fastest at the end of a slide, at an impact. So the end of each slide counts."""
     swept = vd.sweep(A=np.linspace(1.3, 6.0, 100), eps=eps, transient=20, periods=6, record="summary")
     assert (swept.dxi_min <= 1e-12 - swept.impact_speed_max).all()
 
 
 @pytest.mark.parametrize("speed", [60.0, 60.25, 60.5, 61.0])
 def test_the_fastest_of_a_slide_of_many_turns(speed):
-    """On a steep incline the mass slides down faster in each period: its speed is largest in the last one."""
+    """On a steep incline the mass slides down faster in each period, so its speed is largest in the last period."""
     scene = dict(A=2.4, B=1.3, dxi0=speed, transient=0)
     (first, *_) = (row for row in vd.simulate(**scene, periods=60).switches if row["after"] == vd.State.IMPACT)
     scene["periods"] = int(first["period"]) + 1
@@ -150,7 +150,7 @@ def test_the_fastest_of_a_slide_of_many_turns(speed):
 
 @pytest.mark.jit
 def test_periods_and_exponents_are_those_of_the_orbits():
-    """λ = log |multiplier| / n of the stable orbit of period n that `vd.orbits` finds; -∞ if the mass rests."""
+    """λ is log |multiplier| / n for the stable orbit of period n that `vd.orbits` finds, or -∞ if the mass rests."""
     A = [2.9, 3.0, 3.04, 3.05]
     swept = vd.sweep(A=A, transient=4000, periods=20, record="summary")
     for k, a in enumerate(A):
@@ -165,7 +165,7 @@ def test_periods_and_exponents_are_those_of_the_orbits():
 @pytest.mark.jit
 @pytest.mark.parametrize("number", [0, 1])
 def test_an_exponent_is_the_growth_of_a_small_difference(number):
-    """An irregular motion is restarted slightly before and after each impact; the next impacts diverge."""
+    """An irregular motion is restarted slightly before and slightly after each impact. The next impacts diverge."""
     run = dict(transient=500, periods=60)
     many = vd.sweep(A=np.linspace(6.0, 8.0, 401), **run, record="summary")
     A = float(many.axes["A"][(many.period == 0) & (many.lyapunov > 0.1)][number])
@@ -245,7 +245,7 @@ def assert_same(swept, index, motion):
 @pytest.mark.jit
 @pytest.mark.parametrize("seed", range(12))
 def test_the_bits_are_those_of_the_switches(seed):
-    """All methods, with and without a disturbance; periodic and irregular motions, short records, motions at rest."""
+    """Tested are all methods, with and without a disturbance, periodic and irregular motions, and short records."""
     rng = np.random.default_rng(seed)
     B = float(rng.choice([0.0, 0.1, 0.5, 0.985, 1.2, rng.uniform(0, 2)]))
     A = np.sort(rng.uniform(abs(1 - B) * 0.5 + 0.01, B + 4, 6))
@@ -268,7 +268,7 @@ def test_the_bits_are_those_of_the_switches(seed):
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 @pytest.mark.parametrize("method", ["certified", "muller", "fixed"])
 def test_what_a_lane_keeps_are_the_switches_of_the_motion(method, eps):
-    """On a grid, ξ at an impact is its value at the grid point, or at a zero found within the tolerance."""
+    """On a grid, the stored ξ of an impact is that at the grid point, or at a zero found within the tolerance."""
     scene = dict(A=3.04, eps=eps, transient=2, periods=6, **({} if method == "certified" else {"dtau": 0.05}))
     plan = make_plan(scene | {"method": method})
     w, k = lane.new_lanes(1)
@@ -302,7 +302,7 @@ def test_more_switches_than_a_lane_has_room_for():
 
 @pytest.mark.jit
 def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
-    """If no period is found, the summary covers all switches, also copied ones."""
+    """If no period is found, the summary covers all switches, including copied switches."""
     A, run = [3.158, 3.1605, 3.172, 3.186], dict(transient=3000, periods=900)
     swept = vd.sweep(A=A, **run, record="summary")
     for k, a in enumerate(A):
@@ -313,7 +313,7 @@ def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
 def test_a_motion_that_comes_to_its_cycle_late_in_the_record():
     """The motion reaches its exact cycle shortly before the end of the record.
 
-    Its last n periods still differ from the n periods before them, so `find_period` finds no period.
+    The last n periods still differ from the n periods before, so `find_period` finds no period.
     """
     scene = dict(B=0.1, tau0=0.6385324289869151, transient=1, periods=6)
     A = [2.4, 2.719252649683075]
@@ -331,7 +331,7 @@ def test_columns_have_the_names_and_the_order_of_the_quantities():
 
 @pytest.mark.parametrize("fastest", range(3))
 def test_a_cycle_of_gaps_is_the_same_from_every_impact_on(fastest):
-    """Gaps 1, 2, 1: from the first gap on, a cycle of two seems to repeat, but the cycle has three."""
+    """The gaps are 1, 2, 1. From the first gap on a cycle of two gaps seems to repeat, but the cycle has three gaps."""
     rows = np.zeros((3, 6))
     rows[:, PERIOD], rows[:, AFTER], rows[:, DXI] = [0, 1, 3], vd.State.IMPACT, -1.0
     rows[fastest, DXI] = -2.0

@@ -1,4 +1,4 @@
-"""Bifurcations: their conditions in 50 digits, the values of the paper, and a finer grid that finds no others."""
+"""Tests of bifurcations: their conditions in 50 digits, the values of the paper, and a finer grid of A."""
 
 from __future__ import annotations
 
@@ -31,8 +31,11 @@ def of_kind(found, kind):
 
 
 def test_the_paper_s_route(found):
-    """The paper's route: onset at A = 1 + B, period 2 from 2.604 on, one impact in two periods from 2.69 on, period 4
-    from 3.057 on, period 3 from 3.19 on. These are two period doublings, a grazing and a fold."""
+    """The bifurcations are those of the paper.
+
+    These are the onset at A = 1 + B, period doublings at 2.604 (to period 2) and 3.057 (to period 4), a grazing at 2.69
+    (one impact in two periods), and a fold at 3.19 (period 3).
+    """
     assert [b.A for b in of_kind(found, "onset")] == [1.1]
     doublings = [b.A for b in of_kind(found, "period doubling")]
     assert doublings[:2] == pytest.approx([2.604, 3.057], abs=5e-4)
@@ -42,7 +45,7 @@ def test_the_paper_s_route(found):
 
 
 def test_doublings_in_the_reference(found):
-    """The multiplier, from differences of 50-digit flights, is -1."""
+    """At a period doubling the multiplier is -1, computed from differences of 50-digit flights."""
     for b in of_kind(found, "period doubling"):
         n = b.orbit.impacts
         phi = orbit_phase(b.A, b.B, float(b.orbit.phases[0]), n, b.orbit.period)
@@ -60,20 +63,20 @@ def test_folds_are_met_by_two_orbits_with_multiplier_one(found):
         assert none == []
         assert one.multiplier * other.multiplier == pytest.approx(1.0, abs=1e-3)
         assert {one.kind, other.kind} == {"stable", "unstable"}
-        # square root: at a quarter of the distance in A the distance of the orbits is half as large
+        # the distance of the orbits grows like a square root: at a quarter of the distance in A it is half as large
         closer = [o for o in orbits(b.A + 0.25e-7, b.B, b.orbit.period) if o.name == b.orbit.name]
         apart = np.abs(one.phases - other.phases)
         assert np.abs(closer[0].phases - closer[1].phases) == pytest.approx(0.5 * apart, rel=1e-2)
 
 
 def gap_at_closest(A, b):
-    """Return the least margin of a decision in one period of the orbit, computed by the reference."""
+    """Return the least margin of the decisions in one period of the orbit, computed by the reference."""
     run = reference(A, b.B, tau0=float(b.orbit.phases[0]), periods=b.orbit.period + 1)
     return min(float(s.margin) for s in run.switches)
 
 
 def test_borders_grazings_and_sticks_in_the_reference(found):
-    """At the bifurcation the margin of one decision of the orbit is zero; close to it all margins are above zero."""
+    """At the bifurcation the margin of one decision of the orbit is zero. Close to it all margins are positive."""
     for kind in ("border", "grazing", "stick"):
         for b in of_kind(found, kind):
             here = gap_at_closest(b.A, b)
@@ -109,8 +112,11 @@ def test_between_bifurcations_nothing_changes(found):
 
 
 def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
-    """An orbit of three impacts and an orbit of two, whose longer flight passes the obstacle, vanish together. There
-    the multiplier of the first is infinite, and the last float of A at which it is found is 2e-8 away."""
+    """At a grazing an orbit of three impacts vanishes together with an orbit of two impacts.
+
+    The longer flight of the second orbit passes just above the obstacle. At the grazing the multiplier of the first
+    orbit is infinite, and the last float of A at which this orbit is found is 2e-8 away.
+    """
     (b,) = (b for b in bifurcations((3.25, 3.26), 0.05, 6) if b.kind == "grazing")
     assert b.orbit.impacts == 2
     assert gap_at_closest(b.A, b) < 1e-9
@@ -138,7 +144,7 @@ def test_nothing_below_the_onset():
 
 
 def test_on_the_level_the_touching_orbit_changes_once():
-    """For B = 0 the search ends (it once did not)."""
+    """For B = 0 the search ends. Once it did not end."""
     assert bifurcations((2.9, 3.0), 0.0, 2) == []
     onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
     assert (onset.A, onset.kind) == (1.0, "onset")
@@ -155,13 +161,13 @@ def test_close_to_the_level_only_the_orbit_that_rests_changes(B):
 
 
 def test_close_to_the_level_nothing_changes_by_rounding():
-    """For B = 1e-6 there is no bifurcation in this range (the search once found hundreds)."""
+    """For B = 1e-6 there is no bifurcation in this range. The search once found hundreds."""
     assert bifurcations((1.9, 2.4), 1e-6, 3) == []
 
 
 @pytest.mark.parametrize("step", [None, 4.0])
 def test_far_out_distances_grow_with_A(step):
-    """Steps and tolerances in A grow with A (they once were absolute, far below the last bit of A)."""
+    """Steps and tolerances in A grow with A. Once they were absolute, and far below the last bit of A."""
     for B in (1e3, 1e6):
         scale = 1e-3 * B
         border, doubling = bifurcations((3.1 * B, 3.8 * B), B, 2, step=step and step * scale)
@@ -173,7 +179,7 @@ def test_far_out_distances_grow_with_A(step):
 
 
 def test_a_wide_range_has_a_grid_that_follows_it():
-    """Values of A with a spacing of 1/256 would not fit into memory."""
+    """The spacing of the grid grows with A. All values of A with a spacing of 1/256 would not fit into memory."""
     values = spread(1.05, 1e9, None)
     assert len(values) < 25_000
     assert np.all(np.diff(values) <= np.maximum(1.0, values[1:] / 4.0) / 256.0 * (1.0 + 1e-9))

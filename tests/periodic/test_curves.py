@@ -1,6 +1,6 @@
-"""Curves of bifurcations, compared with independent results.
+"""Comparison of curves of bifurcations with independent results.
 
-These are the search for bifurcations at fixed B, closed forms, the reference of 50 digits and a published limit.
+These are the results of a search at fixed B, closed forms, the 50-digit reference and a published limit.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ def agree(found, A, B, max_period, atol=1e-12):
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.03, 0.0371, 0.0768234, 0.1, 0.1299])
 def test_at_one_B_they_are_the_bifurcations_there(found, B):
-    """The curves give exactly the bifurcations at B, both at a start value of curves and between such values."""
+    """The curves give exactly the bifurcations at B, for a B at which curves begin and between two such values."""
     assert agree(found, (1.5, 3.2), B, 3) >= 5
 
 
 @pytest.mark.jit
 def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
-    """Up to B = 0.00489 the grazing orbit of one impact in four periods starts without a rest; above, it rests.
-    At this B three curves meet the grazing: its border, and the fold and the border of an orbit of two impacts."""
+    """Up to B = 0.00489 the orbit at a grazing has one impact in four periods and no rest. For a larger B it rests.
+    At this B three curves meet the grazing: the border of its orbit, and fold and border of an orbit of two impacts."""
     A = (2.105, 2.15)
     found = curves(A, (0.0047, 0.0057), 4, num=2)
     (point,) = meeting_points(found)
@@ -62,9 +62,9 @@ def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
     assert {m.what for c in there for m in c.meets} == {"end"}
     assert sorted(c.at(0.0048).size for c in there) == [0, 0, 0, 0, 1]
     assert sorted(c.at(0.0050).size for c in there) == [0, 1, 1, 1, 1]
-    for B in (0.0048, 0.0056):  # just above the point the search at one B merges the fold and the border
+    for B in (0.0048, 0.0056):  # closer to the point the search at one B would merge the fold and the border
         agree(found, A, B, 4)
-    # at the point the flight after a rest touches: rounding determines if it lands, with the root of a gap as its speed
+    # at the point the flight after a rest touches the obstacle, and rounding determines if it lands
     run = reference(point[0], point[1], tau0=math.asin((1.0 + point[1]) / point[0]), periods=4)
     assert min(float(s.margin) for s in run.switches) < 1e-6
 
@@ -95,7 +95,7 @@ def test_the_onset_is_a_straight_line_alone_below_other_curves():
 
 @pytest.mark.jit
 def test_on_the_level_they_come_out_of_one_point():
-    """As B → 0 the distance of a curve from A = √(1 + π²/4) falls like B (stick) or like √B (all others)."""
+    """As B → 0 the distance of a curve from A = √(1 + π²/4) falls like B for a stick, and like √B for other kinds."""
     found = curves((1.2, 1.9), (0.0, 0.001), 1, num=2)
     assert [c.kind for c in found] == ["stick", "border", "period doubling"]
     for c in found:
@@ -109,7 +109,7 @@ def test_on_the_level_they_come_out_of_one_point():
 
 @pytest.mark.jit
 def test_steep_inclines_tend_to_the_inelastic_bouncing_ball():
-    """Mehta and Luck 1990: the rest vanishes at Γ = √(1 + π²), the first period doubling is at √(4 + π²), Γ = A/B."""
+    """The rest vanishes at A/B = √(1 + π²), and the first period doubling is at √(4 + π²) (Mehta and Luck 1990)."""
     found = curves((320.0, 460.0), (100.0, 120.0), 1, num=2)
     limits = {"border": math.sqrt(1.0 + math.pi**2), "period doubling": math.sqrt(4.0 + math.pi**2)}
     curved = [c for c in found if c.kind in limits]
@@ -135,7 +135,7 @@ def test_doublings_in_the_reference(found):
 
 @pytest.mark.jit
 def test_borders_in_the_reference(found):
-    """The last impact after the rest has exactly the phase at which the motion began."""
+    """The last impact of the motion after a rest has exactly the phase at which the motion began."""
     borders = [c for c in found if c.kind == "border"]
     assert len(borders) >= 4
     for c in borders:
@@ -193,7 +193,7 @@ def test_every_bifurcation_is_recognised():
 
 @pytest.mark.jit
 def test_an_orbit_that_halves_its_period_has_no_margin_left():
-    """At the period doubling the orbit passed twice is not a second orbit, so the curve of a fold must end there."""
+    """The curve of a fold ends at a period doubling, because the orbit becomes another orbit that is passed twice."""
     (b,) = bifurcations((2.6, 2.61), 0.1, 1)
     once, u = recognise(b)
     again = once.slides

@@ -1,4 +1,4 @@
-"""The impact-phase map compared with 50 digits, its limits, and its breakpoints."""
+"""Tests of the impact-phase map: comparison with 50 digits, limits, and breakpoints."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vibrodrive.periodic.impact_map import ImpactMap, impact_map
 
 PLACES = [(1.3, 0.1), (1.5, 0.1), (3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (2.0, 0.02), (3.3, 0.5), (2.5, 1.0),
           (3.0, 1.3), (9.0, 2.0)]  # fmt: skip
-"""(A, B) inside and outside the range of the paper. For B >= 1 the mass slides down without excitation."""
+"""Values (A, B) inside and outside the range of the paper. For B >= 1 the mass slides down even without excitation."""
 
 
 def inner(system, count: int, seed: int) -> np.ndarray:
-    """Return phases on the circle, half of them in the window, none closer than 1e-4 to a breakpoint."""
+    """Return phases, half of them in the window, all at least 1e-4 from each breakpoint."""
     rng = np.random.default_rng(seed)
     phi = np.concatenate([rng.uniform(0, 2 * math.pi, count), rng.uniform(*system.window, count)])
     return phi[np.abs(phi[:, None] - system.breakpoints).min(axis=1) > 1e-4]
@@ -59,9 +59,10 @@ def test_a_rest_forgets_everything_a_stick_keeps_the_gap():
 
 @pytest.mark.parametrize(("A", "B"), [(3.04, 0.1), (2.0, 0.4), (4.0, 1.5)])
 def test_limits_at_the_ends_of_the_window(A, B):
-    """At φ_up the slope tends to 0; at π - φ_up the rise of the mass vanishes and the slope tends to -(4 k/m)^⅓.
+    """At φ_up the slope tends to 0. At π - φ_up the rise of the mass vanishes, and the slope tends to -(4 k/m)^⅓.
 
-    There ξ'' = -k (τ - π + φ_up) up to a gap of (2/3) k δ³, then, from H = -1, ξ'' = -m (τ - φ_down) down.
+    Near π - φ_up the mass slides up with ξ'' = -k (τ - π + φ_up) to ξ = (2/3) k δ³. Then, from H = -1 on, it slides
+    down with ξ'' = -m (τ - φ_down).
     """
     system = impact_map(A, B)
     up, end = system.window
@@ -108,7 +109,7 @@ def test_the_mass_that_never_leaves_has_no_next_impact():
 
 
 def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
-    """For B = 0 slides up and down cancel each other, unless the first slide down ends in an impact."""
+    """For B = 0 slides up and down cancel each other if the first slide down ends in the air."""
     found = impact_map(2.0, 0.0)([0.55, 0.9])
     assert found.periods.tolist() == [-1, 1]
     assert found.word[0].startswith("UP DOWN UP DOWN")
@@ -118,7 +119,7 @@ def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
 def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
-    """For B = 0 the boundary is A cos ψ = π/2. Only at this boundary the result depends on the last bits of ψ."""
+    """For B = 0 the boundary is A cos ψ = π/2. Only at the boundary the result depends on the last bits of ψ."""
     system = impact_map(A, 0.0)
     low, high = system.window
     edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))
@@ -135,7 +136,9 @@ def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
 
 @pytest.mark.jit
 def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
-    """Each possible number of periods of a flight has a breakpoint. Not all of these tens of thousands are computed."""
+    """There are tens of thousands of breakpoints, one for each possible number of periods of a flight. By default only
+    some of them are computed.
+    """
     points = impact_map(3.0, 1e-5).breakpoints
     assert 90 < len(points) < 220
     assert np.all(np.diff(points) > 0)
@@ -165,7 +168,7 @@ def test_a_million_evaluations_are_a_few_calls_of_the_kernel(monkeypatch):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """A separate process has no kernels of other tests; from the disk it loads those of the signatures in use."""
+    """The test uses a separate process, which has no kernels of other tests."""
     script = (
         "from vibrodrive.periodic import fixed_points, flight, impact_map, itineraries, search\n"
         "search.orbits(3.04); search.orbits(3, 0, 2)\n"

@@ -1,4 +1,4 @@
-"""Periodic orbits compared with 50 digits, with a dense sampling of the map, and with brute force."""
+"""Comparison of periodic orbits with 50 digits, with a dense sampling of the map, and with brute force."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vibrodrive.periodic.search import orbits
 SOMEWHERE = [(1.2, 0.1), (2.2, 0.1), (2.61, 0.1), (2.655, 0.1), (2.93, 0.1), (3.07, 0.1), (3.1893, 0.1),
              (3.25, 0.1), (3.6, 0.1), (4.3, 0.1), (3.4, 0.5), (5.0, 1.0), (8.0, 0.5), (3.0, 1.3),
              (9.0, 2.0)]  # fmt: skip
-"""(A, B) with one to eight orbits of up to three periods, of every kind."""
+"""Values (A, B) with one to eight orbits of up to three periods, of every kind."""
 
 
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE)
@@ -49,8 +49,11 @@ def test_orbits_close_in_the_reference(A, B):
 
 
 def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return True between neighbours of `phi` if the n-fold map is smooth and `period` periods long there, and True if
-    it also crosses the diagonal: bool (len(phi) - 1,) each."""
+    """Return (smooth, crosses), masks of the intervals between neighbours of `phi`, bool (len(phi) - 1,).
+
+    smooth : the n-fold map is smooth in the interval and takes `period` periods
+    crosses : it also crosses the diagonal
+    """
     system = impact_map(A, B)
     low, high = system.window
     time, alive, words = phi.copy(), np.ones(len(phi), bool), np.zeros(len(phi), dtype="<U400")
@@ -69,7 +72,10 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 @pytest.mark.jit
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE[::2])
 def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
-    """The search finds no orbit that the sampling excludes. The sampling misses branches narrower than its spacing."""
+    """The search finds all orbits of the sampling, and only orbits that the sampling allows.
+
+    The sampling misses branches that are narrower than its spacing.
+    """
     found = orbits(A, B, 3)
     phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
     for period in (1, 2, 3):
@@ -84,7 +90,7 @@ def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
 
 
 def test_the_two_periodic_motion_of_the_paper():
-    """At A = 3.04 there is one impact in two periods; the section points of the undisturbed motion are known."""
+    """At A = 3.04 there is one impact in two periods, and the section points of the undisturbed motion are known."""
     (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
     assert (stable.period, stable.impacts) == (2, 1)
     section = reference(3.04, tau0=float(stable.phases[0]), periods=2).section
@@ -109,13 +115,13 @@ def test_longer_periods_contain_the_shorter_ones():
 
 
 STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
-"""For B = 0 and A up to this value, a mass that leaves from a rest sticks before it slides down."""
+"""Largest A at which, for B = 0, a mass that leaves the obstacle after a rest sticks before it slides down."""
 
 
 @pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_on_the_level_one_orbit_touches(A):
-    """For B = 0 the orbit is touching (by rounding, two of these A once had a superstable or an unstable orbit)."""
+    """For B = 0 the orbit is touching. Because of rounding, two of these A once had orbits of other kinds."""
     (orbit,) = orbits(A, 0.0, 2)
     assert (orbit.kind, orbit.period, orbit.impacts) == ("touching", 1, 1)
     assert orbit.speeds.tolist() == [0.0]
@@ -128,7 +134,10 @@ def test_on_the_level_one_orbit_touches(A):
 
 @pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
 def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
-    """A start 1e-3 above the orbit returns to this gap (reference). A later launch lands, an earlier one does not."""
+    """A motion that starts 1e-3 above the orbit returns to this ξ (reference). After a later launch the mass lands.
+
+    After an earlier launch the mass does not land.
+    """
     (orbit,) = orbits(A, 0.0, 1)
     phase, gap = float(orbit.phases[0]), 1e-3
     run = reference(A, 0.0, tau0=phase, xi0=gap, periods=4, section_phase=phase)
@@ -143,7 +152,7 @@ def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
 
 @pytest.mark.jit
 def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
-    """Gravity makes the mass fall farther than it rose, even if rounding hides a depth of 1e-17."""
+    """Because of gravity the mass falls farther than it rises, even if the depth of 1e-17 is lost by rounding."""
     for A in np.linspace(1.01, 1.85, 29).tolist():
         for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
             (orbit,) = orbits(A, B, 1)
@@ -155,7 +164,7 @@ def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [1e-15, 1e-9, 1e-6, 1e-4])
 def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
-    """The list does not depend on the last bit of A, and no speed is negative (both were once wrong)."""
+    """The list of orbits does not depend on the last bit of A, and no speed is negative. Both were once wrong."""
     for A in np.linspace(1.9, 4.0, 22).tolist():
         names = [[o.name for o in orbits(a, B, 3)] for a in np.linspace(A, A * (1.0 + 1e-12), 5).tolist()]
         assert all(there == names[0] for there in names)
@@ -167,7 +176,7 @@ def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
 @pytest.mark.jit
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_an_orbit_followed_twice_is_not_another_one():
-    """Far above 1 + B rounding separates the two rounds of an orbit (they were once listed as another orbit)."""
+    """Far above A = 1 + B rounding separates two passes of an orbit. Both passes were once listed as another orbit."""
     for A in np.linspace(1000.0, 1100.0, 401).tolist():
         for orbit in orbits(A, 0.1, 2):
             assert len(set(orbit.name)) == orbit.impacts

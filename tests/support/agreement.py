@@ -1,4 +1,4 @@
-"""Assertions about a certified motion: it agrees with the 50-digit reference and obeys the model."""
+"""Assertions that a certified motion agrees with the 50-digit reference, and with the model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = [
 
 
 def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) -> Agreement:
-    """Assert that the states agree, or that the status is TOO_CLOSE."""
+    """Assert that the states agree with the reference, or that the status is TOO_CLOSE. Return the comparison."""
     found = follow(scene, most, periods)
     assert found.agrees or flagged(found.ours), (scene, found.same, found.ours.status, found.ours.margin)
     check_above_obstacle(found.ours)
@@ -36,7 +36,7 @@ def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) 
 
 
 def check_above_obstacle(trajectory: vd.Trajectory) -> None:
-    """Assert ξ >= 0 at every switch and in the section, and in short records also in between."""
+    """Assert that ξ >= 0 at every switch and section point, and in short records also between them."""
     assert (trajectory.switches["xi"] >= 0).all()
     section = trajectory.section[:, 0]
     assert (section[np.isfinite(section)] >= 0).all()
@@ -47,9 +47,10 @@ def check_above_obstacle(trajectory: vd.Trajectory) -> None:
 
 
 def switching_functions(trajectory: vd.Trajectory, count: int = 200) -> list[tuple[Segment, np.ndarray, float]]:
-    """Return for each segment the switching functions (positive while it lasts) at `count` instants, in doubles.
+    """Return (segment, values, bound) for each segment.
 
-    Each entry is (segment, values (functions, count), bound of the rounding).
+    values : the switching functions, which are positive during the segment, at `count` instants: (functions, count)
+    bound : bound of the rounding errors of the values
     """
     model = oscillator(trajectory)
     A, B, eps, eta = (trajectory.arguments[k] for k in ("A", "B", "eps", "eta"))
@@ -85,7 +86,7 @@ ALLOWED = {
 
 
 def check_order(trajectory: vd.Trajectory) -> None:
-    """Assert that each switch is one of Fig. 2 and starts from the state that the previous one led to."""
+    """Assert that each switch is a transition of Fig. 2, and starts from the state after the previous switch."""
     rows = trajectory.switches
     for row in rows:
         assert (row["before"], row["after"]) in ALLOWED
@@ -97,8 +98,8 @@ def check_order(trajectory: vd.Trajectory) -> None:
 def same_status(alone: vd.Trajectory, swept: int) -> bool:
     """Return True if a single motion has the status that it has in a sweep.
 
-    A sweep judges each switch separately. A single motion is also TOO_CLOSE if errors inherited from earlier switches
-    may have changed a decision.
+    A sweep considers each switch separately. A single motion is also TOO_CLOSE if errors of earlier switches may have
+    changed a decision.
     """
     inherited = alone.status == vd.Status.TOO_CLOSE and math.isfinite(alone.certain_until)
     return alone.status == swept or (inherited and swept in (vd.Status.OK, vd.Status.NEVER_LEAVES))

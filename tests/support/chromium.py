@@ -1,4 +1,4 @@
-"""A headless Chromium, controlled as by a user: mouse, keys, and the state that the page reports."""
+"""Control of a headless Chromium by mouse and keys, as by a user, and access to the state of the page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ARGUMENTS = (
 
 
 def lacking():
-    """Return the part that is missing for a browser, or "" if all are installed."""
+    """Return the name of a program or package that is not installed, or "" if all that a browser needs is installed."""
     try:
         import selenium  # noqa: F401
     except ImportError:
@@ -27,7 +27,7 @@ def lacking():
 
 @contextmanager
 def browser(width=1250, height=810):
-    """Yield a browser without an open page, whose window shows exactly these pixels of a page."""
+    """Yield a browser without an open page, whose window shows exactly `width` × `height` pixels of a page."""
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
@@ -49,13 +49,13 @@ class Tab:
     """The page of an explorer in a browser."""
 
     PATIENCE = 600.0
-    """Time limit in seconds for short operations; a machine shared with other programs may need it."""
+    """Time limit in seconds of short operations. It is so large because other programs may use the machine."""
 
     def __init__(self, driver):
         self.driver = driver
 
     def resize(self, width, height, touch=False):
-        """Give pages exactly this size: that of a window includes the bars of the browser. `touch`: as on a phone."""
+        """Give the page exactly this size, without the bars of the browser. If `touch`, simulate a touch screen."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         self.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
@@ -68,14 +68,14 @@ class Tab:
         return self.driver.execute_script(f"const page = window.explorer; return {script}", *arguments)
 
     def until(self, condition, what):
-        """Wait for a condition, JavaScript or a function."""
+        """Wait until a condition, JavaScript or a function, is true. `what` names it in the message of a failure."""
         end = monotonic() + self.PATIENCE
         while not (condition() if callable(condition) else self.ask(condition)):
             assert monotonic() < end, f"not within {self.PATIENCE} s: {what}; the page says {self.notice()!r}"
             sleep(0.02)
 
     def settle(self):
-        """Wait until the picture of the last request is complete and its state is in the address."""
+        """Wait until the picture of the last request is complete, and the address of the page contains its state."""
         self.until("!!page && page.settled && page.begun && !page.waiting", "a settled picture")
 
     def state(self):
@@ -93,7 +93,7 @@ class Tab:
         self.mouse("Released", x, y)
 
     def drag(self, start, places):
-        """Press at a place, move over others, release at the last one."""
+        """Press the mouse button at `start`, move the mouse over `places`, and release the button at the last one."""
         self.mouse("Pressed", *start)
         for place in places:
             self.mouse("Moved", *place)
@@ -105,12 +105,12 @@ class Tab:
         )
 
     def model(self, script, *arguments):
-        """Evaluate a script on Bokeh's models; `all` is the list of them."""
+        """Evaluate a script, in which `all` is the list of Bokeh's models."""
         all_of_them = "const all = [...Bokeh.documents[0]._all_models.values()];"
         return self.driver.execute_script(f"{all_of_them} {script}", *arguments)
 
     def frame(self, figure="first"):
-        """Left and upper edge, width and height of the frame of a figure, in pixels of the page."""
+        """Return [left, top, width, height] of the frame of a figure, in pixels of the page."""
         return self.model(
             "const view = Bokeh.index.find_one_by_id(all.find((m) => m.name === arguments[0]).id);"
             "const {left, top} = view.canvas_view.el.getBoundingClientRect(), box = view.frame.bbox;"
@@ -126,7 +126,7 @@ class Tab:
         return self.ask("page.refused")
 
     def complaints(self):
-        """Return messages of the console other than notes."""
+        """Return the warnings and errors in the console of the browser, except known ones."""
         known = ("could not set initial ranges",)  # from Bokeh, for figures without data
         entries = [e for e in self.driver.get_log("browser") if e["level"] != "INFO"]
         return [e["message"] for e in entries if not any(k in e["message"] for k in known)]

@@ -1,6 +1,6 @@
-"""Invented blocks for tests of the store and of the command line.
+"""Blocks with invented results, for tests of the store and of the command line.
 
-Their values depend on the point only, as those of the kernels do; `delay` is their duration.
+As with kernels, the results of a point depend on this point only. `delay` is the duration of a block in seconds.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vibrodrive.store.writer import open_writer
 
 
 class Block(NamedTuple):
-    """Counterpart of sweep.Block without Numba."""
+    """Block of results, like `Block` of a sweep but without Numba."""
 
     index: int
     start: int
@@ -50,7 +50,7 @@ def block(plan: Plan, k: int) -> Block:
 
 
 def run_blocks(plan: Plan, which: Sequence[int] | None = None, *, delay: float = 0.0, **_: Any) -> Iterator[Block]:
-    """Replace sweep.run_blocks."""
+    """Yield blocks like `run_blocks` of batch/sweep.py."""
     for k in range(len(plan.blocks())) if which is None else which:
         time.sleep(delay)
         yield block(plan, k)
@@ -63,7 +63,7 @@ def write(
     which: Sequence[int] | None = None,
     **options: Any,
 ) -> list[int]:
-    """Write all or some of the missing blocks of a file of a sweep; return their numbers.
+    """Write all or some of the missing blocks of the file of a sweep. Return the numbers of these blocks.
 
     `plan` may be a configuration as text.
     """

@@ -14,7 +14,7 @@ SMALL = 1e-12  # step of a central difference: its error, of second order, is fa
 
 
 class Landing(NamedTuple):
-    """Next impact: phase (mpf), full periods in between, velocity ξ' (mpf), states on the way."""
+    """Next impact: phase (mpf), number of periods up to it, velocity ξ' (mpf), and the states before it as text."""
 
     phase: Any
     periods: int
@@ -23,7 +23,7 @@ class Landing(NamedTuple):
 
 
 def next_impact(A: float, B: float, phi: Any, patience: int = 64) -> Landing:
-    """Return the impact after one at the phase φ (float or mpf)."""
+    """Return the next impact after an impact at the phase φ (float or mpf)."""
     periods = 2
     while True:
         switches = reference(A, B, tau0=phi, periods=periods).switches
@@ -40,7 +40,7 @@ def next_impact(A: float, B: float, phi: Any, patience: int = 64) -> Landing:
 
 
 def after(A: float, B: float, phi: Any, n: int) -> Any:
-    """Return 2π × periods + phase of the n-th impact after one at φ."""
+    """Return 2π × periods + phase of the n-th impact after an impact at the phase φ."""
     periods = 0
     for _ in range(n):
         landing = next_impact(A, B, phi)
@@ -51,14 +51,14 @@ def after(A: float, B: float, phi: Any, n: int) -> Any:
 
 @mp.workdps(DIGITS)
 def slope(A: float, B: float, phi: float, n: int = 1) -> Any:
-    """Return d(n-th impact)/dφ by a central difference."""
+    """Return d(time of the n-th impact)/dφ by a central difference."""
     step = mp.mpf(SMALL)
     return (after(A, B, phi + step, n) - after(A, B, phi - step, n)) / (2 * step)
 
 
 @mp.workdps(DIGITS)
 def orbit_phase(A: float, B: float, near: float, n: int, period: int) -> Any:
-    """Return the phase close to `near` that returns after n impacts and `period` periods (secant method)."""
+    """Return the phase near `near` that returns to itself after n impacts and `period` periods (secant method)."""
     turn = 2 * mp.pi * period
     a, b = mp.mpf(near), mp.mpf(near) + mp.mpf(SMALL)
     fa, fb = after(A, B, a, n) - turn - a, after(A, B, b, n) - turn - b

@@ -1,6 +1,6 @@
-"""The paper's two methods to find a switch as plain, slow loops, which import nothing of vibrodrive.
+"""The paper's two methods to find a switch, as plain and slow loops that import nothing of vibrodrive.
 
-They visit every grid point and evaluate the closed forms (4), (5), (9) from the last switch, in doubles.
+The loops evaluate the closed forms (4), (5), (9) from the last switch at every grid point, in doubles.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ ETA = 10.0 * math.sqrt(102.0)
 
 
 class Switch(NamedTuple):
-    """One switch, with ξ and ξ' there. The next state starts with ξ' = 0, after an impact also with ξ = 0."""
+    """One switch, with ξ and ξ' there. The next state starts with ξ' = 0, and after an impact also with ξ = 0."""
 
     tau: float
     period: int
@@ -35,7 +35,7 @@ class Naive(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """Parameters, and the motion that begins with (ξ_i, ξ'_i) at τ_i."""
+    """Parameters, and closed form of the motion that begins with (ξ_i, ξ'_i) at τ_i."""
 
     A: float
     B: float
@@ -63,7 +63,7 @@ class Model:
 
 
 def in_air(H: float) -> int:
-    """Return the state after ξ' = 0 at ξ > 0. If a zero is found late, UP may follow UP, and DOWN may follow DOWN."""
+    """Return the state after a slide that ends at ξ > 0. After a late switch UP may follow UP, or DOWN follow DOWN."""
     return UP if H > 1 else DOWN if H < -1 else STICK
 
 
@@ -73,7 +73,7 @@ def at_obstacle(H: float) -> int:
 
 
 def over(model: Model, state: int, tau: float, *since: float) -> str:
-    """Return the switching function (8) that has changed sign at τ, or "". If both S1 and S2 have, it is S1."""
+    """Return the switching function (8) that has changed its sign at τ, or "". If S1 and S2 have, return S1."""
     if state == UP:
         return "S3" if model.dxi(tau, state, *since) < 0 else ""
     if state == DOWN:
@@ -99,7 +99,7 @@ def fixed(
     periods: int,
     section_phase: float = 0.0,
 ) -> Naive:
-    """§5: the switching time is the first point of the grid τ_k = τ0 + k Δτ after a change of sign."""
+    """Compute a motion by §5: a switch is at the first point of the grid τ_k = τ0 + k Δτ after a change of sign."""
     model = Model(A, B, eps, eta)
     out = Recorder(model, tau0, periods, section_phase)
     state, tau_i, xi, dxi = out.start(xi0, dxi0)
@@ -128,7 +128,7 @@ def muller(
     periods: int,
     section_phase: float = 0.0,
 ) -> Naive:
-    """§4: scan h = j Δτ from the last switch for the first change of sign, then Muller's method to `tol`."""
+    """Compute a motion by §4: find the first change of sign at h = jΔτ after a switch, then use Muller's method."""
     model = Model(A, B, eps, eta)
     out = Recorder(model, tau0, periods, section_phase)
     state, tau_i, xi, dxi = out.start(xi0, dxi0)
@@ -160,10 +160,10 @@ def muller(
 
 
 def muller_zero(g: Callable[[float], float], low: float, high: float, tol: float) -> float:
-    """Return the zero by Muller's method (1956) in a bracket with g(low) >= 0 > g(high), until |step| < tol.
+    """Return the zero of g by Muller's method (1956) in a bracket with g(low) >= 0 > g(high), until |step| < tol.
 
-    The step is a root of the parabola through the last three points, or a bisection if that root is complex or outside
-    the bracket.
+    The next point is a root of the parabola through the last three points. If this root is complex or outside the
+    bracket, the next point is the midpoint of the bracket.
     """
     a, c = low, high
     x = [low, high, 0.5 * (low + high)]
@@ -211,7 +211,7 @@ class Recorder:
         return state, self.tau0, xi, dxi
 
     def pass_sections(self, until: float, *since: Any) -> None:
-        """Record section points up to `until`, in closed form: a section instant is no grid point."""
+        """Record section points up to `until`, by the closed form, because section instants are not grid points."""
         while len(self.section) < len(self.section_k):
             tau = self.section_phase + 2 * math.pi * self.section_k[len(self.section)]
             if tau > until:

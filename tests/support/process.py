@@ -1,4 +1,4 @@
-"""Python code in a process of its own."""
+"""Execution of Python code in a separate process."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def python(code: str, *arguments: str, **environment: str) -> str:
-    """Run code with these arguments and further variables of the environment, and return its output.
+    """Run Python code with the given arguments and additional environment variables, and return its output.
 
-    The process has to end with code 0, without a message.
+    The process must end with exit code 0 and without an error message.
     """
     done = subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)],

@@ -1,4 +1,4 @@
-"""The 50-digit reference for tests; each of its scenes is computed once in a test run."""
+"""Scenes of the 50-digit reference for tests. Each scene is computed once in a test run."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ LONG = pytest.mark.slow("5 to 20 s each: hundreds of switches at 50 digits")
 NAMES = [
     pytest.param(name, marks=[LONG] * (name in ("one-periodic", "two-periodic", "fast disturbance"))) for name in SCENES
 ]
-"""The names of SCENES as parameters of a test."""
+"""Names of SCENES, as parameters of a test."""
 
 
 @functools.cache
 def scene(name: str) -> Reference:
-    """Return the reference of one of SCENES."""
+    """Return the motion of one of SCENES by the reference."""
     return reference(**SCENES[name])

@@ -266,7 +266,7 @@ def test_fixed_loop_switches_on_grid_points_only():
 
 
 def test_coarse_fixed_loop_may_decide_wrongly():
-    """Coarse steps hide zeros: UP may end at H > 1 and be followed by UP, DOWN at H < -1 by DOWN."""
+    """With coarse steps zeros are found late. So UP may follow UP at H > 1, and DOWN may follow DOWN at H < -1."""
     met = Counter(s[3:5] for s in naive.fixed(3.04, eps=2e-4, dtau=0.02, periods=100).switches)
     assert met[UP, UP]
     assert met[DOWN, DOWN]
