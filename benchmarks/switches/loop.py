@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.switches.model import IMPACT, decide, force, jit, start
+from benchmarks.switches.model import IMPACT, TWO_PI, decide, force, jit, start
 
 CROWD = 2_000
-"""Switches in one period after which a solver is stopped: the motions of the set have fewer than a hundred."""
+"""Switches within one period after which a solver is stopped: the motions of the set have fewer than a hundred."""
 
+MOST = 1 << 20
+"""Switches of a motion after which a solver is stopped."""
 
 Event = tuple[float, int, int]
 """τ, state before and state after a switch."""
@@ -22,17 +24,13 @@ def events_by(run: Callable[..., int]) -> Callable[..., list[Event]]:
     """Return `events(initial, point, **setting)`: the switches from `initial`, which is (ξ, ξ', τ, end).
 
     `run(point, initial, values of the setting, times, before, after)` fills the three arrays with the switches up to
-    the end, or up to the length of the arrays, and returns the number of switches.
+    the end, and returns their number.
     """
 
     def events(initial: tuple[float, float, float, float], point: Any, **setting: Any) -> list[Event]:
-        size = 4096
-        while True:
-            times, before, after = np.empty(size), np.empty(size, np.int8), np.empty(size, np.int8)
-            count = run(point, initial, tuple(setting.values()), times, before, after)
-            if count < size:
-                return list(zip(times[:count].tolist(), before[:count].tolist(), after[:count].tolist(), strict=True))
-            size *= 8
+        times, before, after = np.empty(MOST), np.empty(MOST, np.int8), np.empty(MOST, np.int8)
+        count = run(point, initial, tuple(setting.values()), times, before, after)
+        return list(zip(times[:count].tolist(), before[:count].tolist(), after[:count].tolist(), strict=True))
 
     return events
 
@@ -49,7 +47,7 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., list
     def run(point, initial, setting, times, before, after):
         xi, dxi, tau, end = initial
         state = first(h(point, tau), xi, dxi)
-        count, last = 0, 0
+        count = 0
         while count < len(times):
             impact = False
             if state != IMPACT:
@@ -58,11 +56,9 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., list
                 break
             next_state = decided(state, h(point, tau), impact)
             times[count], before[count], after[count] = tau, state, next_state
-            if count - last > CROWD:
-                if tau - times[last] < 2.0 * math.pi:
-                    break
-                last = count
             count += 1
+            if count > CROWD and tau - times[count - CROWD] < TWO_PI:
+                break
             state, dxi = next_state, 0.0
             if impact:
                 xi = 0.0
@@ -83,7 +79,7 @@ def step_loop(advance: Callable[..., Any]) -> Callable[..., list[Event]]:
         xi, dxi, tau0, end = initial
         level = force(point, tau0)
         state = start(level, xi, dxi)
-        tau, count, last, k = tau0, 0, 0, 0
+        tau, count, k = tau0, 0, 0
         while tau < end and count < len(times) - 1:
             k += 1
             next_tau = tau0 + k * setting[0]
@@ -98,10 +94,8 @@ def step_loop(advance: Callable[..., Any]) -> Callable[..., list[Event]]:
             if next_state != state:
                 times[count], before[count], after[count] = tau, state, next_state
                 count, state = count + 1, next_state
-                if count - last > CROWD:
-                    if tau - times[last] < 2.0 * math.pi:
-                        break
-                    last = count - 1
-        return count if count < len(times) - 1 else len(times)
+                if count > CROWD and tau - times[count - CROWD] < TWO_PI:
+                    break
+        return count
 
     return events_by(jit(run))

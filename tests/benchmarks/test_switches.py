@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import csv
 import json
 import math
@@ -21,8 +20,8 @@ from xml.etree import ElementTree
 import pytest
 from jsonschema import Draft202012Validator
 
-import vibrodrive as vd
-from benchmarks.switches import make, score
+from benchmarks.switches import make, run, score
+from benchmarks.switches.solvers import vibrodrive_paths
 
 FOLDER = Path(score.__file__).parent
 SCHEMA = Draft202012Validator(json.loads((FOLDER / "schema.json").read_text(encoding="utf-8")))
@@ -51,12 +50,22 @@ def values(case):
 # the form of a case
 
 
+def digits(number):
+    """Return the number of digits of a number as text."""
+    return len(re.sub(r"e.*|\D", "", number).lstrip("0"))
+
+
 @pytest.mark.parametrize("level", LEVELS)
-def test_every_case_satisfies_the_schema(level):
+def test_the_form_of_every_case(level):
+    """Each case satisfies the schema, its decimal inputs are its doubles, and its numbers have 30 digits."""
     for name, case in stored(level).items():
         assert SCHEMA.is_valid(case), name
-        assert case["id"] == name
-        assert case["level"] == level
+        assert (case["id"], case["level"]) == (name, level)
+        exact = values(case)
+        assert [(key, float(value)) for key, value in case["inputs"].items()] == [*exact.items()], name
+        numbers = [*case.get("zeros", []), *case.get("slopes", [])]
+        numbers += [e[k] for e in case.get("events", []) for k in ("tau", "xi", "dxi", "slope", "nearest_other_zero")]
+        assert {digits(n) for n in numbers if n and n != "0"} <= {30}, name
 
 
 @pytest.mark.parametrize(
@@ -83,27 +92,6 @@ def test_every_case_satisfies_the_schema(level):
 def test_a_violation_of_the_schema_is_found(name, change):
     case = stored(int(name[1]))[name]
     assert not SCHEMA.is_valid(case | change)
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_decimal_inputs_are_the_doubles(level):
-    for case in stored(level).values():
-        exact = values(case)
-        assert list(exact) == list(case["inputs"])
-        assert {name: float(value) for name, value in case["inputs"].items()} == exact
-
-
-def digits(number):
-    """Return the number of digits of a number as text."""
-    return len(re.sub(r"e.*|\D", "", number).lstrip("0"))
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_numbers_have_30_digits(level):
-    for name, case in stored(level).items():
-        numbers = [*case.get("zeros", []), *case.get("slopes", [])]
-        numbers += [e[k] for e in case.get("events", []) for k in ("tau", "xi", "dxi", "slope", "nearest_other_zero")]
-        assert {digits(n) for n in numbers if n and n != "0"} <= {30}, name
 
 
 def test_the_sizes_of_the_set_are_those_of_its_readme():
@@ -148,21 +136,11 @@ def begins(x):
     return "DOWN" if H < -1 else "STICK"
 
 
-@pytest.mark.parametrize("tau", ["1e1000000", "-1e999999", "1e-1000000"])
-def test_a_number_beyond_all_reason_is_no_error_of_the_scorer(tau):
-    case = next(iter(stored(0).values()))
-    assert score.judge(case, {"zeros": [tau]})["verdict"] in ("refused", "invented")
-
-
-def test_motions_start_above_the_obstacle():
-    found = {name for level in (1, 2, 3) for name, case in stored(level).items() if values(case)["xi0"] < 0}
-    assert not found
-
-
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_events_are_in_order_and_states_follow_each_other(level):
     for name, case in stored(level).items():
         x, state, tau = values(case), None, None
+        assert x["xi0"] >= 0, name
         end = x["tau0"] + 2 * math.pi * x["periods"]
         for event in case["events"]:
             state, tau = state or begins(x), tau or Decimal(x["tau0"])
@@ -224,15 +202,7 @@ def test_the_tables_and_the_version_are_made_again(tmp_path, capsys):
 @pytest.mark.parametrize("name", ["L2-paper-07", "L3-hard-spot-01"])
 def test_the_certified_method_agrees(name):
     case = stored(int(name[1]))[name]
-    x = values(case)
-    motion = vd.simulate(**{k: v for k, v in x.items() if k != "periods"}, transient=0, periods=int(x["periods"]))
-    assert motion.status.name == "OK"
-    states = ("UP", "DOWN", "STICK", "REST", "IMPACT")
-    events = [
-        [2 * math.pi * float(s["period"]) + float(s["phase"]), states[s["before"]], states[s["after"]]]
-        for s in motion.switches
-    ]
-    verdict = score.judge(case, {"events": events})
+    verdict = score.judge(case, run.answer(vibrodrive_paths, case["level"], values(case), {"method": "certified"}))
     assert verdict["verdict"] == "right"
     assert verdict["digits"] > 10
 
@@ -289,6 +259,9 @@ def motion_case(events=TWO, level=2, **fields):
         (FAR, [None], "refused", False),
         (FAR, ["nan"], "refused", False),
         (FAR, [math.inf], "refused", False),
+        (FAR, ["1e1000000"], "refused", False),
+        (FAR, ["-1e999999"], "refused", False),
+        (FAR, ["1e-1000000"], "invented", False),
         (FAR, [[1]], "refused", False),
         (FAR, 1, "refused", False),
     ],
@@ -418,7 +391,8 @@ def test_the_table_counts_verdicts(judged):
 
 
 def test_brief_prints_the_table_alone(judged):
-    _, out, _ = judged({"answers": {}}, "--brief")
+    code, out, _ = judged({"answers": {"L0-a": None, "L2-a": 1}}, "--brief")
+    assert code == 0  # no answer is right, but the file is readable
     assert "L0-a" not in out
     assert out.count("refused") == 1  # a column
 
@@ -438,11 +412,6 @@ def test_a_folder_without_cases_ends_with_code_2(judged):
     assert judged({"answers": {}}, cases=())[0] == 2
 
 
-@pytest.mark.parametrize("answers", [{}, {"L0-a": {"zeros": [1]}}, {"L0-a": None, "L2-a": 1}])
-def test_the_score_does_not_change_the_exit_code(judged, answers):
-    assert judged({"answers": answers})[0] == 0
-
-
 def test_junit(judged, tmp_path):
     cases = [zero_case(id=f"L0-{name}") for name in "abc"]
     answers = {"L0-a": {"zeros": [1, 3]}, "L0-b": {"zeros": [3]}}
@@ -458,17 +427,6 @@ def test_junit(judged, tmp_path):
     assert found == {"L0-a": [], "L0-b": [("failure", "missed")], "L0-c": [("skipped", "refused")]}
     assert [test.get("time") for test in suite] == ["0", "2.0", "0"]
     assert {test.get("classname") for test in suite} == {"level0.a"}
-
-
-def test_the_score_imports_the_standard_library_only():
-    source = (FOLDER / "score.py").read_text(encoding="utf-8")
-    tree = ast.walk(ast.parse(source))
-    names = {a.name if isinstance(n, ast.Import) else n.module for n in tree
-             if isinstance(n, ast.Import | ast.ImportFrom) for a in n.names}  # fmt: skip
-    assert names
-    assert {name.partition(".")[0] for name in names} <= sys.stdlib_module_names
-    assert "__import__" not in source
-    assert "importlib" not in source
 
 
 @pytest.mark.integration
