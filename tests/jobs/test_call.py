@@ -82,7 +82,7 @@ def test_a_long_list_of_values_is_kept_whole(quick):
     assert verify(Path("long.h5")).sound
 
 
-# a file equal to that of the command
+# a file that is equal to the file of the command
 
 
 def test_it_writes_the_bytes_that_the_command_writes(quick):

@@ -104,7 +104,7 @@ def judge_idle(settings: Config) -> None:
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:
-    """Print a warning if all points have the same likely mistake. Only scenes in SI are checked, or all if `always`."""
+    """Print a warning if all points have the same likely mistake. Without `always`, only scenes in SI are checked."""
     from vibrodrive.model.slips import slip
 
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()

@@ -309,7 +309,7 @@ async def _reach(address: str) -> None:
 
 @contextlib.contextmanager
 def _signals() -> Iterator[list[int]]:
-    """Collect signals instead of ending the process."""
+    """Yield a list to which signals are added. Meanwhile these signals do not end the process."""
     caught: list[int] = []
 
     def note(signum: int, frame: object) -> None:

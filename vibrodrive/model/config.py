@@ -74,7 +74,7 @@ class Config:
     overrides : options KEY=VALUE that replaced values of the file.
     arguments : arguments of `plan.make_plan`.
     physical : the scene, with a0 = 0 if the configuration gives A; None without [physical], or if a quantity of the
-        scene is an axis. In the latter case `arguments` contains the scene.
+        scene is an axis. If a quantity of the scene is an axis, `arguments` contains the scene.
     """
 
     text: str
@@ -242,7 +242,7 @@ def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
-    """Check [sweep.points] and add its keys to `at`. Raises if `at` has one of them already."""
+    """Check [sweep.points] and add its keys to `at`. Raises ValueError if `at` already has one of these keys."""
     if not isinstance(table, dict):
         raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
     found = {}

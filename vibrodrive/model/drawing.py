@@ -52,7 +52,7 @@ def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> 
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
-    """Return the kind of figure and the quantity with which a sweep is drawn. Arguments that are None are chosen.
+    """Return (kind of figure, quantity) with which a sweep is drawn. The function chooses arguments that are None.
 
     A quantity of the summary selects a map, a quantity of the impacts a bifurcation diagram. If both arguments are
     None, the returned kind is None, too: the caller then chooses a diagram of the section that suits the axes. A sweep
@@ -112,9 +112,9 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
 
 
 def merge_wishes(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """Merge the drawing options of a configuration (`wanted`) with those of the call (`now`), which take precedence.
+    """Return the drawing options of a configuration (`wanted`), replaced by the options of the call (`now`).
 
-    The configured range belongs to the configured quantity: it is dropped if the quantity changes.
+    The range in the configuration belongs to the quantity there, so it is left out if the call gives another quantity.
     """
     kept = dict(wanted)
     merged = kept | now

@@ -19,10 +19,12 @@ import numpy as np
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, unknown
 
-Axis: TypeAlias = float | Sequence[float] | np.ndarray  # one number, or a sequence of them: an axis of a sweep
+Axis: TypeAlias = (
+    float | Sequence[float] | np.ndarray
+)  # one number, or a sequence of numbers, which is an axis of a sweep
 
 Points: TypeAlias = Mapping[str, Sequence[float] | np.ndarray]
-"""Sequences of equal length, of parameters that change together."""
+"""Parameters that change together: sequences of one length, by the names of the parameters."""
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -56,7 +56,7 @@ def power(work: Any, omega0: Any, mu: Any, alpha: Any, mass: Any, g: Any) -> Any
 
 
 def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by name, of one or many points, with A and B added if the scene in these values gives them."""
+    """Return values by name, of one or many points. A and B are added if these values contain the scene."""
     known = dict(values)
     if "A" not in known and {"a0", "omega0", "mu", "alpha", "g"} <= known.keys():
         known["A"] = amplitude(*(known[name] for name in ("a0", "omega0", "mu", "alpha", "g")))

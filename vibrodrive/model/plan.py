@@ -266,7 +266,7 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
 
 
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
-    """Check A and B of a scene and add them to the scalars if they do not vary by point. Raises ValueError."""
+    """Check A and B of a scene. Add A or B to the scalars if it is the same at all points. Raises ValueError."""
     scalars.setdefault("g", Scene.g)
     scene = {name: value for name, value in scalars.items() if name in SCENE}
     # A and B are largest where friction is least

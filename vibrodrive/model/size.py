@@ -31,7 +31,7 @@ def human(n_bytes: float) -> str:
 def available_memory() -> int:
     """Return the bytes that can be allocated without swapping (Linux), or the total memory (other systems).
 
-    Python has no such function on Windows: the result is `sys.maxsize` there, which disables the checks of memory.
+    On Windows Python has no such function. The result is then `sys.maxsize`, which disables the checks of memory.
     """
     try:
         with open("/proc/meminfo") as lines:

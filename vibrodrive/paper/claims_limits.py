@@ -132,7 +132,7 @@ def interruptions_and_limit(session: Session) -> Outcome:
     if not len(gone) or results.status[gone[0]] != Status.OK:
         raise NotApplicable("sticking never vanishes")
     at = float(results.axes["A"][gone[0]])
-    away = np.linspace(AROUND_LOSS, AROUND_LOSS / 15, 8)  # without the loss itself
+    away = np.linspace(AROUND_LOSS, AROUND_LOSS / 15, 8)  # the loss itself is left out
     A = np.concatenate([at - away, at + away[::-1]])
     found = _both(session, A=A, B=results.scalars["B"])
     told, numbers, seen = [], {"stick_vanishes": at, "A": A}, []

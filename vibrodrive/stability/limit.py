@@ -154,7 +154,7 @@ def each_limit(
 
 
 def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
-    """Return the plan of `limit` or `unique_limit` from the arguments as written.
+    """Return the plan of `limit` or `unique_limit` from the arguments of the call.
 
     `hint` is added to the message that refuses axes.
     """

@@ -1,8 +1,7 @@
 """The search for a limit: choice of the next disturbances from the results of the previous ones.
 
-A search is a generator. It yields the disturbances that it wants to try. For each of them it receives True if the
-structure was *kept* at this disturbance, and False if it was *lost*. So the motions of many searches can be computed
-together.
+A search is a generator. It yields disturbances to try. For each disturbance it receives True if the structure was
+*kept*, and False if the structure was *lost*. So the motions of many searches can be computed together.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from vibrodrive.model.parameters import bad
 
 INTERIOR = 7  # values that one round of bisection tries between two neighbouring values of the grid
 ROUNDS = 2  # rounds of bisection; two rounds divide a step of the grid by 64
-BEYOND = 2.0  # the search ends at this multiple of the first loss or of the last value kept, whichever is larger
+BEYOND = 2.0  # the search ends at this multiple of the larger of two values: the first loss, and the last value kept
 
 
 class Grid(NamedTuple):
@@ -27,7 +26,7 @@ class Grid(NamedTuple):
     decade: int  # indices per factor of ten
     floor: float
     top: float
-    batch: int  # values requested at a time: enough of them to use all cores, but few that are not needed
+    batch: int  # values requested at a time: enough to use all cores, and few enough to waste little work
 
 
 def _geometric(k: int) -> float:

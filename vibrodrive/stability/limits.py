@@ -43,7 +43,7 @@ class Quantity(NamedTuple):
     last: str = ""
 
 
-# keyed by the name of the limit itself
+# the keys are the names of the limits
 QUANTITIES = {
     K2: Quantity(
         CURVES,
@@ -182,7 +182,7 @@ class Limits(Stored):
 
     @property
     def values(self) -> np.ndarray:
-        """The limits themselves: float64 (curve, axes…)."""
+        """The limits, float64 (curve, axes…)."""
         return self.numbers[self.quantity]
 
     def known(self, name: str = "") -> np.ndarray:

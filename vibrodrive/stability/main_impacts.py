@@ -40,7 +40,7 @@ class ImpactCycle(NamedTuple):
     """One cycle of the main impacts of a periodic orbit.
 
     gaps : int64 (m,), periods from each main impact to the next.
-    phase, speed : float64 (m,).
+    phase, speed : float64 (m,), phase and speed of each main impact.
     """
 
     gaps: np.ndarray
@@ -113,7 +113,7 @@ def no_touches(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHARE) ->
 
 
 def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:
-    """Return True if all these impacts follow the cycle. If `ordered`, their order must be that of the cycle."""
+    """Return True if all these impacts have the gaps of the cycle and, if `ordered`, the order of the cycle."""
     m = len(cycle.gaps)
     first, last = impacts[0], impacts[-1]
     span = float(last["period"] - first["period"]) + (last["phase"] - first["phase"]) / TWO_PI

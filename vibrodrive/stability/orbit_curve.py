@@ -2,7 +2,8 @@
 
 The definition in §1 compares motions as curves. A point of the disturbed motion may be early or late, as long as it is
 near some point of the orbit. So each point of the disturbed motion has a distance from the nearest point of the closed
-curve, whatever the time at which the orbit passes there, and ϱ is the largest of these distances. At an impact the
+curve. This distance does not depend on the time at which the orbit passes this nearest point. ϱ is the largest of these
+distances. At an impact the
 velocity jumps from -v to 0 at ξ = 0. The segment between (0, -v) and (0, 0) is part of the curve. Without this segment,
 a motion that lands a little more slowly than the orbit would be far away from it.
 

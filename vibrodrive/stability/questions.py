@@ -1,7 +1,7 @@
 """The questions about stability: k₂ at a point, k₁, k_u, and k₂ over axes.
 
-These functions share most of their keywords with `simulate`. Here they are in one place, so that a new keyword is added
-to all of them in one file. limit.py, starts.py, unique_motion.py and limits.py contain the searches and the results.
+These functions share most of their keywords with `simulate`. They are in one file, so that a new keyword is added in
+one place. limit.py, starts.py, unique_motion.py and limits.py contain the searches and the results.
 """
 
 from __future__ import annotations

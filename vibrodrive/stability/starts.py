@@ -49,8 +49,8 @@ EXACT = 1e-13  # relative width at which the search for an edge ends
 class Edge(NamedTuple):
     """Edge of a basin in one direction from the start. All numbers are sizes of deviations.
 
-    kept : largest deviation found below `lost`. With it, and with all smaller deviations tried, the motion ends on the
-        same solution.
+    kept : largest deviation found below `lost`. With this deviation, and with all smaller deviations tried, the motion
+        ends on the same solution.
     lost : smallest deviation found with which the motion ends on another solution; inf if there is none up to
         `searched_to`.
     searched_to : upper end of the deviations that the search covers if it finds no other solution.

@@ -85,8 +85,8 @@ class Structure:
 def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SAME_POINT) -> np.ndarray:
     """Return the smallest n after which the section points (…, periods, 2) of each motion repeat: int64 (…).
 
-    It is 0 if there is no such n up to `longest`. The record must contain at least two periods of the motion, and the
-    points within a period must be further apart than BLURRED.
+    The result is 0 if there is no such n up to `longest`. The record must contain at least two periods of the motion,
+    and the points within a period must be further apart than BLURRED.
     """
     section = np.asarray(section, dtype=np.float64)
     found = np.zeros(section.shape[:-2], dtype=np.int64)
@@ -102,8 +102,8 @@ def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SA
 def reference_orbit(motion: Any) -> ReferenceOrbit | None:
     """Return the periodic orbit that a motion has settled on, or None if the motion does not repeat.
 
-    The word is empty for a motion without `switches`. The period is that of the impacts or, if the mass never lands,
-    that of the section.
+    The word is empty for a motion without `switches`. The period is the period of the impacts or, if the mass never
+    lands, of the section.
     """
     cycle = impact_cycle(motion.impacts)
     n = cycle.n if cycle is not None else 0 if len(motion.impacts) else int(period(motion.section))

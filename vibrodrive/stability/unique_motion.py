@@ -34,7 +34,7 @@ from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
 
 COINCIDE = 1e-6
 """Largest distance of the section points of two motions that count as one, for methods without a fixed grid. Motions
-that have merged still differ by rounding, about 1e-12. On a fixed grid merged motions are equal in every bit, so there
+that have merged still differ by rounding, about 1e-12. On a fixed grid merged motions are equal in every bit, so that
 no difference is allowed."""
 
 SIDES = (5, 9, 17, 33)  # numbers of values of ξ0, and of ξ'0; the smallest lattice that reaches every solution is used
@@ -52,8 +52,8 @@ def starts_that_reach_all(
     """Return (n, reached, starts): the period, the number of solutions reached, and the lattice of starts.
 
     Without a disturbance, motions from these starts end in `reached` of the n solutions. n is 0 if the undisturbed
-    motion has no period. The lattice is the smallest one in SIDES that reaches all solutions, or the largest one if no
-    lattice does. `starts` contains the values of ξ0 and those of ξ'0.
+    motion has no period. The lattice is the smallest one in SIDES that reaches all solutions, or the largest if none
+    does. `starts` is (values of ξ0, values of ξ'0).
     """
     solution = settled(arguments, threads)
     A = check("A", arguments["A"])
@@ -82,7 +82,7 @@ def ends_on_one(
     The comparison covers the last LONGEST_PERIOD periods of the records. The result is False at a value at which any
     motion has the status BUDGET.
 
-    arguments : those of `simulate` without ξ0, ξ'0 and the disturbance. The default method is "fixed" for Δτ and
+    arguments : arguments of `simulate` without ξ0, ξ'0 and the disturbance. The default method is "fixed" for Δτ and
         "certified" for ε.
     values : values of the disturbance, float64 (k,).
     starts : (values of ξ0, values of ξ'0). Every ξ0 is combined with every ξ'0. The default is the lattice of
@@ -95,7 +95,7 @@ def ends_on_one(
     whole = check_count("transient", point["transient"], 0) + check_count("periods", point["periods"], 1)
     compared = min(LONGEST_PERIOD, point["periods"])
     swept: dict[str, Any] = {disturbance: real_array(disturbance, values, "numbers"), "xi0": xi0, "dxi0": dxi0}
-    rest = {name: value for name, value in point.items() if name not in swept}  # the order of axes is that of the keys
+    rest = {name: value for name, value in point.items() if name not in swept}  # the axes have the order of the keys
     rest |= {"transient": whole - compared, "periods": compared}
     section = collect(make_plan(swept | rest), threads).section
     ends = section.reshape(len(section), -1, compared, 2)

@@ -30,7 +30,7 @@ def draft_of(path: Path) -> Path:
 
 @contextlib.contextmanager
 def drafted(path: Path) -> Iterator[Path]:
-    """Yield a temporary path. The file there replaces any file at `path` if the block ends without an error.
+    """Yield the path of a temporary file, which replaces any file at `path` if the block ends without an error.
 
     After an error no temporary file remains, and an existing file is unchanged. A link remains a link.
     """

@@ -26,7 +26,7 @@ from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import Origin, coordinates, digest
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
-"""Exceptions that h5py raises for bytes it cannot interpret. `interpreting` handles them for several calls."""
+"""Exceptions that h5py raises for bytes that it cannot interpret."""
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 

@@ -1,6 +1,6 @@
 """Lock that excludes a second writer of a file: open-file-description locks, flock, or LockFileEx on Windows.
 
-Windows cannot rename or replace an open file. So a new result file is closed, renamed and opened again there, and
+Windows cannot rename or replace an open file. So on Windows a new result file is closed, renamed and opened again, and
 another process may lock it meanwhile. A file that another process is reading cannot be replaced on Windows.
 """
 
@@ -28,7 +28,7 @@ UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 
 WRITING = "another process is writing this file: wait until it has finished, or choose another file"
 
-FAR = 1 << 62  # offset of the byte locked on Windows, after the end of any file: locked bytes cannot be read there
+FAR = 1 << 62  # offset of the byte locked on Windows: after the end of any file, because locked bytes cannot be read
 
 
 class Lock:

@@ -36,7 +36,7 @@ class Agreement(NamedTuple):
 
 
 def follow(scene: dict[str, Any], most: int = 24, periods: int = 60, **settings: Any) -> Agreement:
-    """Compare a certified motion with the reference over `most` switches or `periods` periods, whichever ends first."""
+    """Compare a certified motion with the reference until `most` switches or `periods` periods are reached."""
     exact = reference(**scene, periods=periods, max_switches=most)
     if len(exact.switches) == most:
         span = float(exact.switches[-1].tau) - scene.get("tau0", 0.0)

@@ -14,11 +14,11 @@ from vibrodrive.validation.identity import NAMES
 
 HASH = "8cf1f40d644418e25db1a3aa452a950fa22e848fda310117d90763d4edf7b994"
 """SHA-256 of the results below. The kernels implement sines, roots and fused products themselves, so the bits do not
-depend on processor, system, Python or compiler. The hash changes only if a correction changes results; the message of
-that commit gives the reason."""
+depend on processor, system, Python or compiler. The hash changes only if a correction changes results. The message of
+that commit then gives the reason."""
 
 SCENES: dict[str, Any] = {"A": [k / 64 for k in range(70, 250, 3)], "eps": [0.0, 2e-4], "transient": 20, "periods": 8}
-"""Settings whose values are exact doubles, so that no library rounds them."""
+"""Settings whose values are exact in double precision, so that no library rounds a value."""
 
 WAYS: tuple[dict[str, Any], ...] = (
     {"method": "certified"},

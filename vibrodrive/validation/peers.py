@@ -52,7 +52,7 @@ Switch = tuple[float, int, int, float]  # a switch: τ, state before, state afte
 def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterator[Switch]:
     """Yield the switches of a motion that starts from rest, until a state has no end (τ = inf).
 
-    `slide` and `wait` compute the end of a slide and that of a sticking or rest. `force` gives H at τ.
+    `slide` computes the end of a slide, `wait` the end of a sticking or a rest, and `force` H at τ.
     """
     state, tau, xi = REST, 0.0, 0.0
     while True:
@@ -81,7 +81,7 @@ def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterato
 def release(A: float, B: float) -> Wait:
     """Return the function for the end of STICK or REST at ε = 0.
 
-    REST ends at H = 1, and STICK at H = 1 or H = -1, whichever is earlier. The function returns inf if there is no end.
+    REST ends at H = 1, and STICK at the first instant at which H = 1 or H = -1. The result is inf if there is no end.
     """
     lift = math.asin((1.0 + B) / A) if A >= 1.0 + B else math.inf
     drop = math.pi + math.asin((1.0 - B) / A) if abs(1.0 - B) <= A else math.inf
@@ -98,8 +98,8 @@ def release(A: float, B: float) -> Wait:
 def scanned(H: Callable[[float], float], eta: float) -> Wait:
     """Return the function for the end of STICK or REST at ε > 0.
 
-    REST ends at the first zero of H - 1, and STICK at the first zero of H - 1 or H + 1, whichever is earlier. The
-    function returns inf if it finds no end within two periods.
+    REST ends at the first zero of H - 1, and STICK at the first zero of H - 1 or H + 1. The function returns inf if it
+    finds no end within two periods.
     """
     step = 0.02 / max(1.0, eta)
 

@@ -59,7 +59,7 @@ class Switch(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """All switches after τ0, the section points (ξ, ξ'), and the smallest margin, including that of the start."""
+    """All switches after τ0, the section points (ξ, ξ'), and the smallest margin of the start and all switches."""
 
     switches: list[Switch]
     section: list[tuple[Any, Any]]
@@ -402,7 +402,7 @@ def reference(
 ) -> Reference:
     """Return all switches in (τ0, τ0 + 2π periods] with their margins, and all section points in this interval.
 
-    Numbers are those of mpmath. τ has `digits` correct digits after the point. The margin of a switch is
+    All numbers have the type of mpmath. τ has `digits` correct digits after the point. The margin of a switch is
 
     * at a reversal of a slide down: ξ,
     * at an impact: |ξ| at the reversal that would follow without an obstacle; inf if no reversal would follow,
@@ -411,7 +411,7 @@ def reference(
     If two of these apply, the margin is the smaller value. The computation ends after `max_switches` switches, and the
     section is then shorter.
 
-    A slide also ends at an instant at which ξ' only touches zero. There |H| = 1, and the slide continues immediately.
+    A slide also ends at an instant at which ξ' touches zero. Then |H| = 1, and the slide continues immediately.
     The margin of this switch is 0.
     """
     span = 1 + abs(tau0) + 7 * periods
