@@ -109,7 +109,7 @@ def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
     key, call, values = REFUSED[name]
     for value in values:
         with pytest.raises((TypeError, ValueError), match=rf"^{key}(\[\d+\])? = .+: must be .+$") as caught:
-            print(name, type(value), call(value))  # shown if no error was raised
+            print(name, type(value), call(value))  # this line is printed only if no error was raised
         assert "\n" not in str(caught.value)
         assert len(str(caught.value)) < 300
 

@@ -22,7 +22,7 @@ POINTS = np.array([[2.7733816327, -2.6101762195], [1.2155473776, -2.8904206661]]
 
 
 def swept(name):
-    """Return the sweep of a configuration with the section of the numbers below: τ = 2πk."""
+    """Return the sweep of a configuration with section points at τ = 2πk, as in the numbers below."""
     return vd.sweep(**config.read(CONFIGS / f"{name}.toml", ["section_phase=0.0"]).arguments)
 
 
