@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 def _run(command: Callable[[], object]) -> tuple[int, str]:
-    """Run a command; return its exit code and its error message, which is one line."""
+    """Run a command and return (exit code, error message of one line)."""
     try:
         result = command()
     except click.exceptions.Exit as end:

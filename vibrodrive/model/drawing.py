@@ -91,7 +91,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
 
 
 def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
-    """Return the kind and the quantity of a figure that is not a map, see `choose_drawing`."""
+    """Return (kind, quantity) of a figure that is not a map, see `choose_drawing`."""
     record = swept.record
     recorded = "this sweep recorded " + ", ".join(record)
     if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:

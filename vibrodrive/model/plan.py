@@ -95,7 +95,7 @@ class Plan:
         return out
 
     def ends(self) -> list[tuple[float, float, float, float]]:
-        """Return tuples (A, B, ε, η) at the ends of the axes, and along `point` at up to SAMPLED of its values."""
+        """Return (A, B, ε, η) at all combinations of the ends of the axes. `point` has up to SAMPLED values instead."""
         some = [
             np.unique(
                 np.linspace(0, len(values) - 1, SAMPLED).astype(int)
@@ -151,12 +151,12 @@ class Plan:
         return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
 
     def _ends(self, name: str) -> tuple[float, float]:
-        """Least and largest value of a parameter."""
+        """Return (least value, largest value) of a parameter."""
         values: Any = {name: PARAMETERS[name].default, **self.scalars, **self.together, **self.axes}[name]
         return float(np.min(values)), float(np.max(values))
 
     def blocks(self) -> list[tuple[int, int]]:
-        """Return (start, stop) of every block: the number of its first point, and of its last point plus 1."""
+        """Return (number of the first point, number of the last point + 1) of every block."""
         shape, chunk = self.shape, self.chunk
         cut = next((k for k in range(len(shape)) if chunk[k] > 1), len(shape) - 1)
         tail = math.prod(shape[cut + 1 :])

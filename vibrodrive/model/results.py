@@ -389,7 +389,7 @@ class Results(Described):
         }
 
     def _told_status(self) -> tuple[str, str]:
-        """Return two texts: the computed share, and the number of points with each status.
+        """Return (computed share, numbers of points with each status) as texts.
 
         A status read from a file is not kept here, because the file may grow before the other arrays are read.
         """

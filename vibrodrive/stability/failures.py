@@ -52,7 +52,7 @@ class SwitchCounts(NamedTuple):
 
 
 def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return period, phase and next state of the certified switches that end the given states.
+    """Return (period, phase, next state) of the certified switches that end the given states.
 
     Each state begins at time τ at the gap ξ with ξ' = 0. `tau` and `xi` are float64 (n,), `states` is int64 (n,). The
     results are int64 (n,), float64 (n,) and int64 (n,). The period is -1 if no switch follows.

@@ -243,7 +243,7 @@ class LimitSearch:
                 yield from self._searched(active, evaluator)
 
     def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """Run these searches to their ends, all at the same time."""
+        """Run these searches at the same time. Yield (number of the point, Limit) for each search that ends."""
         ended: list[tuple[_Problem, Band]] = []
         while active:
             requests = [(p.index, p.base, p.requested) for p in active]
@@ -261,7 +261,7 @@ class LimitSearch:
                 ended = []
 
     def _explained(self, ended: list[tuple[_Problem, Band]], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """Yield the Limits of finished searches, with the structures on both sides of the first loss."""
+        """Yield (number of the point, Limit) of finished searches, with the structures below and at the first loss."""
 
         def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, str]:
             found = motion.judge(base)

@@ -105,9 +105,9 @@ def search_band(grid: Grid) -> BandSearch:
 
 
 def _bisect(low: float, high: float) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
-    """Return two close values between `low`, which is kept, and `high`, which is lost.
+    """Return (kept, lost): two close values between `low`, which is kept, and `high`, which is lost.
 
-    The first value returned is kept. The second one is the smallest value tried that is lost.
+    `lost` is the smallest value tried that is lost, and `kept` the largest value tried below it.
     """
     for _ in range(ROUNDS):
         inner = np.geomspace(low, high, INTERIOR + 2)[1:-1]

@@ -177,7 +177,7 @@ class Limits(Stored):
 
     @property
     def curves(self) -> tuple[tuple[str, str], ...]:
-        """Disturbance and method of each curve."""
+        """(disturbance, method) of each curve."""
         return QUANTITIES[self.quantity].curves
 
     @property

@@ -49,7 +49,7 @@ class OrbitCurve:
 
     @functools.cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vectors from each vertex to the next, float64 (k, 2), and 1 / squared length (k,), 0 for length 0."""
+        """(vectors from each vertex to the next (k, 2), 1 / squared lengths (k,)), float64; 0 for the length 0."""
         along = np.roll(self.vertices, -1, axis=0) - self.vertices
         squared = (along**2).sum(axis=1)
         return along, np.divide(1.0, squared, out=np.zeros_like(squared), where=squared > 1e-300)
@@ -129,7 +129,7 @@ def _same_time(curve: OrbitCurve, times: np.ndarray, points: np.ndarray) -> np.n
 
 
 def _path(motion: Trajectory, per_period: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times (m,), in excitation periods since τ = 0, and the points (m, 2) of a record.
+    """Return (times, points) of a record: times (m,) in excitation periods since τ = 0, and points (m, 2).
 
     The states before and after each switch come first, then the sampled instants.
     """

@@ -124,7 +124,7 @@ def order(points: np.ndarray, section: np.ndarray) -> np.ndarray:
 
 
 def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return ρ = max_k |x_k − p_(k+s mod n)| at the shift s with the least ρ, and this s: float64 (…) and int64 (…).
+    """Return (ρ, s): the least ρ = max_k |x_k − p_(k+s mod n)|, and its shift s; float64 (…) and int64 (…).
 
     `points` (p) has the shape (n, 2), `section` (x) the shape (…, periods, 2). The shift s identifies one of the n
     coexisting solutions, which are the same orbit shifted by s excitation periods.

@@ -41,7 +41,7 @@ SIDES = (5, 9, 17, 33)  # numbers of values of ξ0, and of ξ'0; the smallest la
 
 
 def lattice(A: float, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return evenly spaced values of ξ0 in [0, a] and of ξ'0 in [-a, a], a = max(1, A): two float64 arrays (side,)."""
+    """Return (values of ξ0 in [0, a], values of ξ'0 in [-a, a]), evenly spaced, float64 (side,), with a = max(1, A)."""
     top = max(1.0, A)
     return np.linspace(0.0, top, side), np.linspace(-top, top, side)
 

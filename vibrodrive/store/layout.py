@@ -213,7 +213,7 @@ def flags_of_statuses() -> dict[str, Any]:
 
 
 def meaning_of(name: str) -> tuple[str, str]:
-    """Return the long name and the unit of a coordinate."""
+    """Return (long name, unit) of a coordinate."""
     if name in AXES:
         return AXES[name].meaning, AXES[name].unit
     meanings = {

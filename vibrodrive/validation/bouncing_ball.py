@@ -74,7 +74,7 @@ def _turn(gamma: float, phase: float) -> float:
 
 
 def _first_order(s: float) -> tuple[float, float, float]:
-    """Return the factors of 1/B in phase, speed over B and multiplier of the orbit at Γ² = s² + π²."""
+    """Return the factors of 1/B in (phase, speed over B, multiplier) of the orbit at Γ² = s² + π²."""
     gamma, phase = math.hypot(s, math.pi), math.atan2(s, math.pi)
     h = _turn(gamma, phase)
     u = 2.0 * math.pi - h
@@ -101,7 +101,7 @@ def laws() -> tuple[Law, ...]:
 
 
 def measure(B: float) -> tuple[float, ...]:
-    """Compute the quantities of `laws` at one B by `bifurcations` and `orbits`."""
+    """Return the values of the quantities of `laws` at one B, computed by `bifurcations` and `orbits`."""
     low, high = SEARCHED
     kinds = {b.kind: b.A / B for b in bifurcations((low * B, high * B), B=B, max_period=1)}
     (orbit,) = orbits_of(ImpactMap(MIDDLE * B, B), 1)
@@ -139,7 +139,7 @@ class Approach:
 
     @property
     def off(self) -> tuple[float, float]:
-        """Difference of the slope from -1, and relative difference of the factor from the derived factor."""
+        """(difference of the slope from -1, relative difference of the factor from the derived factor)."""
         return abs(self.slope + 1.0), abs(self.factor / self.law.factor - 1.0)
 
     @property

@@ -134,7 +134,7 @@ class Switching:
         self.tiny = mp.mpf(10) ** (10 - mp.dps) * (1 + abs(p0) + self.m0)
 
     def exact(self, h: Any) -> tuple[Any, Any, Any]:
-        """Return g, g', g'' in full precision."""
+        """Return (g, g', g'') in full precision."""
         g, dg, ddg = self.p0 + self.p1 * h, self.p1, mp.zero
         for a, w, angle in self.waves:
             cos, sin = mp.cos_sin(angle + w * h)
@@ -277,7 +277,7 @@ class Slide:
         self.doubles = [(float(a / w**2), float(w), float(angle)) for a, w, angle in waves]
 
     def at(self, h: Any) -> tuple[Any, Any]:
-        """Return ξ and ξ'."""
+        """Return (ξ, ξ') at the time h after the start."""
         xi, dxi = self.xi + self.d + (self.c - self.pull * h / 2) * h, self.c - self.pull * h
         for a, w, angle in self.waves:
             cos, sin = mp.cos_sin(angle + w * h)
@@ -320,7 +320,7 @@ class Oscillator:
         return sum((a * mp.sin(angle) for a, w, angle in self.waves(tau)), -self.B)
 
     def decide(self, xi: Any, tau: Any) -> tuple[int, Any]:
-        """Return the state after a switch with ξ' = 0, and the margin of this decision."""
+        """Return (state after a switch with ξ' = 0, margin of this decision)."""
         H = self.H(tau)
         margin = abs(abs(H) - 1)
         if margin < self.tiny:  # at |H| = 1 the mass still sticks, but the sticking may end here
