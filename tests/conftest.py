@@ -1,6 +1,6 @@
 """Settings for all tests: compile kernels once before the workers start, use two threads, and set marks.
 
-The tests are a package, so `from tests.support.reference import reference` works from the repository root.
+The tests are a package, so `from tests.support.reference import scene` works from the repository root.
 """
 
 from __future__ import annotations

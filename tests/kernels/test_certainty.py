@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.reference import NAMES, SCENES, mp, reference, scene
+from tests.support.reference import NAMES, scene
 from vibrodrive.validation import certainty
 from vibrodrive.validation.certainty import compare, draw, hold
+from vibrodrive.validation.reference import SCENES, mp, reference
 
 TOO_CLOSE = vd.Status.TOO_CLOSE
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.reference import NAMES, SCENES, mp, scene
+from tests.support.reference import NAMES, scene
+from vibrodrive.validation.reference import SCENES, mp
 
 
 def errors(exact, trajectory):

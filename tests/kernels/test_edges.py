@@ -23,10 +23,11 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import naive
-from tests.support.agreement import ROUNDING, check_above_obstacle, check_decisions, check_order, flagged, follow
-from tests.support.reference import ETA, IMPACT, Oscillator, Slide, mp, reference
+from tests.support.agreement import check_above_obstacle, check_decisions, check_order
 from vibrodrive import State, Status
+from vibrodrive.validation.agreement import ROUNDING, flagged, follow
 from vibrodrive.validation.grazing import LADDER, THROWS, lowest
+from vibrodrive.validation.reference import ETA, IMPACT, Oscillator, Slide, mp, reference
 
 pytestmark = pytest.mark.jit
 

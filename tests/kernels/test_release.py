@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.reference import mp
 from vibrodrive.kernels.release import moves, onset, release_down, release_up
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
+from vibrodrive.validation.reference import mp
 
 
 def places(seed: int, n: int) -> np.ndarray:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.reference import ETA, mp, reference
 from vibrodrive.validation.certainty import compare
+from vibrodrive.validation.reference import ETA, mp, reference
 
 pytestmark = pytest.mark.jit
 

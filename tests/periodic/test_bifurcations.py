@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from tests.support.mp_flight import orbit_phase, slope
-from tests.support.reference import IMPACT, mp, reference
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
 from vibrodrive.periodic.bifurcations import bifurcations, gap_between, spread
 from vibrodrive.periodic.continuation import Continuation
 from vibrodrive.periodic.search import orbits
+from vibrodrive.validation.reference import IMPACT, mp, reference
 
 pytestmark = pytest.mark.jit  # hundreds of searches
 
@@ -97,7 +97,7 @@ def test_grazing_touches_and_border_meets_the_window(found):
 
 
 def test_a_finer_grid_finds_no_more(found):
-    finer = bifurcations(PAPER, 0.1, 4, step=1 / 1500)
+    finer = bifurcations(PAPER, 0.1, 4, step=1 / 700)
     assert [b.kind for b in finer] == [b.kind for b in found]
     np.testing.assert_allclose([b.A for b in finer], [b.A for b in found], rtol=0, atol=1e-12)
 

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.reference import IMPACT, reference
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.states import State
 from vibrodrive.periodic.impact_map import impact_map
@@ -23,6 +22,7 @@ from vibrodrive.stability.starts import (
     same_solution,
     settled,
 )
+from vibrodrive.validation.reference import IMPACT, reference
 
 pytestmark = pytest.mark.jit
 

@@ -8,23 +8,8 @@ import math
 import numpy as np
 
 import vibrodrive as vd
-from tests.support.reference import DOWN, IMPACT, REST, STICK, UP, mp
-from vibrodrive.validation.agreement import (
-    ROUNDING,
-    Agreement,
-    Segment,
-    flagged,
-    follow,
-    oscillator,
-    residual,
-    segments,
-    slide,
-)
-
-__all__ = [
-    "ROUNDING", "check_above_obstacle", "check_decisions", "check_order", "flagged", "follow", "oscillator", "residual",
-    "same_status", "segments", "slide", "switching_functions",
-]  # fmt: skip
+from vibrodrive.validation.agreement import ROUNDING, Agreement, Segment, flagged, follow, oscillator, segments
+from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, mp
 
 
 def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) -> Agreement:

@@ -99,11 +99,6 @@ class Tab:
             self.mouse("Moved", *place)
         self.mouse("Released", *place)
 
-    def wheel(self, x, y, by):
-        self.driver.execute_cdp_cmd(
-            "Input.dispatchMouseEvent", {"type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": by}
-        )
-
     def model(self, script, *arguments):
         """Evaluate a script, in which `all` is the list of Bokeh's models."""
         all_of_them = "const all = [...Bokeh.documents[0]._all_models.values()];"

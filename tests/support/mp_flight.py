@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tests.support.reference import DOWN, IMPACT, REST, STICK, UP, mp, reference
+from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, mp, reference
 
 NAMES = {UP: "UP", DOWN: "DOWN", STICK: "STICK", REST: "REST", IMPACT: "IMPACT"}
 

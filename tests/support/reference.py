@@ -6,26 +6,7 @@ import functools
 
 import pytest
 
-from vibrodrive.validation.reference import (
-    DOWN,
-    ETA,
-    IMPACT,
-    REST,
-    SCENES,
-    STICK,
-    UP,
-    Oscillator,
-    Reference,
-    Slide,
-    Switching,
-    mp,
-    reference,
-)
-
-__all__ = [
-    "DOWN", "ETA", "IMPACT", "LONG", "NAMES", "REST", "SCENES", "STICK", "UP", "Oscillator", "Reference", "Slide",
-    "Switching", "mp", "reference", "scene",
-]  # fmt: skip
+from vibrodrive.validation.reference import SCENES, Reference, reference
 
 LONG = pytest.mark.slow("5 to 20 s each: hundreds of switches at 50 digits")
 

@@ -10,21 +10,8 @@ from itertools import pairwise
 import pytest
 
 from tests.support import naive
-from tests.support.reference import (
-    DOWN,
-    IMPACT,
-    LONG,
-    NAMES,
-    REST,
-    SCENES,
-    STICK,
-    UP,
-    Reference,
-    Switching,
-    mp,
-    reference,
-    scene,
-)
+from tests.support.reference import LONG, NAMES, scene
+from vibrodrive.validation.reference import DOWN, IMPACT, REST, SCENES, STICK, UP, Reference, Switching, mp, reference
 
 FIG2 = {
     (UP, DOWN), (UP, STICK), (DOWN, IMPACT), (DOWN, UP), (DOWN, STICK),
