@@ -47,7 +47,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
         rows = []
         for dtau in steps(quick):
             s = structure.compare_structure(base, vd.simulate(**window, **method, dtau=float(dtau)))
-            rows.append({"dtau": dtau, "rho": plain(s.rho), "kept": s.kept(CRITERIA[:1])})
+            rows.append({"dtau": dtau, "rho": plain(s.rho), "kept": getattr(s, CRITERIA[0])})
         found[name] = {"rows": rows}
         for criterion in CRITERIA:
             k = vd.limit(A, "dtau", criterion=criterion, transient=TRANSIENT, periods=PERIODS, **method)

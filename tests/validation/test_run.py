@@ -63,7 +63,7 @@ def test_verdicts():
 
 def test_the_command_writes_both_files_and_its_exit_code_is_1_if_one_fails(monkeypatch, tmp_path, capsys):
     checks = [Check("good", "A | B", lambda: HOLDS), Check("lacking", "Digits", list, ("no_such_package",))]
-    monkeypatch.setattr(run.validate, "__defaults__", ((), checks, lambda line: None))
+    monkeypatch.setattr(run, "CHECKS", checks)
     command = ["validate", "-o", str(tmp_path / "out"), "--seed", "5"]
     assert cli.main(command, standalone_mode=False) == 0
     document = json.loads((tmp_path / "out/validation.json").read_text())

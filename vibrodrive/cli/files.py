@@ -9,7 +9,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,7 +20,7 @@ from vibrodrive.model.kinds import FILES
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-    from vibrodrive.store.layout import Progress
+    from vibrodrive.store.every_kind import Summary
 
 
 @click.command()
@@ -69,9 +69,14 @@ def verify(file: Path) -> None:
     Output: on stdout the computed share and the verdict; on stderr a line for each damaged part. The exit code is 1 if
     a part is damaged. An incomplete file is not an error.
     """
-    found = read_apart(file, verified)
-    for line in found.lines:
-        click.echo(line)
+    from vibrodrive.store.every_kind import summary
+
+    found = read_apart(file, partial(summary, thorough=True))
+    if not math.isnan(found.share):
+        click.echo(f"computed: {100 * found.share:.1f} %")
+    for name, text in found.lines:
+        if name in ("blocks", "status"):
+            click.echo(f"{name}: {text}")
     for fault in found.faults:
         say(f"damaged: {fault}")
     if found.faults:
@@ -79,19 +84,11 @@ def verify(file: Path) -> None:
     click.echo("complete and undamaged" if found.share == 1 else "incomplete; the computed part is undamaged")
 
 
-class Verified(NamedTuple):
-    """Computed share of a file, its faults, and the lines to print."""
-
-    share: float
-    faults: list[str]
-    lines: list[str]
-
-
 PATIENCE = 60
 """Longest time in seconds for one step of reading: a block of a sweep, a few MB, or a complete file of another kind."""
 
 
-def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience: int = PATIENCE) -> Verified:
+def read_apart(file: Path, read: Callable[..., Summary], patience: int = PATIENCE) -> Summary:
     """Call `read` in a separate process, and show its progress.
 
     On some damaged files HDF5 loops endlessly and never returns to Python, where signals are handled. On other files it
@@ -123,7 +120,7 @@ def read_apart(file: Path, read: Callable[[Path, Progress], Verified], patience:
     return said
 
 
-def _read_here(file: Path, read: Callable[[Path, Progress], Verified], patience: int, there: Connection) -> None:
+def _read_here(file: Path, read: Callable[..., Summary], patience: int, there: Connection) -> None:
     """Read in the separate process: send a line for each step, then the result or the exception."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
@@ -134,16 +131,6 @@ def _read_here(file: Path, read: Callable[[Path, Progress], Verified], patience:
 
     try:
         step("started")
-        there.send(read(file, lambda done, total: step(f"block {done} of {total}")))
+        there.send(read(file, progress=lambda done, total: step(f"block {done} of {total}")))
     except Exception as error:
         there.send(error)
-
-
-def verified(file: Path, progress: Progress) -> Verified:
-    """Read and check all data of a file of any kind."""
-    from vibrodrive.store.every_kind import summary
-
-    found = summary(file, thorough=True, progress=progress)
-    lines = [] if math.isnan(found.share) else [f"computed: {100 * found.share:.1f} %"]
-    lines += [f"{name}: {text}" for name, text in found.lines if name in ("blocks", "status")]
-    return Verified(found.share, found.faults, lines)

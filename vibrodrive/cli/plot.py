@@ -113,13 +113,11 @@ def draw(
 
 def _look(file: Path) -> dict[str, Any]:
     """Return the style and the width that are given by the configuration in a file."""
-    from vibrodrive.model import config
     from vibrodrive.store.header import origin_of, reading
 
     try:
         with reading(file) as opened:
-            origin = origin_of(opened)
-        return config.parse(origin.config, origin.overrides).look
+            return origin_of(opened).parsed().look
     except ConfigError:  # the configuration was written by another version
         return {}
 
@@ -167,13 +165,11 @@ def _left_out(damaged: list[str]) -> Iterator[None]:
 def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
-    from vibrodrive.model import config
     from vibrodrive.store.every_kind import load
     from vibrodrive.store.reader import look
 
     report = look(file)
-    origin = report.header.origin
-    figure = config.parse(origin.config, origin.overrides).figure
+    figure = report.header.origin.parsed().figure
     wanted = drawing.merge_wishes({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
     check_drawing(wanted, report.header.plan, asked="kind" in options)
     results, drawn_over = load(file), read_overlays(over)

@@ -102,10 +102,9 @@ def sweep(
     from vibrodrive.jobs.sweep import Job, Stopped, run
     from vibrodrive.store.layout import Origin
 
-    origin = Origin(settings.text, settings.overrides, settings.title)
     show = Show(sys.stderr, path.name)
     try:
-        show.say(run(Job(plan, origin, path, threads, dask, overwrite), show))
+        show.say(run(Job(plan, Origin.of(settings), path, threads, dask, overwrite), show))
     except Stopped as stopped:
         common.leave(130, f"{stopped}; resume with: {common.same_command()}")
     _tell_statuses(path)

@@ -12,6 +12,7 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.periodic.curves import NUM, curves
 from vibrodrive.periodic.meetings import meeting_points
 from vibrodrive.store.curves import StoredCurves, save
+from vibrodrive.store.layout import Origin
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
@@ -33,7 +34,7 @@ def make(work: Work) -> bool:
     plan, longest = work.plan, work.own["max_period"]
     A, B = ((float(plan.axes[name].min()), float(plan.axes[name].max())) for name in "AB")
     found = StoredCurves(curves(A, B, longest, num=min(len(plan.axes["B"]), NUM)), longest, A, B)
-    save(work.path, found, work.origin("Bifurcations of a friction-impact oscillator"))
+    save(work.path, found, Origin.of(work.config, "Bifurcations of a friction-impact oscillator"))
     return True
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from typing import Any, TypeAlias
@@ -24,9 +24,6 @@ from vibrodrive.store.limits import DONE, create, own_settings, refuse_another, 
 
 Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
-Each: TypeAlias = Callable[[dict[str, Any], str, str], Iterator[tuple[int, Found]]]
-"""Function that finds limits: (values of the axes, disturbance, method) -> iterator of (number of the point, limit)."""
-
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Raise an error for axes other than one or two of A, B and eta (k1: A or B), and for an invalid argument."""
@@ -36,7 +33,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
     quantity, criterion = _judged(config)
     if quantity == K1 and len(names) > 1:
         raise ConfigError(bad_axes(names, f"A or B for the quantity {K1}"))
-    _each(config, plan, None)(dict(plan.axes), *QUANTITIES[quantity].curves[0])
+    each_of(quantity, plan.axes | _common(config, plan), *QUANTITIES[quantity].curves[0], criterion, None)
     return own_settings(config, criterion, quantity)
 
 
@@ -57,8 +54,7 @@ def make(work: Work) -> bool:
             file.flush()
         before = known = int((file["status"][...] == DONE).sum())
         total = file["status"].size
-        each = _each(config, plan, work.threads)
-        for c, at, found in _missing_limits(file, plan, QUANTITIES[quantity].curves, each):
+        for c, at, found in _missing_limits(file, work, quantity, criterion):
             write_limit(file, c, at, found)
             known += 1
             work.progress(known, total)
@@ -75,28 +71,20 @@ def _common(config: Config, plan: Plan) -> dict[str, Any]:
     return {k: v for k, v in config.arguments.items() if k not in (*plan.axes, "method", "dtau", "scan")}
 
 
-def _each(config: Config, plan: Plan, threads: int | None) -> Each:
-    common, (quantity, criterion) = _common(config, plan), _judged(config)
-
-    def each(arguments: dict[str, Any], disturbance: str, method: str) -> Iterator[tuple[int, Found]]:
-        return each_of(quantity, arguments | common, disturbance, method, criterion, threads)
-
-    return each
-
-
 def _missing_limits(
-    file: h5py.File, plan: Plan, curves: Sequence[tuple[str, str]], each: Each
+    file: h5py.File, work: Work, quantity: str, criterion: str
 ) -> Iterator[tuple[int, tuple[int, ...], Found]]:
     """Yield (curve, index of the point, limit) for each limit that is missing in a file."""
+    plan, common = work.plan, _common(work.config, work.plan)
     names = list(plan.axes)
-    for c, (disturbance, method) in enumerate(curves):
+    for c, (disturbance, method) in enumerate(QUANTITIES[quantity].curves):
         # at ε = 0 the limits in Δτ do not depend on η, so one search is enough for all η
         free = disturbance == "dtau" and plan.scalars["eps"] == 0.0 and "eta" in names
         along = names.index("eta") if free else None
         for box in boxes(file["status"][c] != DONE):
             sought = [where[:1] if k == along else where for k, where in enumerate(box)]
             values = {name: plan.axes[name][where] for name, where in zip(names, sought, strict=True)}
-            for i, found in each(values, disturbance, method):
+            for i, found in each_of(quantity, values | common, disturbance, method, criterion, work.threads):
                 index = np.unravel_index(i, tuple(map(len, sought)))
                 place = [where[[k]] for where, k in zip(sought, index, strict=True)]
                 if along is not None:

@@ -19,7 +19,7 @@ from vibrodrive.model.results import Results
 NONE = {"eps": 0.0, "dtau": np.nan}
 
 
-def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray:
+def undisturbed_gaps(results: Results) -> np.ndarray:
     """Return the gaps between main impacts, as in a summary, of the undisturbed motion at each point.
 
     The result is int64 (axes…), of length 1 along the axes eps and dtau. It is 0 if the gaps do not repeat. The motions
@@ -32,7 +32,7 @@ def undisturbed_gaps(results: Results, threads: int | None = None) -> np.ndarray
     settings = Settings(int(Method.CERTIFIED), s.scan, max(SETTLING, s.transient), WATCHED, s.budget)
     axes = {name: values for name, values in results.axes.items() if name not in NONE}
     plan = Plan(axes, {**results.scalars, **NONE}, settings, record=(SUMMARY,))
-    gaps = Results.collect(plan, run_blocks(plan, threads=threads)).gaps.astype(np.int64)
+    gaps = Results.collect(plan, run_blocks(plan)).gaps.astype(np.int64)
     return gaps.reshape([1 if name in NONE else len(values) for name, values in results.axes.items()])
 
 

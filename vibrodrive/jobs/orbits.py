@@ -18,6 +18,7 @@ from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.family import family
 from vibrodrive.periodic.search import check_period
+from vibrodrive.store.layout import Origin
 from vibrodrive.store.orbits import MAX_PERIOD, StoredOrbits, save
 
 DIAGRAMS = ("bifurcation", "multipliers")
@@ -48,7 +49,7 @@ def make(work: Work) -> bool:
     """Find all orbits at the values of A of a plan, and save them with the section phase of the plan."""
     scalars = work.plan.scalars
     found = family(work.plan.axes["A"], scalars["B"], work.own["max_period"])
-    save(work.path, found, work.origin("Orbits of a friction-impact oscillator"), scalars["section_phase"])
+    save(work.path, found, Origin.of(work.config, "Orbits of a friction-impact oscillator"), scalars["section_phase"])
     return True
 
 

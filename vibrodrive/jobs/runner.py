@@ -12,7 +12,7 @@ from vibrodrive.model.kinds import FILES, named
 from vibrodrive.model.plan import Plan
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.file import made_already
-from vibrodrive.store.layout import Origin, Progress, quiet
+from vibrodrive.store.layout import Progress, quiet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,10 +32,6 @@ class Work(NamedTuple):
     progress: Progress
     threads: int | None
     resume: bool
-
-    def origin(self, title: str) -> Origin:
-        """Return the Origin of the file. `title` is used if the configuration has none."""
-        return Origin(self.config.text, self.config.overrides, self.config.title or title)
 
 
 class Recipe(NamedTuple):

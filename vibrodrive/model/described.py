@@ -17,27 +17,6 @@ if TYPE_CHECKING:
 Lines = list[tuple[str, str]]  # name and text of each line; a name may occur again
 
 
-class Described:
-    """A short repr and a table for notebooks, both made from `_described`."""
-
-    def _described(self) -> dict[str, str]:
-        """Return the text of each row of the table by name. The repr begins with the rows "of" and "computed"."""
-        raise NotImplementedError
-
-    def _more(self) -> dict[str, str]:
-        """Return further rows, which only the table shows."""
-        return {}
-
-    def __repr__(self) -> str:
-        d = self._described()
-        parts = [text for name, text in d.items() if text and name not in ("of", "computed")]
-        return f"<{type(self).__name__} of {d['of']}, {d['computed']}: {'; '.join(parts)}>"
-
-    def _repr_html_(self) -> str:
-        rows = {"title": getattr(self, "title", ""), **self._described(), **self._more()}
-        return _table(type(self).__name__, rows.items())
-
-
 class Stored:
     """The contents of a result file. Its repr, its table for notebooks and the lines of `info` are made from `facts`.
 
@@ -83,10 +62,10 @@ class Stored:
         return f"<{type(self).__name__} of {FILES[self.file_kind].holds}, {share_computed(self.computed)}: {said}>"
 
     def _repr_html_(self) -> str:
-        return _table(type(self).__name__, [("title", self.title), *self.lines()])
+        return html_table(type(self).__name__, [("title", self.title), *self.lines()])
 
 
-def _table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
+def html_table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
     cells = [f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows if text]
     return f"<table><caption>{caption}</caption>{''.join(cells)}</table>"
 

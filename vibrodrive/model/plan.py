@@ -48,8 +48,6 @@ tasks."""
 POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
 SAMPLED = 100  # number of points that are checked before a warning, if parameters change together
 
-"""Methods that use these parameters; the results of other methods do not depend on them."""
-
 
 @dataclass(frozen=True)
 class Plan:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.described import Described, numbers, share_computed, span
+from vibrodrive.model.described import html_table, numbers, share_computed, span
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, real_number
@@ -33,7 +33,7 @@ Read = Callable[[str, Index], np.ndarray]
 """Function of the name of an array (such as "section") and an Index that returns the array at this Index."""
 
 
-class Results(Described):
+class Results:
     """Results of `sweep` and `load`: sections, statuses, margins and numbers of switches over the axes of a sweep.
 
     Each array is read on its first access and kept. At a point that is not computed yet, section and margin are NaN,
@@ -374,7 +374,7 @@ class Results(Described):
         return self._arrays[name]
 
     def _described(self) -> dict[str, str]:
-        """Return the texts of the repr and the table."""
+        """Return the texts of the repr and of the table for notebooks; the repr begins with "of" and "computed"."""
         s = self.settings
         shape = " × ".join(map(str, self.shape))
         axes = [span(name, values) for name, values in self.axes.items()]
@@ -405,8 +405,14 @@ class Results(Described):
     def _everywhere(self) -> Index:
         return (slice(None),) * len(self.axes)
 
-    def _more(self) -> dict[str, str]:
-        return {"fixed": numbers({name: value for name, value in self.scalars.items() if name not in self.axes})}
+    def __repr__(self) -> str:
+        of, computed, *others = self._described().values()
+        return f"<{type(self).__name__} of {of}, {computed}: {'; '.join(filter(None, others))}>"
+
+    def _repr_html_(self) -> str:
+        fixed = numbers({name: value for name, value in self.scalars.items() if name not in self.axes})
+        rows = [("title", self.title), *self._described().items(), ("fixed", fixed)]
+        return html_table(type(self).__name__, rows)
 
 
 _WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}

@@ -74,13 +74,11 @@ class Session:
             self._kept[key] = make()
         return self._kept[key]
 
-    def _origin(self, name: str) -> Origin:
-        wanted = self.config(name)
-        return Origin(wanted.text, wanted.overrides, wanted.title)
-
     def _sweep(self, name: str) -> Results:
         path = self.out / f"{name}.h5"
-        with closing(open_writer(path, self.config(name).plan(), self._origin(name), overwrite=True)) as writer:
+        with closing(
+            open_writer(path, self.config(name).plan(), Origin.of(self.config(name)), overwrite=True)
+        ) as writer:
             for block in run_blocks(writer.plan, threads=self.threads):
                 writer.write(block)
         self.files.append(path)
@@ -90,7 +88,7 @@ class Session:
         motions = [simulate(**arguments) for arguments in self.points(name)]
         path = self.out / f"{name}_switches.h5"
         with new_file(path, seal=True) as file:
-            file.attrs.update(about("switches", self._origin(name)))
+            file.attrs.update(about("switches", Origin.of(self.config(name))))
             for k, motion in enumerate(motions):
                 group = file.create_group(f"motion_{k}")
                 group.create_dataset("switches", data=motion.switches, fletcher32=True, chunks=True)

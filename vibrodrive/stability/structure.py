@@ -77,23 +77,19 @@ class Structure:
     rho: float
     shift: int
 
-    def kept(self, criterion: Sequence[str]) -> bool:
-        """Return True if every property named in `criterion` is kept."""
-        return all(getattr(self, name) for name in criterion)
 
-
-def period(section: np.ndarray, longest: int = LONGEST_PERIOD, close: float = SAME_POINT) -> np.ndarray:
+def period(section: np.ndarray) -> np.ndarray:
     """Return the smallest n after which the section points (…, periods, 2) of each motion repeat: int64 (…).
 
-    The result is 0 if there is no such n up to `longest`. The record must contain at least two periods of the motion,
-    and the points within a period must be further apart than BLURRED.
+    The result is 0 if there is no such n up to LONGEST_PERIOD. The record must contain at least two periods of the
+    motion, and the points within a period must be further apart than BLURRED.
     """
     section = np.asarray(section, dtype=np.float64)
     found = np.zeros(section.shape[:-2], dtype=np.int64)
     settled = np.ones(section.shape[:-2], dtype=bool)
-    for n in range(1, min(longest, section.shape[-2] // 2) + 1):
+    for n in range(1, min(LONGEST_PERIOD, section.shape[-2] // 2) + 1):
         apart = np.abs(section[..., n:, :] - section[..., :-n, :]).max(axis=(-2, -1))
-        repeats = apart <= close
+        repeats = apart <= SAME_POINT
         found = np.where((found == 0) & settled & repeats, n, found)
         settled &= repeats | (apart > BLURRED)
     return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
@@ -10,9 +9,9 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import ConfigError, Different
-from vibrodrive.model.config import parse
 from vibrodrive.model.plan import Plan
 from vibrodrive.store.describe import plain, settings_in_words
+from vibrodrive.store.header import origin_of
 
 
 def refuse_different(path: Path, differences: list[str]) -> None:
@@ -31,7 +30,7 @@ def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[
     plan in the comparison.
     """
     try:
-        there = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
+        there = origin_of(file).parsed().plan()
     except ConfigError as error:
         return [f"this version cannot read its configuration ({error})"]
     different = {name: value for name, value in own.items() if file.attrs[name] != value}
@@ -46,7 +45,7 @@ def altered(file: h5py.File, **own: object) -> list[str]:
     files (`periods`, `max_period`), by name.
     """
     try:
-        config = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"]))
+        config = origin_of(file).parsed()
     except ConfigError:  # the configuration was written by another version
         return []
     plan = config.plan()

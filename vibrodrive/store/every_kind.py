@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 from vibrodrive.errors import OtherKind
-from vibrodrive.model.config import parse
 from vibrodrive.model.described import Lines
 from vibrodrive.model.kinds import FILES, named
 from vibrodrive.model.parameters import bad, is_name
@@ -138,8 +137,7 @@ def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> S
     report = verify(path, progress) if thorough else look(path)
     faults = report.complaints()
     if thorough:
-        origin = report.header.origin
-        differences = compare(report.header.plan, parse(origin.config, origin.overrides).plan())
+        differences = compare(report.header.plan, report.header.origin.parsed().plan())
         faults += [f"the configuration and the file differ: {what}" for what in differences]
     return Summary(kind, title, report.share, report.lines(), report.facts() | versions, faults)
 

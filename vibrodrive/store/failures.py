@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from vibrodrive.model.config import Config, parse
+from vibrodrive.model.config import Config
 from vibrodrive.model.described import Stored, axis_facts
 from vibrodrive.model.kinds import above
 from vibrodrive.stability.failures import KINDS, METHODS
@@ -22,6 +22,7 @@ from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import altered
 from vibrodrive.store.describe import explained, plain
+from vibrodrive.store.header import origin_of
 from vibrodrive.store.layout import Origin, about
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def lay_out(file: h5py.File, config: Config) -> None:
     shared = {name: value for name, value in plain(plan).items() if name not in ("method", "scan", "record")}
     shared["periods"] = config.arguments.get("periods", PERIODS)
     file.attrs.update(
-        about("failures", Origin(config.text, config.overrides, config.title or "Failures of the usual methods"))
+        about("failures", Origin.of(config, "Failures of the usual methods"))
         | explained(CONTENTS, shared)
         | {"scalars": json.dumps({k: v for k, v in plan.scalars.items() if v == v})}
     )
@@ -105,7 +106,7 @@ def lay_out(file: h5py.File, config: Config) -> None:
 
 def read(file: h5py.File) -> FailureMap:
     """Read an open file of failures."""
-    plan = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
+    plan = origin_of(file).parsed().plan()
     other = next((name for name in SECOND if name in file), SECOND[0])
     return FailureMap(
         A=file["A"][...],

@@ -65,6 +65,11 @@ def remedy(path: Path) -> str:
     return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
 
 
+def damaged(path: str | Path, what: str) -> Damaged:
+    """Return the error for a result file that can be opened, but has a fault."""
+    return Damaged(f"{path}: damaged ({what}): restore it, or replace it with --overwrite")
+
+
 @contextlib.contextmanager
 def interpreting(path: str | Path) -> Iterator[None]:
     """Raise Damaged if the reader in the block fails to interpret the contents.
@@ -155,12 +160,12 @@ def check_schema(file: h5py.File, kind: str) -> None:
 
 
 @contextlib.contextmanager
-def reading(path: Path, kind: str | None = None, mode: str = "r") -> Iterator[h5py.File]:
+def reading(path: Path, kind: str | None = None) -> Iterator[h5py.File]:
     """Open a file of the kind `kind`, or of any kind.
 
     Raises the exceptions of `kind_in`, `open_result` and `interpreting`.
     """
-    with open_result(path, mode) as file:
+    with open_result(path) as file:
         check_schema(file, kind_in(file, kind))
         with interpreting(path):
             yield file
@@ -191,18 +196,12 @@ def read_header(file: h5py.File) -> Header:
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
-                raise Damaged(
-                    f"{path}: damaged (the SHA-256 of the {what} differs from the stored one): "
-                    "restore it, or replace it with --overwrite"
-                )
+                raise damaged(path, f"the SHA-256 of the {what} differs from the stored one")
         outline = json.loads(attrs["plan"])
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
-                raise Damaged(
-                    f"{path}: damaged (axis {name}: changed after it was written): "
-                    "restore it, or replace it with --overwrite"
-                )
+                raise damaged(path, f"axis {name}: changed after it was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
         record = tuple(outline.get("record", (SECTION,)))
@@ -210,10 +209,7 @@ def read_header(file: h5py.File) -> Header:
         for variable in layout.variables_of(plan):
             data = file[variable.name]
             if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
-                raise Damaged(
-                    f"{path}: damaged ({variable.name}: wrong chunk shape or data type): "
-                    "restore it, or replace it with --overwrite"
-                )
+                raise damaged(path, f"{variable.name}: wrong chunk shape or data type")
         return Header(plan, origin_of(file), json.loads(attrs["versions"]))
 
 

@@ -22,6 +22,7 @@ import h5py
 import numpy as np
 
 from vibrodrive.model.choices import Status
+from vibrodrive.model.config import Config, parse
 from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
@@ -97,6 +98,15 @@ class Origin(NamedTuple):
     config: str
     overrides: tuple[str, ...] = ()
     title: str = ""
+
+    @classmethod
+    def of(cls, config: Config, title: str = "") -> Origin:
+        """Return the origin that a configuration describes; `title` is used if the configuration has none."""
+        return cls(config.text, config.overrides, config.title or title)
+
+    def parsed(self) -> Config:
+        """Return the checked configuration. Raises ConfigError if this version cannot read it."""
+        return parse(self.config, self.overrides)
 
 
 def digest(text: str) -> str:

@@ -8,7 +8,6 @@ finer axis, for the figure.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.model.config import Config, parse
+from vibrodrive.model.config import Config
 from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.stability.limit import AXES, PERIODS, Limit
@@ -28,7 +27,7 @@ from vibrodrive.store import netcdf
 from vibrodrive.store.compare import altered, differences, refuse_different
 from vibrodrive.store.describe import explained, plain
 from vibrodrive.store.file import new_file, refuse_moved, unwritable
-from vibrodrive.store.header import reading
+from vibrodrive.store.header import origin_of, reading
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
@@ -61,7 +60,7 @@ def read(file: h5py.File) -> Limits:
     quantity = quantity_of(file)
     names = [dimension.keys()[0] for dimension in file[quantity].dims][1:]
     axes = {name: file[name][...] for name in names}
-    plan = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).plan()
+    plan = origin_of(file).parsed().plan()
     drawn, in_mm_s = "section_dxi" in file, IN_MM_S["velocity"] in file
     return Limits(
         axes=axes,
@@ -91,7 +90,7 @@ def quantity_of(file: h5py.File) -> str:
 def faults(file: h5py.File, found: Limits) -> list[str]:
     """Return contradictions in a file of limits."""
     wrong = altered(file, periods=PERIODS)
-    scene = parse(str(file.attrs["config"]), json.loads(file.attrs["overrides"])).physical
+    scene = origin_of(file).parsed().physical
     if found.mm_s is not None and (scene is None or found.mm_s != 1e3 * scene.velocity(1.0)):
         wrong.append(f"attribute {UNIT}: changed after it was written")
     if not np.isin(file["status"][...], (DONE, NOT_COMPUTED)).all():
@@ -137,7 +136,7 @@ def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion
         _lay_out(file, config, axes, quantity)
         shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
         shared |= own_settings(config, criterion, quantity)
-        origin = Origin(config.text, config.overrides, config.title or "Limits of practically orbital stability")
+        origin = Origin.of(config, "Limits of practically orbital stability")
         schema = SCHEMA if quantity == K2 else OTHERS
         file.attrs.update(about("limits", origin) | explained(CONTENTS[quantity], shared) | {"limits_schema": schema})
 

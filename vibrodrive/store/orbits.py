@@ -20,7 +20,6 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import ConfigError
-from vibrodrive.model.config import parse
 from vibrodrive.model.described import Stored, axis_facts
 from vibrodrive.model.kinds import above
 from vibrodrive.model.plan import Plan
@@ -127,7 +126,7 @@ def faults(file: h5py.File, found: StoredOrbits) -> list[str]:
 def _plan_of(origin: Origin, B: float) -> Plan | None:
     """Return the plan of the configuration of a file of orbits, or None if it does not match the file."""
     try:
-        plan = parse(origin.config, origin.overrides).plan()
+        plan = origin.parsed().plan()
     except ConfigError:
         return None
     return plan if list(plan.axes) == ["A"] and plan.scalars["B"] == B else None

@@ -27,7 +27,7 @@ from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, se
 from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.file import refuse_moved, unwritable
-from vibrodrive.store.header import damaged_descriptions, open_result, read_header
+from vibrodrive.store.header import damaged, damaged_descriptions, open_result, read_header
 from vibrodrive.store.layout import Origin, Progress, put_chunk, quiet, variables_of
 from vibrodrive.store.lock import RENAMES_OPEN_FILES, WRITING, Lock
 from vibrodrive.store.place import refuse_foreign
@@ -101,7 +101,7 @@ class Writer:
         """
         _, done, wrong = check_blocks(self._file, self.tiles, self.plan, progress)
         for name in damaged_descriptions(self._file, self.plan):
-            raise Damaged(f"{self.path}: damaged ({name}): restore it, or replace it with --overwrite")
+            raise damaged(self.path, name)
         for k in wrong:
             self._take_back(k)
             done[k] = False

@@ -148,9 +148,9 @@ class Approach:
         return self.off[0] <= SLOPE_WITHIN and self.off[1] <= FACTOR_WITHIN
 
 
-def approach(B: Sequence[float] = DECADES) -> list[Approach]:
+def approach() -> list[Approach]:
     """Measure all quantities at each B, in ascending order. Each B takes about a second."""
-    values = np.array(B, dtype=float)
+    values = np.array(DECADES)
     found = np.array([measure(b) for b in values.tolist()])
     return [Approach(law, values, found[:, k]) for k, law in enumerate(laws())]
 

@@ -46,19 +46,18 @@ CHECKS = (
 def validate(
     seed: int,
     only: Sequence[str] = (),
-    checks: Sequence[Check] = CHECKS,
     say: Callable[[str], None] = lambda line: None,
 ) -> list[Judged]:
     """Run the checks with the ids in `only`, by default all. After each check `say` is called with a line of text.
 
     Raises ValueError for an unknown id.
     """
-    ids = [check.id for check in checks]
+    ids = [check.id for check in CHECKS]
     for name in only:
         if name not in ids:
             raise ValueError(bad("only", name, "one of " + ", ".join(ids)))
     judged = []
-    for check in checks:
+    for check in CHECKS:
         if not only or check.id in only:
             judged.append(judge(check, seed))
             say(f"{judged[-1].verdict}: {check.title}" + (f" ({judged[-1].text})" if judged[-1].text else ""))
