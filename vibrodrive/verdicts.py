@@ -4,8 +4,6 @@ A claim or a check is a function with an id and a title. Its result is a Judged.
 of a JSON file and as the rows of a table in a Markdown page.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Description of one motion in words, for `Trajectory.describe` and for a click in the explorer."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Conversion of the arrays that kernels write into the arrays of results and files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

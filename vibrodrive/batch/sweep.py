@@ -4,8 +4,6 @@ Local blocks are computed on threads (parallel.py). With an executor, that is an
 `concurrent.futures`, each block is a task on one thread. Both ways give the same results to the bit.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections import deque

@@ -4,8 +4,6 @@ Exit codes: 0 done · 1 the computation failed, a file is damaged, or a check of
 computation · 130 interrupted.
 """
 
-from __future__ import annotations
-
 import errno
 import io
 import os

@@ -1,7 +1,5 @@
 """`vibrodrive driver`: the motion of one driver, in SI units."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`vibrodrive explore`: interactive diagrams in the browser."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 

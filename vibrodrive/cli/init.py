@@ -1,7 +1,5 @@
 """`vibrodrive init`: list the supplied configurations, or write one of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

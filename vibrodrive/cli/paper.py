@@ -1,7 +1,5 @@
 """`vibrodrive paper`: every figure of the paper, and its claims compared with the results."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

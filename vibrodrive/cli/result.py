@@ -1,7 +1,5 @@
 """`vibrodrive limits`, `orbits` and `failures`: compute a result file, a table and figures from a configuration."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """`vibrodrive validate`: check this installation against known results."""
 
-from __future__ import annotations
-
 import secrets
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Atomic access to integers that threads share: the index of the next point, and the flag that ends a kernel early."""
 
-from __future__ import annotations
-
 import threading
 
 from llvmlite import ir

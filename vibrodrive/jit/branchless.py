@@ -3,8 +3,6 @@
 Each operation also has a version in plain Python, which is used if the JIT is disabled and gives the same bits.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 from typing import Any

@@ -12,8 +12,6 @@
   could load the code of the other.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import inspect

@@ -6,8 +6,6 @@ inner loops need no modulus and vectorise. HDF5 reads the words with the high by
 of all words multiplies both sums by 256, modulo 65535.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vibrodrive.jit.compile import jit

@@ -6,8 +6,6 @@ numbers, and a fused multiply-add computes each product exactly. Then polynomial
 absolute error of the sine is below 1.4e-16 for |x| < 1.6e6.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

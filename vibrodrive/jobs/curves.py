@@ -1,7 +1,5 @@
 """`vibrodrive orbits CONFIG` over A and B: a table, a file and a figure of the curves of bifurcations."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from vibrodrive.jobs.orbits import check_undisturbed

@@ -1,7 +1,5 @@
 """Estimate of the time of a sweep, from the measured time of a sample of its points."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from time import monotonic

@@ -1,7 +1,5 @@
 """`vibrodrive failures CONFIG`: a file and a figure of the judged switches over two axes, and of the limits."""
 
-from __future__ import annotations
-
 from itertools import count
 from typing import Any
 

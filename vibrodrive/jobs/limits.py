@@ -1,7 +1,5 @@
 """`vibrodrive limits CONFIG`: a table, a file and a figure of limits over A, B or η. A partial file is resumed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product

@@ -1,7 +1,5 @@
 """Additions to a map of a sweep: undisturbed motions, and limits or curves of other result files."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

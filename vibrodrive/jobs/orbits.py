@@ -1,7 +1,5 @@
 """`vibrodrive orbits CONFIG` over A: a table, a file and figures of all orbits."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Signals that end a computation."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Callable
 from typing import Any

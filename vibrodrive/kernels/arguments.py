@@ -4,8 +4,6 @@ A kernel receives all its arguments as one address, so all kernels have the same
 in batch/parallel.py can call each kernel by the address of its function, and is compiled only once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import count
 from typing import Any, NamedTuple

@@ -16,8 +16,6 @@ TOO_CLOSE. All bounds are infinite from the period in which the state before thi
 These functions never change the motion. In kernels without bounds `errors` is None, and this code is not compiled.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

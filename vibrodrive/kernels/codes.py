@@ -1,7 +1,5 @@
 """Integer and float codes of states, methods, switching functions and outcomes in kernels."""
 
-from __future__ import annotations
-
 from vibrodrive.model.choices import Method, Scan, Status
 from vibrodrive.model.states import State
 

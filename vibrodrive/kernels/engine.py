@@ -12,8 +12,6 @@ the next point in the same pass. Lanes are independent, so the bits of a traject
 trajectories and literal scans have another loop (single.py).
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index

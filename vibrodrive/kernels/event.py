@@ -4,8 +4,6 @@ The modules `switch_*` apply ordinary switches (engine.py) in all lanes together
 switches, and those of single trajectories. All of these modules use the formulas of switch.py.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from vibrodrive.jit.compile import inline, inline_each, part, part_each

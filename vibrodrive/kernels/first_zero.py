@@ -46,8 +46,6 @@ from g. So the computed g would be positive at each skipped point. These searche
 the switch. These searches also use the series, as far as g certainly remains above its rounding error.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -9,8 +9,6 @@ cycle of its switches, and is written when the cycle is complete. A sweep that r
 trajectory. For such motions the switches before the record are stored, too.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vibrodrive.jit.compile import inline, part

@@ -5,8 +5,6 @@
 vectorises.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

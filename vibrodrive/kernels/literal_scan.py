@@ -11,8 +11,6 @@ computed again, by the form that is also used if grid points are skipped. So a l
 points give the same results to the bit.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from vibrodrive.jit.branchless import fma

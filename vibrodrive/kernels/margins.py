@@ -12,8 +12,6 @@ the opposite decision is equally justified. Margins and TOO_CLOSE assume that ea
 computed, certainty.py propagates the errors of the starts.
 """
 
-from __future__ import annotations
-
 from vibrodrive.jit.branchless import choose, fma
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI

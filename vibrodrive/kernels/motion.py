@@ -24,8 +24,6 @@ of ξ and ξ' is full from the beginning, and not limited by the rounding error 
 Time is (number of periods n, phase φ, phase θ), so it is as accurate after a million periods as after one.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

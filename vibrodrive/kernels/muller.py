@@ -1,7 +1,5 @@
 """Refinement of a zero in a bracket by Muller's method (§4; Muller 1956, reference [9] of the paper)."""
 
-from __future__ import annotations
-
 import math
 
 from vibrodrive.jit.branchless import choose, full, wide

@@ -15,8 +15,6 @@ it. A batch of switches stores the end of each state. The impacts are written as
 applied. The impacts of a motion that repeats itself are copied together with its section points.
 """
 
-from __future__ import annotations
-
 import math
 
 from vibrodrive.jit.compile import inline, part

@@ -26,8 +26,6 @@ the motions after two rests may differ. With a fixed grid, the motion depends on
 never returns.
 """
 
-from __future__ import annotations
-
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import codes, history, motion, record, switch, undisturbed
 from vibrodrive.kernels import lane as r

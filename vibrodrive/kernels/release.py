@@ -4,8 +4,6 @@ Waits end at these phases, and the slides of the impact-phase map (periodic/impa
 computed without cancellation, even if A is very close to 1 + B or to |1 - B|.
 """
 
-from __future__ import annotations
-
 import math
 
 from numba.extending import register_jitable

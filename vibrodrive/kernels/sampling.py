@@ -1,7 +1,5 @@
 """Evaluation of the closed form between the switches of a trajectory at equidistant instants."""
 
-from __future__ import annotations
-
 from vibrodrive.jit.compile import jit
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r

@@ -1,7 +1,5 @@
 """Start of a trajectory at a point of a plan: parameters, initial values, first search."""
 
-from __future__ import annotations
-
 import math
 
 from numba.extending import register_jitable

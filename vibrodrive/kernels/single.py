@@ -4,8 +4,6 @@ These are single trajectories whose switches are recorded, and literal scans, wh
 search runs to its end in registers, whereas the searches of a batch (engine.py) are in memory.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index

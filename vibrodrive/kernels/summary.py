@@ -25,8 +25,6 @@ record.py defines main impacts. Here the first and the last main impact of a rec
 outside the record may be faster than one of these.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ applied a switch. If the argument `where` is false, lane i is not changed: `wher
 True for a single lane. A wait is sticking or resting.
 """
 
-from __future__ import annotations
-
 from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI

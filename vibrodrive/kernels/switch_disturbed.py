@@ -4,8 +4,6 @@ The section point before a switch is written first, because applying the switch 
 this point.
 """
 
-from __future__ import annotations
-
 from vibrodrive.jit.branchless import choose, full, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.kernels import first_zero, margins, motion, record, switch, take_over

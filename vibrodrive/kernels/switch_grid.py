@@ -14,8 +14,6 @@ All other cases are scanned: a zero too close to a grid point, a refinement of m
 within rounding.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

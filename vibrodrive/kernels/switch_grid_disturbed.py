@@ -5,8 +5,6 @@ method first refines the zero, in all lanes together (muller.py). If ξ < 0 at a
 impact before. If ξ < 0 only at the refined zero of ξ', `event.py` processes the lane.
 """
 
-from __future__ import annotations
-
 from vibrodrive.jit.branchless import choose
 from vibrodrive.jit.compile import inline_each
 from vibrodrive.kernels import first_zero, margins, motion, muller, switch, take_over

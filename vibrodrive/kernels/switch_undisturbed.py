@@ -4,8 +4,6 @@
 bits of a trajectory do not depend on the module that applied a switch.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from vibrodrive.jit.branchless import choose

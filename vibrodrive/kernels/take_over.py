@@ -8,8 +8,6 @@ The module switch_undisturbed.py, for certified switches at ε = 0, does not use
 follows the switch, and begins the state after this wait. It uses the other functions of this module.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from vibrodrive.jit.branchless import choose

@@ -22,8 +22,6 @@ guess is the duration of the last slide of the trajectory in this direction, plu
 derivative of the duration with respect to the start (the implicit derivative of ∫ ξ'' = 0).
 """
 
-from __future__ import annotations
-
 import math
 
 from vibrodrive.jit.branchless import choose, fma, full, wide

@@ -1,7 +1,5 @@
 """Kinds of bifurcations: label, marker, line and colour of each in figures and in the explorer."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,7 +1,5 @@
 """A finished block of a sweep."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple

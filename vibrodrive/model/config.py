@@ -21,8 +21,6 @@
 Each parameter is given once. An option of the command line replaces the value in the file, in any table.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import stat

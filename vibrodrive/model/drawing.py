@@ -1,7 +1,5 @@
 """Kinds of figures of a sweep and their quantities, depending on its record."""
 
-from __future__ import annotations
-
 from typing import Any, Literal, get_args
 
 from vibrodrive.model.parameters import bad

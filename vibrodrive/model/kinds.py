@@ -5,8 +5,6 @@ loads only the modules that it needs, and no layer imports a higher layer. tests
 places.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, NamedTuple

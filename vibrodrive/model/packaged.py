@@ -1,7 +1,5 @@
 """Configurations that are part of the program."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -5,8 +5,6 @@ change together. A block is a contiguous range of points. It is exactly one chun
 written only once.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

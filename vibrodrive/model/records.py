@@ -1,7 +1,5 @@
 """Records of a sweep for each motion: section, main impacts, summary and error bounds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Size of a sweep in memory and on disk; a sweep that is too large is refused before it starts."""
 
-from __future__ import annotations
-
 import math
 import os
 import shutil

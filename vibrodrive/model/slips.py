@@ -3,8 +3,6 @@
 Only `limit`, `orbits` and scenes are checked. A sweep without a scene may cover any range.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable
 

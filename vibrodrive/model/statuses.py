@@ -1,7 +1,5 @@
 """Array of statuses: small integers that print as names."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

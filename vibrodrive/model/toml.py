@@ -1,7 +1,5 @@
 """Conversion of a plan to a configuration: the TOML text from which the same plan is read, bit for bit."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 

@@ -1,7 +1,5 @@
 """Analysis of motions on a grid (§5): periods after which a motion nearly repeats, and transient motions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ The function of a claim computes numbers and a verdict from the configurations o
 so other configurations give other numbers and possibly another verdict.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Claims about numerical disturbances (§5 of the paper)."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """Claims about the limits k₂: their dependence on parameters, and the comparison of limits in ε and Δτ (§1 to §6)."""
 
-from __future__ import annotations
-
 import math
 import timeit
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Claims about physical disturbances (§4 of the paper)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

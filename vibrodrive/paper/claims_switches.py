@@ -1,7 +1,5 @@
 """Claims about single switches on a grid (§3 and §5 of the paper)."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from typing import Any

@@ -1,7 +1,5 @@
 """Claims about the undisturbed motion (§4 of the paper)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Drawings of the figures of the paper, each from its configuration."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

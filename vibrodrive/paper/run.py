@@ -1,7 +1,5 @@
 """Recompute the paper: draw each figure from its configuration, and test each claim on the results."""
 
-from __future__ import annotations
-
 import errno
 import os
 from collections.abc import Sequence

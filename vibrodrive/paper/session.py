@@ -1,7 +1,5 @@
 """One run of the paper: its configurations and their results, each computed once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path

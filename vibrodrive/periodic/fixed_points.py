@@ -14,8 +14,6 @@ The slope on a piece is enclosed, not sampled. Every time and phase in the formu
 values at the two ends of the piece give bounds of the slope.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -51,8 +51,6 @@ If rounding may change a decision, it decides without reporting TOO_CLOSE. It re
 computed H at these ends is 1 only within rounding.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -16,8 +16,6 @@ them have this itinerary, too. Therefore bisection between any two phases with d
 boundary, to neighbouring floats, without sampling. Bisection can miss only an interval that contains no float.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Points at which two curves of bifurcations meet: one of them ends on the other, or both cross."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence

@@ -7,8 +7,6 @@ give the same condition, because an impact that only touches the obstacle is not
 a rest.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple

@@ -7,8 +7,6 @@ monotone between neighbouring points, and each value of B between two neighbouri
 of the curve.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

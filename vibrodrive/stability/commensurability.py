@@ -6,8 +6,6 @@ the grid nearly repeats after q periods. The best such q are the numerators of t
 fraction of Δτ/2π.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import NamedTuple

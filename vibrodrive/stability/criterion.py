@@ -4,8 +4,6 @@
 as a curve (orbit_curve.py), and not the distance of section points (structure.py). evaluate.py computes the motions.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from typing import NamedTuple

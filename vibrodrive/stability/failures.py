@@ -11,8 +11,6 @@ affect later comparisons. The switch of the method is
     wrong    if it comes in time but leads to another state
 """
 
-from __future__ import annotations
-
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace

@@ -4,8 +4,6 @@ A search is a generator. It yields disturbances to try. For each disturbance it 
 *kept*, and False if the structure was *lost*. So the motions of many searches can be computed together.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Generator
 from typing import NamedTuple

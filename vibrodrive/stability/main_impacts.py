@@ -14,8 +14,6 @@ soon as one of its impacts became slower than this speed, even if nothing else c
 results for a free and for a fixed speed).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

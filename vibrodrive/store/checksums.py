@@ -13,8 +13,6 @@ All files have the SHA-256 of the configuration as an attribute. The other numer
 configuration, or with the plan of a sweep.
 """
 
-from __future__ import annotations
-
 import hashlib
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Comparison of a file with a configuration."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Users of other programs (ncdump, xarray, h5py) find B, eps, eta, periods, … un
 meanings.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Files that are written under a temporary name in the same directory, and renamed when they are complete."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

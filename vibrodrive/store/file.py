@@ -3,8 +3,6 @@
 `writer` writes the files of sweeps, which are laid out first and then filled for hours.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

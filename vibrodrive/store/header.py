@@ -1,7 +1,5 @@
 """Open a result file, and read and check its header."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math

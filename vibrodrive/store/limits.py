@@ -6,8 +6,6 @@ configuration. If A is the only axis, the file also contains the bifurcation dia
 finer axis, for the figure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path

@@ -3,8 +3,6 @@
 All kinds of result files use these functions, so that xarray and other programs can open them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

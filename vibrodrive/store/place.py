@@ -3,8 +3,6 @@
 This module imports HDF5 only inside its functions, so that `--help` does not load it.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping, Sequence
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Read a result file, finished or not, and verify it."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import warnings

@@ -1,7 +1,5 @@
 """Summary of a file with the switches of single motions (NAME_switches.h5 of `paper`), for `info`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

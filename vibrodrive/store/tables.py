@@ -3,8 +3,6 @@
 A table is a dimension that numbers the rows, and variables over this dimension, the columns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Comparison of a certified motion with the 50-digit reference, and of its switches with their equations."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -22,8 +22,6 @@ turn.
 `laws` gives the limit of each quantity and the factor of its term of order δ.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 No error may be above its bound, and no switch marked as certain may have a wrong state.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple

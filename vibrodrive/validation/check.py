@@ -1,7 +1,5 @@
 """Result of a check: numbers, each with its bound, and one verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Check of the phase after a million periods. At the end of each rest H must be 1."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from vibrodrive.batch.trajectory import Trajectory, simulate

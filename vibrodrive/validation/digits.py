@@ -1,7 +1,5 @@
 """Comparison of certified motions with the 50-digit reference, for fixed scenes and for random scenes."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

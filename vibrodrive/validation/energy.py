@@ -1,7 +1,5 @@
 """Check of the energy balance: the work of the excitation equals the losses by friction and impacts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vibrodrive.batch.sweep import collect

@@ -1,7 +1,5 @@
 """Hash of a small sweep by all three methods, equal on all machines."""
 
-from __future__ import annotations
-
 import hashlib
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Check of slides whose lowest point, without the obstacle, would be just above or just below the obstacle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from vibrodrive.batch.trajectory import simulate

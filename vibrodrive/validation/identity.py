@@ -1,7 +1,5 @@
 """Checks of different computations that must give the same results, bit for bit."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterable
 from contextlib import closing

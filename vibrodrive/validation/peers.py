@@ -6,8 +6,6 @@ disturbance such solvers miss some switches of long motions, at any tolerance. I
 switch is missed.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterator

@@ -17,8 +17,6 @@ A switch takes about 0.3 ms without a disturbance and 1 ms with a disturbance, s
 needed and are not stored.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

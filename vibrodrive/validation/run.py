@@ -1,7 +1,5 @@
 """Table of all checks, and their results: validation.json and validation.md."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
