@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from benchmarks.switches.zeros import Function
+from vibrodrive.validation import reference as digits50
 from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, Oscillator, Switch, mp, reference
 
 STATES = ("UP", "DOWN", "STICK", "REST", "IMPACT")
@@ -84,7 +85,8 @@ def nearest(model: Oscillator, s: Switch, others: list[Any]) -> Any:
 def solve(x: Inputs, most: int | None = None) -> list[Event]:
     """Return the events of a motion in order, all or the first `most`. States are given by name."""
     values = {name: x[name] for name in NAMES[:-1]}
-    switches = reference(**values, periods=int(x["periods"]), digits=DIGITS, max_switches=most).switches[:most]
+    with digits50.with_digits(DIGITS):
+        switches = reference(**values, periods=int(x["periods"]), max_switches=most).switches[:most]
     model = Oscillator(x["A"], x["B"], x["eps"], x["eta"])
     slopes = [slope(model, s) for s in switches]
     times = [s.tau for s in switches]

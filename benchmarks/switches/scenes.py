@@ -7,7 +7,7 @@ from collections.abc import Callable
 from benchmarks.switches import motions
 from benchmarks.switches.draw import Draw
 from benchmarks.switches.motions import Inputs, inputs
-from vibrodrive.validation.reference import SCENES, reference
+from vibrodrive.validation.reference import SCENES, reference, with_digits
 
 Drawn = tuple[Inputs, list[str], str]
 FEWEST, MOST = 20, 60  # events in 20 periods of a drawn scene: it moves, and its file stays small
@@ -41,7 +41,8 @@ def drawn(periods: int, scene: Callable[[Draw], Inputs], why: str) -> Callable[[
         while True:
             x = scene(draw)
             values = {name: x[name] for name in motions.NAMES[:-1]}
-            count = len(reference(**values, periods=20, digits=20, max_switches=MOST + 1).switches)
+            with with_digits(20):
+                count = len(reference(**values, periods=20, max_switches=MOST + 1).switches)
             if FEWEST <= count <= MOST:
                 return x | {"periods": float(periods)}, [], why
 

@@ -9,7 +9,7 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.validation.certainty import compare
-from vibrodrive.validation.reference import ETA, mp, reference
+from vibrodrive.validation.reference import ETA, mp, reference, with_digits
 
 pytestmark = pytest.mark.jit
 
@@ -271,7 +271,8 @@ def test_a_start_is_as_exact_as_it_is_written(scenes):
     """The bounds of the errors hold, and certain states are right."""
     certain = 0
     for scene in scenes:
-        exact = reference(**scene, periods=1, max_switches=8, digits=400 if abs(scene["dxi0"]) < 1e-60 else 50)
+        with with_digits(400 if abs(scene["dxi0"]) < 1e-60 else 50):
+            exact = reference(**scene, periods=1, max_switches=8)
         motion = vd.simulate(**scene, transient=0, periods=1, budget=500)
         held = compare(motion, exact, most=8)
         assert not [p for p in held.pairs if not p.error <= p.bound + 1e-45], scene

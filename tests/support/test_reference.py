@@ -11,6 +11,7 @@ import pytest
 
 from tests.support import naive
 from tests.support.reference import LONG, NAMES, scene
+from vibrodrive.validation import reference as digits50
 from vibrodrive.validation.reference import DOWN, IMPACT, REST, SCENES, STICK, UP, Reference, Switching, mp, reference
 
 FIG2 = {
@@ -148,7 +149,9 @@ def test_thrown_at_the_obstacle_from_the_obstacle():
 
 def test_more_digits_change_nothing():
     arguments = {"A": 3.04, "eps": 2e-4, "periods": 10}
-    short, long = reference(**arguments), reference(**arguments, digits=80)
+    short = reference(**arguments)
+    with digits50.with_digits(80):
+        long = reference(**arguments)
     assert len(short.switches) == len(long.switches)
     for a, b in zip(short.switches, long.switches, strict=True):
         assert abs(a.tau - b.tau) < mp.mpf("1e-45")

@@ -51,10 +51,6 @@ def sweep(
 ) -> Results:
     """Simulate all combinations of the values of the axes, or a list of points.
 
-    Ctrl-C ends the call within a second. It also ends threads, and the tasks of an executor in threads or processes of
-    this machine. Workers of Dask finish their current block, but the call does not wait for them. If a call takes
-    longer than a second, it shows its progress on a terminal or in a notebook.
-
     Parameters
     ----------
     A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
@@ -127,6 +123,12 @@ def sweep(
     >>> s = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20, path="diagram.h5")
     >>> bool((s.section == r.section).all())
     True
+
+    Notes
+    -----
+    Ctrl-C ends the call within a second. It also ends threads, and the tasks of an executor in threads or processes of
+    this machine. Workers of Dask finish their current block, but the call does not wait for them. If a call takes
+    longer than a second, it shows its progress on a terminal or in a notebook.
     """
     plan = make_plan({name: value for name, value in written.items() if name not in OWN})
     if not isinstance(overwrite, bool):

@@ -18,7 +18,8 @@ needed and are not stored.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 try:
@@ -31,6 +32,8 @@ except ImportError:  # checks that need mpmath are skipped
 
 UP, DOWN, STICK, REST, IMPACT = range(5)
 ETA = 10.0 * math.sqrt(102.0)
+
+_digits = 50  # correct digits of τ after the point
 
 mp = MPContext()  # a separate context, so that its precision affects no other code
 
@@ -384,6 +387,17 @@ class Oscillator:
         return slide.impact(reversal), IMPACT, -lowest
 
 
+@contextmanager
+def with_digits(digits: int) -> Iterator[None]:
+    """Give τ this number of correct digits in the references that are computed within the block."""
+    global _digits
+    before, _digits = _digits, digits
+    try:
+        yield
+    finally:
+        _digits = before
+
+
 def reference(
     A: float,
     B: float = 0.1,
@@ -395,12 +409,12 @@ def reference(
     *,
     periods: int,
     section_phase: float = 0.0,
-    digits: int = 50,
     max_switches: int | None = None,
 ) -> Reference:
     """Return all switches in (τ0, τ0 + 2π periods] with their margins, and all section points in this interval.
 
-    All numbers have the type of mpmath. τ has `digits` correct digits after the point. The margin of a switch is
+    All numbers have the type of mpmath. τ has 50 correct digits after the point, or the number that `with_digits` sets.
+    The margin of a switch is
 
     * at a reversal of a slide down: ξ,
     * at an impact: |ξ| at the reversal that would follow without an obstacle; inf if no reversal would follow,
@@ -413,7 +427,7 @@ def reference(
     The margin of this switch is 0.
     """
     span = 1 + abs(tau0) + 7 * periods
-    mp.dps = digits + 15 + math.ceil(math.log10(span * max(1.0, eta)))
+    mp.dps = _digits + 15 + math.ceil(math.log10(span * max(1.0, eta)))
     model = Oscillator(A, B, eps, eta)
     cycle = 2 * mp.pi
     tau, xi, dxi = mp.mpf(tau0), mp.mpf(xi0), mp.mpf(dxi0)
