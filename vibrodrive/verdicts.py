@@ -13,6 +13,7 @@ from typing import Any
 
 from vibrodrive.model.plain import plain
 from vibrodrive.store.draft import drafted
+from vibrodrive.store.place import make_directory
 
 
 class NotApplicable(ValueError):
@@ -62,7 +63,7 @@ def write(folder: Path, name: str, document: Mapping[str, Any], page: Sequence[s
         "json": json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
         "md": "\n".join(page) + "\n",
     }
-    folder.mkdir(parents=True, exist_ok=True)
+    make_directory(folder)
     paths = [folder / f"{name}.{ending}" for ending in texts]
     for path, text in zip(paths, texts.values(), strict=True):
         with drafted(path) as draft:

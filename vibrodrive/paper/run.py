@@ -1,7 +1,5 @@
 """Recompute the paper: draw each figure from its configuration, and test each claim on the results."""
 
-import errno
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -19,7 +17,7 @@ from vibrodrive.paper import (  # noqa: F401 (register)
 from vibrodrive.paper.claim import CLAIMS, claims_page, judge
 from vibrodrive.paper.figures import FIGURES
 from vibrodrive.paper.session import Say, Session
-from vibrodrive.store.place import check_place, refuse_foreign
+from vibrodrive.store.place import check_place, make_directory, refuse_foreign
 from vibrodrive.verdicts import Judged, write
 from vibrodrive.version import __version__
 
@@ -36,12 +34,7 @@ class Paper(NamedTuple):
 
 def _prepare(folder: Path) -> None:
     """Create the directory. Raises ValueError if it contains a file that must not be replaced, or OSError."""
-    try:
-        os.stat(folder)  # its error names a circle of links; the error of mkdir is only that the path exists
-    except FileNotFoundError:
-        folder.mkdir(parents=True, exist_ok=True)
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+    make_directory(folder)
     computed = [
         f"{path.stem}{ending}" for path in configurations().glob("*.toml") for ending in (".h5", "_switches.h5")
     ]
