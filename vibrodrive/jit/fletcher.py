@@ -10,9 +10,7 @@ import numpy as np
 
 from vibrodrive.jit.compile import jit
 
-BLOCK = (
-    256  # number of words in a block, so small that Σ j w_j over a block fits into 32 bits (256·255/2·65535 < 2**31)
-)
+BLOCK = 256  # words of a block, few enough for Σ j w_j over a block to fit into 32 bits (256·255/2·65535 < 2**31)
 
 _RAMP = np.arange(BLOCK, dtype=np.uint32)
 
