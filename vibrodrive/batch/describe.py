@@ -48,7 +48,8 @@ def sentences(
         advice = (
             f"grid of step Δτ = {step:.6g}: switches are late by up to one step; two switches in a step may be missed"
         )
-    said = [f"{status.name}: {advice}", _decision(margin)]
+    closest = f"margin {margin:.3g}: smallest distance of a decision from the opposite decision, in H, ξ or ξ'"
+    said = [f"{status.name}: {advice}", "no decision" if math.isinf(margin) else closest]
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]
@@ -70,9 +71,3 @@ def sentences(
     if math.isfinite(found["lyapunov"]):
         said.append(f"Lyapunov exponent {found['lyapunov']:.4g} per excitation period")
     return said
-
-
-def _decision(margin: float) -> str:
-    if math.isinf(margin):
-        return "no decision"
-    return f"margin {margin:.3g}: smallest distance of a decision from the opposite decision, in H, ξ or ξ'"

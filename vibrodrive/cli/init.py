@@ -37,9 +37,5 @@ def init(name: str | None, output: Path | None) -> None:
     text = text.replace(f"configs/{name}.toml", str(target)).replace("configs/", "")
     with open(target, "x") as file:
         file.write(text)
-    say(f"{target} written:{_commands(text)}")
-
-
-def _commands(text: str) -> str:
-    """Return the commands in the comments of a configuration, one a line."""
-    return "".join(f"\n{line[1:]}" for line in text.splitlines() if line.startswith("#   vibrodrive "))
+    commands = [f"\n{line[1:]}" for line in text.splitlines() if line.startswith("#   vibrodrive ")]
+    say(f"{target} written:{''.join(commands)}")

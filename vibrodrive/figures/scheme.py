@@ -74,17 +74,14 @@ def scheme(
             *centre, name, ha="center", va="center", fontsize=in_drawings(), linespacing=1.35,
             bbox={"boxstyle": "square,pad=0", "fc": "none", "ec": "none"},
         )  # fmt: skip
-        ax.add_patch(_box(centre))
+        corner = centre[0] - HALF[0], centre[1] - HALF[1]
+        ax.add_patch(Rectangle(corner, 2 * HALF[0], 2 * HALF[1], fill=False, lw=0.8, ec=INK))
     both = {(before, after) for before, _, _, after in TRANSITIONS}
     for before, function, decision, after in TRANSITIONS:
         _arrow(ax, before, after, (after, before) in both, (before, after) in path)
         _label(ax, before, after, (after, before) in both, function, decision)
     explain(fig, [Line2D([], [], color=look().main, lw=THICK, label=named)] if path else [])
     return fig
-
-
-def _box(centre: Point) -> Rectangle:
-    return Rectangle((centre[0] - HALF[0], centre[1] - HALF[1]), 2 * HALF[0], 2 * HALF[1], fill=False, lw=0.8, ec=INK)
 
 
 def _ends(before: State, after: State, paired: bool) -> tuple[Point, Point]:

@@ -170,22 +170,15 @@ def idle(method: int) -> tuple[str, ...]:
     return tuple(name for name, methods in ACTS_ON.items() if method not in methods)
 
 
-def says_idle(name: str, value: object, method: int) -> str:
-    """Return the message that refuses a parameter because the method does not use it."""
-    value = value.tolist() if isinstance(value, np.ndarray) else value
-    return bad(
-        name,
-        value,
-        f"left out with method = {Method(method).name.lower()!r}, because it is used by {used_by(name)} only",
-    )
-
-
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
     """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
-    given = {**plan.axes, **plan.together, **written}
+    given, method = {**plan.axes, **plan.together, **written}, Method(plan.settings.method).name.lower()
     for name in idle(plan.settings.method):
-        if given.get(name) is not None:
-            raise ValueError(says_idle(name, given[name], plan.settings.method))
+        value = given.get(name)
+        if value is not None:
+            value = value.tolist() if isinstance(value, np.ndarray) else value
+            allowed = f"left out with method = {method!r}, because it is used by {used_by(name)} only"
+            raise ValueError(bad(name, value, allowed))
 
 
 def make_plan(arguments: Mapping[str, object]) -> Plan:

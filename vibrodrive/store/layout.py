@@ -243,9 +243,12 @@ def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> No
 
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
-    outline = json.dumps(
-        {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings), **_further(plan)}
-    )
+    parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
+    if plan.record != (SECTION,):
+        parts["record"] = plan.record
+    if plan.together:
+        parts["points"] = digests(plan.together)
+    outline = json.dumps(parts)
     kind = FILES["sweep"]
     return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
         **explained(CONTENTS, plain(plan)),
@@ -258,14 +261,6 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
 def digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
     """Return the SHA-256 of arrays, by name."""
     return {name: hashlib.sha256(values.tobytes()).hexdigest() for name, values in arrays.items()}
-
-
-def _further(plan: Plan) -> dict[str, Any]:
-    """Return the optional entries of the outline: records other than the section, and points that change together."""
-    further: dict[str, Any] = {} if plan.record == (SECTION,) else {"record": plan.record}
-    if plan.together:
-        further["points"] = digests(plan.together)
-    return further
 
 
 def versions() -> dict[str, str]:

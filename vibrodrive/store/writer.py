@@ -103,7 +103,11 @@ class Writer:
         for name in damaged_descriptions(self._file, self.plan):
             raise damaged(self.path, name)
         for k in wrong:
-            self._take_back(k)
+            # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5
+            # would read a damaged chunk before it writes a part of it.
+            for variable in reversed(variables_of(self.plan)):
+                self._put_chunk(k, variable.name, layout.blank(variable, layout.chunk_of(variable, self.plan)))
+                self._flush()
             done[k] = False
         self.done, self.repaired = done, wrong
 
@@ -171,14 +175,6 @@ class Writer:
             self._file.flush()
         except (OSError, RuntimeError) as error:
             raise unwritable(error, self.path) from None
-
-    def _take_back(self, k: int) -> None:
-        # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5 would
-        # read a damaged chunk before it writes a part of it.
-        for variable in reversed(variables_of(self.plan)):
-            empty = layout.blank(variable, layout.chunk_of(variable, self.plan))
-            self._put_chunk(k, variable.name, empty)
-            self._flush()
 
     def _put_chunk(self, k: int, name: str, content: bytes | np.ndarray) -> None:
         try:
