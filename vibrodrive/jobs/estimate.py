@@ -1,17 +1,16 @@
-"""Estimate of the time of a sweep, from the measured time of a sample of its points."""
+"""Estimate of the time of a sweep, from the measured time of a wave of its points."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
 
 from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.model.plan import Plan
+from vibrodrive.model.plan import POINT, Plan
 
-POINTS = 1024  # largest number of points of the sample, which then has different motions and takes a few seconds
-SECONDS = 0.4  # least measured time of the sample from which the time of the sweep is extrapolated
+SECONDS = 0.4  # least measured time of the wave from which the time of the sweep is extrapolated
 GROWTH = 4  # factor by which the number of periods grows from one attempt to the next
 
 
@@ -20,16 +19,6 @@ class Estimate(NamedTuple):
 
     computing: float
     loading: float
-
-
-@dataclass(frozen=True)
-class _Wave(Plan):
-    """A plan reduced to some of its points, which are given as float64 (n, len(COLUMNS))."""
-
-    some: np.ndarray = field(default_factory=lambda: np.empty((0, len(COLUMNS))))
-
-    def points(self, start: int, stop: int) -> np.ndarray:
-        return self.some[start:stop]
 
 
 def estimate(plan: Plan, threads: int | None) -> Estimate:
@@ -47,7 +36,7 @@ def estimate(plan: Plan, threads: int | None) -> Estimate:
 def _computing(plan: Plan, threads: int) -> float:
     """Return the seconds for all points and periods.
 
-    A sample of points, spread evenly over the sweep, is computed repeatedly, each time for more periods, until one
+    A wave of points, spread evenly over the sweep, is computed repeatedly, each time for more periods, until one
     attempt takes at least SECONDS or computes all periods. Late periods take less time than early periods, because the
     kernels copy periods that repeat. So each remaining period is assumed to take as long as a period in the last three
     quarters of the longest attempt.
@@ -55,13 +44,14 @@ def _computing(plan: Plan, threads: int) -> float:
     from vibrodrive.batch.sweep import compute
 
     total = plan.settings.transient + plan.settings.periods
-    rows = plan.rows(np.unique(np.linspace(0, plan.n_points - 1, min(POINTS, plan.wave_points)).astype(int)))
+    rows = plan.rows(np.unique(np.linspace(0, plan.n_points - 1, min(plan.n_points, plan.wave_points)).astype(int)))
+    points = dict(zip(COLUMNS, rows.T, strict=True))
     at, before, took = 0, 0.0, 0.0
     while at < total and took < SECONDS:
         before, last, at = took, at, min(total, max(1, GROWTH * at))
         recorded = max(1, math.ceil(at * plan.settings.periods / total))
         settings = replace(plan.settings, transient=at - recorded, periods=recorded)
-        wave = _Wave({}, plan.scalars, settings, record=plan.record, some=rows)
+        wave = Plan({POINT: np.arange(len(rows))}, {}, settings, record=plan.record, together=points)
         began = monotonic()
         compute(wave, 0, len(rows), threads)
         took = monotonic() - began
