@@ -184,8 +184,9 @@ def stored(name: str) -> dict[str, Any]:
 
 
 def stored_rates() -> dict[str, Any]:
-    """Return the results of all solvers of the set."""
-    return {"environment": {"measured": passes.dates()}, "solvers": passes.results()}
+    """Return the results of all solvers at level 0 of the set."""
+    found = [result for result in passes.results() if result["level"] == 0]
+    return {"environment": {"measured": passes.dates()}, "solvers": found}
 
 
 def charts() -> list[Chart]:
