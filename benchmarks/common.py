@@ -30,8 +30,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from tests.support import reference as digits50
 from vibrodrive.model.plain import plain
+from vibrodrive.validation import reference as digits50
 
 TWO_PI = 2.0 * math.pi
 FAR = 0.5 * math.pi  # switches of one kind that differ by more than a quarter period do not correspond
