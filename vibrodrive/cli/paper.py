@@ -5,18 +5,11 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import DIRECTORY, THREADS, say, working
+from vibrodrive.cli.common import THREADS, directory, say, working
 
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    type=DIRECTORY,
-    default=Path("paper"),
-    show_default=True,
-    help="Directory of the figures, the data and the claims; created if missing.",
-)
+@directory("paper", "Directory of the figures, the data and the claims; created if missing.")
 @click.option(
     "--only",
     "names",

@@ -5,18 +5,11 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import DIRECTORY, say, working
+from vibrodrive.cli.common import directory, say, working
 
 
 @click.command()
-@click.option(
-    "-o",
-    "--output",
-    type=DIRECTORY,
-    default=Path("validation"),
-    show_default=True,
-    help="Directory of validation.json and validation.md; created if missing.",
-)
+@directory("validation", "Directory of validation.json and validation.md; created if missing.")
 @click.option(
     "--seed",
     type=click.IntRange(min=0),

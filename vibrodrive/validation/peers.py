@@ -1,9 +1,8 @@
 """Comparison with general solvers: the same motion by terminal events of scipy and of heyoka, if installed.
 
 Each slide is one call of the solver, which stops at its event. A sticking or a rest ends where H, a function of time,
-reaches a bound. At ε = 0 this instant is an arcsine; with a disturbance it is found by a scan and bisection. With a
-disturbance such solvers miss some switches of long motions, at any tolerance. In PERIODS periods of these scenes no
-switch is missed.
+reaches a bound; a scan and bisection find this instant. With a disturbance such solvers miss some switches of long
+motions, at any tolerance. In PERIODS periods of these scenes no switch is missed.
 """
 
 import itertools
@@ -76,25 +75,8 @@ def follow(slide: Slide, wait: Wait, force: Callable[[float], float]) -> Iterato
         state = after
 
 
-def release(A: float, B: float) -> Wait:
-    """Return the function for the end of STICK or REST at ε = 0.
-
-    REST ends at H = 1, and STICK at the first instant at which H = 1 or H = -1. The result is inf if there is no end.
-    """
-    lift = math.asin((1.0 + B) / A) if A >= 1.0 + B else math.inf
-    drop = math.pi + math.asin((1.0 - B) / A) if abs(1.0 - B) <= A else math.inf
-
-    def wait(state: int, tau: float) -> float:
-        end = tau + (lift - tau) % TWO_PI if lift < math.inf else math.inf
-        if state == STICK and drop < math.inf:
-            end = min(end, tau + (drop - tau) % TWO_PI)
-        return end
-
-    return wait
-
-
 def scanned(H: Callable[[float], float], eta: float) -> Wait:
-    """Return the function for the end of STICK or REST at ε > 0.
+    """Return the function for the end of STICK or REST.
 
     REST ends at the first zero of H - 1, and STICK at the first zero of H - 1 or H + 1. The function returns inf if it
     finds no end within two periods.
@@ -152,7 +134,7 @@ def _switches(A: float, B: float, slide: Slide, eps: float = 0.0, eta: float = E
     def H(tau: float) -> float:
         return _force(A, B, eps, eta, math.sin, tau)
 
-    switches = follow(slide, scanned(H, eta) if eps else release(A, B), H)
+    switches = follow(slide, scanned(H, eta if eps else 1.0), H)
     return list(itertools.takewhile(lambda row: row[0] <= TWO_PI * PERIODS, switches))
 
 
