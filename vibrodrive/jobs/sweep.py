@@ -126,7 +126,7 @@ class _Work:
             show.say(self._news.pop(0))
 
     def look(self, show: Show) -> None:
-        """Print new messages, and draw the progress."""
+        """Print new messages, and show the progress."""
         self.tell(show)
         show.look(self.tally.line, self.compilation)
 

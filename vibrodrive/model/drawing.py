@@ -40,7 +40,7 @@ OF_CLASSES = ("period", "gaps", "sequence", "status", KEPT)
 """Quantities of maps with one colour for each value, hence without a range."""
 
 MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
-"""Quantities of maps over two axes, and of lines over one."""
+"""Quantities of maps over two axes, and of lines over one axis."""
 
 
 def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:

@@ -226,7 +226,9 @@ def transient(session: Session) -> Outcome:
         f"periods; {listed(added)} × 2π is inserted every {listed(sorted(between))} periods"
     )
     closes = [c.periods for c in convergents(motion.arguments["dtau"], 1000)]
-    text += f"; the grid nearly closes after {recurs} periods, which are a convergent" if recurs in closes else ""
+    text += (
+        f"; the grid nearly closes after {recurs} periods, the numerator of a convergent" if recurs in closes else ""
+    )
     return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
 
 

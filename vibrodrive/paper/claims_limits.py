@@ -37,7 +37,7 @@ DISTANCE = 0.5  # k₃
 SLIDING = 0.5 * math.pi  # a phase at which the mass slides
 SHARES_OF_K2 = (0.0, 0.5, 0.9)
 HALVINGS = 10
-AFTER = 200  # periods after a start
+AFTER = 200  # simulated periods after each start
 AROUND_LOSS = 0.15  # range of A around the loss of sticking
 
 

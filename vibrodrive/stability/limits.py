@@ -71,7 +71,7 @@ QUANTITIES = {
     KU: Quantity(
         CURVES,
         {
-            "ku": "smallest disturbance found at which all starts end on one motion; inf: none up to searched_to",
+            "ku": "smallest disturbance found at which all starts end in one motion; inf: none up to searched_to",
             "several_below": "largest disturbance below ku at which several motions remain",
             "last_several": "largest value at which several motions remain, as at its lower neighbour on the grid",
             "share_several": "share of the values tried between ku and last_several at which several motions remain",

@@ -49,7 +49,10 @@ class OrbitCurve:
 
     @functools.cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """(vectors from each vertex to the next (k, 2), 1 / squared lengths (k,)), float64; 0 for the length 0."""
+        """(vectors from each vertex to the next, reciprocals of their squared lengths): float64 (k, 2) and (k,).
+
+        The reciprocal is 0 for a vector of length 0.
+        """
         along = np.roll(self.vertices, -1, axis=0) - self.vertices
         squared = (along**2).sum(axis=1)
         return along, np.divide(1.0, squared, out=np.zeros_like(squared), where=squared > 1e-300)
