@@ -36,8 +36,8 @@ def cli() -> None:
     By default the program proves that it misses no switching point. `vibrodrive init` lists configurations to begin
     with. `vibrodrive COMMAND --help` shows the options of a command. Quantities without a unit are dimensionless.
 
-    Exit codes: 0: done. 1: the computation failed, a file is damaged, or a check of `validate` failed. 2: refused
-    before any computation. 130: interrupted.
+    Exit codes: 0 (done), 1 (the computation failed, a file is damaged, or a check of `validate` failed), 2 (refused
+    before any computation), 130 (interrupted).
     """
 
 

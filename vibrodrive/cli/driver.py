@@ -19,9 +19,9 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     CONFIG gives the driver in [physical]: a0 (m), omega0 (rad/s), mu, alpha (degrees) and mass (kg, default 1). The
     mass has an effect only on the powers. The motion starts from rest at the obstacle, and its switches are certified.
 
-    Output: a table on stdout. Its rows are the driver, and the driver with one of a0, omega0, mu and alpha changed by
-    -1 % or +1 %. Its columns are the period (ms), the impacts per second, the velocity of the fastest impact (m/s), the
-    powers of the impacts and of friction (W), the largest gap (mm), and the conveying velocity without an obstacle
+    Output: a table on stdout. Its rows are the driver, and the same driver with one of a0, omega0, mu and alpha changed
+    by -1 % or +1 %. Its columns are the period (ms), the impacts per second, the velocity of the fastest impact (m/s),
+    the powers of the impacts and of friction (W), the largest gap (mm), and the conveying velocity without an obstacle
     (mm/s).
     """
     configured = read(config, overrides, None)

@@ -38,13 +38,13 @@ HELP = {
     of these bifurcations in the plane of A and B.
 
     Output: the result file, the bifurcations or curves on stdout, and figures (.png) next to the file: the bifurcation
-    diagram and the multipliers, or the plane. If the file exists with the same configuration, it is only listed and
-    drawn again. The file is written at the end, so an interrupted run starts again.
+    diagram and the multipliers, or the plane. If the file exists with the same configuration, nothing is computed, and
+    the file is listed and drawn again. The file is written at the end, so an interrupted run starts again.
     """,
     "failures": """Map failures of grid methods over A and Δτ, or over A and ε.
 
-    The methods are `fixed` and `muller`. Over A and ε they need `dtau`. A failure is a switch that is missed, late or
-    wrongly decided.
+    The methods are `fixed` and `muller`. A map over A and ε needs `dtau`, their grid step. A failure is a switch that
+    is missed, is found late, or leads to a wrong state.
 
     Output: the result file and a figure (.png) next to it. If the file exists with the same configuration, only the
     figure is drawn again. The file is written at the end, so an interrupted run starts again.

@@ -26,7 +26,7 @@ def validate(output: Path, seed: int | None, names: tuple[str, ...]) -> int:
     """Check this installation against known results.
 
     The checks compare results with a reference of 50 digits, with published laws and with other solvers. They also
-    check the balance of energy, and that results which must be equal have equal bits.
+    check the balance of energy, and compare the bits of results that must be equal.
 
     Output: validation.json and validation.md, with each number, its bound and a verdict. Exit code 1 if a check fails.
     """
