@@ -154,7 +154,7 @@ LEAPS: dict[str, dict[str, float]] = {
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("name", LEAPS)
 def test_a_leap_sees_what_the_scan_sees(name, method):
-    """The scenes have random inclines, starts in the air and in motion, and Δτ from 1e-4 to half a period."""
+    """At ε = 0 a sweep evaluates only the grid points next to a zero. In a single motion the grid is scanned."""
     scene = acting({"transient": 0, **LEAPS[name], "method": method})
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
     assert _same(swept, 0, vd.simulate(**scene))

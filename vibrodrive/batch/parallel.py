@@ -1,4 +1,4 @@
-"""Computation on several threads: a loop of `numba.prange` that calls kernels. Ctrl-C ends it within a second.
+"""Computation on several threads by a loop of `numba.prange` that calls kernels. Ctrl-C ends this loop within a second.
 
 Each thread runs the kernel with its own lanes and takes points from a shared counter. So all cores are in use although
 the cost of points differs. The loop calls kernels by address (kernels/arguments.py), so it is compiled only once. If it

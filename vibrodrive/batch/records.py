@@ -25,7 +25,7 @@ class Arrays(NamedTuple):
 def new_errors(method: int, points: int, instants: int) -> Errors:
     """Return arrays for the error bounds of `points` motions, each with `instants` bounds for its section points.
 
-    The initial values are 0. For the method FIXED, whose kernels compute no bounds, they are NaN.
+    The initial values are 0. For the method FIXED, whose kernels compute no bounds, the initial values are NaN.
     """
     shapes = (points, instants, 2), (points,)
     return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
@@ -36,7 +36,7 @@ def as_quantities(
 ) -> dict[str, np.ndarray]:
     """Return the output of kernels as arrays by the names in model/records.py.
 
-    The arguments are those of `Arrays`. Each of them may be None.
+    The arguments are fields of `Arrays`. Each argument may be None.
     """
     found: dict[str, np.ndarray] = {}
     if summary is not None:

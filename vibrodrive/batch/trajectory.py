@@ -377,10 +377,10 @@ def simulate(
         misses one. "muller" scans a grid and refines the zero by Muller's method (§4). "fixed" takes the first grid
         point after the sign change (§5). "muller" and "fixed" need `dtau`.
     dtau : float, 1e-12 to 1e6
-        grid step Δτ of "fixed" and "muller". It cannot be given with "certified", which has no grid.
+        grid step Δτ of "fixed" and "muller". With "certified", which has no grid, `dtau` is not allowed.
     tol : float, above 0 to 1
-        tolerance of "muller": the refinement ends when its step is smaller. Default 1e-7. It cannot be given with other
-        methods.
+        tolerance of "muller": the refinement ends when its step is smaller. Default 1e-7. With other methods `tol` is
+        not allowed.
     xi0, dxi0, tau0 : float
         gap ξ >= 0 and velocity ξ' at the initial time τ0. If ξ' = 0, Fig. 2 determines the initial state.
     transient, periods : int

@@ -46,8 +46,8 @@ checks, so no kernel depends on them. To parse only the import statements takes 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
     """Return a hash of all sources on which machine code depends, for the package in the folder `root`.
 
-    The sources are those of modules that may contain kernels because they import this module (named `here`), of the
-    modules in the folder of this module, and of all modules that these import directly or indirectly.
+    These are the sources of modules that import this module (named `here`) and so may contain kernels, of modules in
+    the folder of this module, and of all modules that these import directly or indirectly.
     """
     package = here.partition(".")[0]
     paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
@@ -230,7 +230,7 @@ compilations."""
 
 
 def _say_compiling(function):
-    """Print one line in a terminal or a notebook, unless a thread shows progress there (jobs/progress.py)."""
+    """Print one line in a terminal or a notebook, if no thread shows progress there (jobs/progress.py)."""
     shown = any(thread.name == "watch" for thread in threading.enumerate())
     if not shown and sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules):
         with suppress(OSError, ValueError):
@@ -286,8 +286,8 @@ def prepare(kernel, *signature):
 def _once(dispatcher, *constant):
     """Compile a dispatcher once for each set of argument types.
 
-    For the arguments named in `constant`, compile it once for each value. Other literal arguments need no compilation
-    for each value, because LLVM inserts constants when it inlines a formula.
+    For the arguments named in `constant`, compile the dispatcher once for each value. Other literal arguments do not
+    need this, because LLVM inserts constants when it inlines a formula.
     """
     if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):
         names = inspect.getfullargspec(dispatcher.py_func).args

@@ -34,8 +34,8 @@ _C4, _C5, _C6 = 2.7557317271145144e-07, -2.087614614655861e-09, 1.13826236474746
 def arc(x):
     """Return (sin x, vers x, sin x - x, vers x - x²/2, near), where `near` is true if |x| < π/4.
 
-    If `near`, all four numbers have full *relative* accuracy. Otherwise the two differences have no meaning. They are
-    needed for a motion shortly after its start, where the subtraction in sin x - x would lose all digits.
+    If `near`, all four numbers have full *relative* accuracy. Otherwise the two differences have no meaning. The
+    differences are needed for a motion shortly after its start, where the subtraction sin x - x would lose all digits.
     """
     t = fma(x, _TO_QUADRANT, ROUND)
     k = t - ROUND

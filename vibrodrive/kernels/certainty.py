@@ -196,7 +196,7 @@ def end_of_record(w, k, i):
     near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
     if abs(v) > wrong and (k[r.STATE + i] == UP or x > near):
         return NO_END
-    if w[r.V0 + i] == 0.0:  # a slide from rest that began at most `late` ago: this bound holds in any next state
+    if w[r.V0 + i] == 0.0:  # the slide began from rest at most `late` ago, so this bound holds in any state
         late = h + w[r.BEGUN_LATE + i]
         return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * margins.magnitude_scale(w, i) * late)
     return lose_certainty(w, k, i)
@@ -398,7 +398,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
         if not switch.waits(k[r.STATE + i]):
             x_share, x_more = gap_error(w, k, i, hs)
             v_share, v_more = velocity_error(w, k, i, hs)
-            # the rounding errors of `section_at` and of hs itself do not become smaller with hs
+            # the rounding errors of `section_at` and of hs itself are not smaller for a smaller hs
             fast = w[r.AF + i] * w[r.INVERSE + i]
             wave = w[r.A + i] + fast
             speed = abs(w[r.V0 + i]) + wave + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * hs

@@ -144,7 +144,7 @@ def may_follow_from_a_cycle(cycle, periods):
 
 @inline
 def keep_all(k, i, cycle, periods, recorder):
-    """Store all switches from now on, if the summary may follow from one cycle. The record has not yet begun."""
+    """Store all switches from now on, if the summary may follow from one cycle. Called before the record begins."""
     keeping = recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] == OF_THE_RECORD
     if keeping and may_follow_from_a_cycle(cycle, periods):
         clear_history(k, i, ALL)

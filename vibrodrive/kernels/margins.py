@@ -111,7 +111,7 @@ def velocity_rounding_beside(w, i, h, off):
 
 @inline
 def magnitude_scale(w, i):
-    """Return the sum of the magnitudes of the terms of H and ξ'. Their rounding errors are a share of this sum."""
+    """Return the sum of the magnitudes of the terms of H and ξ'. The rounding errors of H and ξ' grow with this sum."""
     return 1.0 + w[r.A + i] + w[r.AF + i] + w[r.B + i]
 
 

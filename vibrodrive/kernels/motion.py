@@ -55,8 +55,9 @@ def longest(w, i):
 
 @inline
 def grid_steps(w, i, left):
-    """Return the number of grid steps to the limit of a search: the end of the record after the time `left`, or the end
-    of the longest segment, whichever is first.
+    """Return the number of grid steps to the limit of a search.
+
+    The limit is the end of the record, after the time `left`, or the end of the longest segment, whichever is first.
     """
     steps, last = np.floor(longest(w, i) / w[r.DTAU + i]), np.ceil(left / w[r.DTAU + i])
     steps = choose(steps < LONGEST_SCAN, steps, LONGEST_SCAN)

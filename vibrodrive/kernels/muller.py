@@ -14,8 +14,8 @@ ITERATIONS = 100
 the loop always ends by convergence."""
 
 MANY = 16
-"""Least number of lanes that need a step for which a step is done. A step costs the same for any number of lanes, so
-fewer lanes continue later, together with others."""
+"""Least number of lanes that must need a step before a step is done. A step costs the same for any number of lanes, so
+fewer lanes continue in a later call."""
 
 
 @inline
@@ -131,7 +131,8 @@ def under_way(w, i):
 def begin_refinement(w, i):
     """Begin a refinement in lane i if its scan has found a zero and has the values at the grid points on both sides.
 
-    At the start of the segment the value is the constant of the shape. It counts as an evaluation, as in `refine`.
+    At the start of the segment the value is the constant of the shape. This value counts as an evaluation, as in
+    `refine`.
     """
     met, cursor, dtau = w[r.OUTCOME + i], w[r.CURSOR + i], w[r.DTAU + i]
     on, first = not under_way(w, i), cursor == 1.0

@@ -49,8 +49,8 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
     # time and speed of the last main impact, which a faster impact may still replace; time of the main impact before;
     # number of main impacts
     MAIN_TIME, MAIN_SPEED, MAIN_BEFORE, MAINS,
-    # the last GAPS numbers of periods between main impacts ("gaps"); for each length up to GAPS, 1 if the gaps repeat
-    # after this number of gaps, otherwise 0
+    # the last GAPS gaps, that is numbers of periods between main impacts; for each number n up to GAPS, 1 if the gaps
+    # repeat after n gaps, otherwise 0
     GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
     TOTALS,
 ) = range(47)  # fmt: skip
@@ -400,9 +400,9 @@ def shortest_cycle(rows, first, count):
 
 @inline
 def least_rotation(rows, first, length):
-    """Return the number of switches by which a cycle of `length` states is rotated.
+    """Return the number of switches by which a cycle of `length` states must be rotated.
 
-    The result of this rotation is the first of all rotations of the cycle in lexicographic order.
+    The rotated cycle is the first one of all rotations of the cycle in lexicographic order.
     """
     start = 0
     for turn in range(1, length):

@@ -144,7 +144,7 @@ def rate_of(begin, end):
 
 @inline
 def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
-    """Store the start `phi`, the duration h and its derivative `rate` of a slide, for the guesses of `bracket`.
+    """Store the start `phi`, the duration h and its derivative `rate` of a slide. `bracket` computes guesses from them.
 
     `slid_up` and `slid_down` are masks of the direction of the slide. `rested` is a mask that clears all guesses.
     """

@@ -114,8 +114,8 @@ def bifurcations(
     max_period : int
         longest period in excitation periods, 1 to 100.
     step : float, optional
-        largest spacing of the values of A whose orbits are compared. By default it is 1/256 up to A = 4 and A/1024
-        above A = 4.
+        largest spacing of the values of A whose orbits are compared. The default is 1/256 up to A = 4, and A/1024 above
+        A = 4.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def bifurcations(
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
-    """Return two ascending values of a parameter as floats. Raises TypeError or ValueError if they are not allowed."""
+    """Return two ascending values of a parameter as floats. Raises TypeError or ValueError for invalid values."""
     allowed = "two numbers, the smaller one first"
     try:
         first, last = value

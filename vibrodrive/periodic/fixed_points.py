@@ -47,7 +47,7 @@ class Work(NamedTuple):
 
 @inline
 def force_between(one, other, falling, A, B):
-    """Return (low, high), bounds of |H| between two phases of one half wave. |H| has one peak, in its middle."""
+    """Return (low, high), bounds of |H| between two phases of one half wave, in whose middle |H| has its only peak."""
     peak = 3.0 * HALF_PI if falling else HALF_PI
     sign = -1.0 if falling else 1.0
     h_one = sign * (A * math.sin(one) - B)

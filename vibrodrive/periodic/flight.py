@@ -45,10 +45,10 @@ explicitly (`touching`), so that rounding does not decide them.
 
 **Functions of the kernels.** The function `flight` uses functions of the kernels: `step_in_bracket` for the end of a
 slide, `arrive` for the state there, `decide_after_slide` for the decision, `begin` for the beginning of the next slide,
-and `release` for the duration of a sticking or rest. It differs from the kernels in three ways. It also computes d/dψ.
-If rounding may change a decision, it decides without reporting TOO_CLOSE. It recognises a launch by its phase, φ_up <
-ψ < π - φ_up, and not by H > 1. The reason is that the ends of the window are breakpoints of the map, and that the
-computed H at these ends is 1 only within rounding.
+and `release` for the duration of a sticking or rest. `flight` differs from the kernels in three ways. It also computes
+derivatives with respect to ψ. It reports no TOO_CLOSE if rounding may change a decision. It recognises a launch by its
+phase, φ_up < ψ < π - φ_up, and not by H > 1. The reason is that the ends of the window are breakpoints of the map, and
+that the computed H at these ends is 1 only within rounding.
 """
 
 import math

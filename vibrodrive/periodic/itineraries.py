@@ -140,7 +140,7 @@ def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
 
 
 def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
-    """Return [first, last], its first and its last float, for each cell of n flights in [low, high], ascending."""
+    """Return the first and the last float of each cell of n flights in [low, high]: lists [first, last], ascending."""
     ends, pieces = np.empty((64, 2)), Pieces(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
     under_way = np.array([-1, 0])
 

@@ -14,12 +14,12 @@ B = 0 that never return to the obstacle are not orbits of the map and are not li
 obstacle. This motion touches the obstacle once a period, without speed (flight.py). It is listed as "touching", and no
 search is necessary. It has no multiplier and is neither stable nor unstable. If it is shifted up by any ξ, it is a
 periodic motion without impacts. After a later launch the mass lands with some speed. If `simulate` reaches this
-motion, its status is TOO_CLOSE.
+motion, the status is TOO_CLOSE.
 
 **Close to the level** an orbit without a rest has an impact speed of about 10 B, and each of its flights multiplies a
 difference of launch phases by about A/B. The launch phase of such an orbit is in an interval of width B/A divided by
 the multiplier of the orbit. An orbit is left out if this interval contains hardly any float (STEEPEST), or if B <=
-LEVEL A, because rounding would determine if such an orbit is found.
+LEVEL A, because rounding would then determine if the orbit is found.
 """
 
 from __future__ import annotations
@@ -245,7 +245,7 @@ def returning_launches(
 ) -> Iterator[tuple[float, bool]]:
     """Yield (ψ, certain) for every launch phase ψ in the cell that returns to itself after n flights, but not earlier.
 
-    `certain` is False if rounding determines if there is such a launch phase.
+    `certain` is False if rounding determines whether this launch phase exists.
     """
     phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
     for own, psi in enumerate(phases.tolist()):

@@ -63,7 +63,7 @@ def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray,
 
 
 class _Walk:
-    """Computation of a curve from a point of it in one direction."""
+    """Computation of a curve in one direction from a given point."""
 
     def __init__(self, condition: Condition, box: Box) -> None:
         self.condition = condition
