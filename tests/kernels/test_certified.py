@@ -11,7 +11,7 @@ from vibrodrive.validation.reference import SCENES, mp
 
 
 def errors(exact, trajectory):
-    """Return the errors in τ, ξ and ξ' of all switches, after checking that states and order agree."""
+    """Return (late, dx, dv): the errors of τ, ξ and ξ' of all switches. Check that states and order agree."""
     rows = trajectory.switches
     assert [(s.before, s.after) for s in exact.switches] == [(r["before"], r["after"]) for r in rows]
     late, dx, dv = [], [], []

@@ -140,7 +140,7 @@ TWO_ZEROS = {"A": 3.04, "B": 0.2, "eps": 3e-4, "tau0": 3.5, "xi0": 50.0}
 
 
 def brief_reversal(depth: float) -> tuple[dict[str, float], float]:
-    """Return a slide up whose ξ' would fall below zero by `depth` and then rise again, and the time of this dip."""
+    """Return (scene, h): a slide up whose ξ' would fall to -`depth` at the time h and then rise again."""
     mp.dps = 60
     model = Oscillator(TWO_ZEROS["A"], TWO_ZEROS["B"], TWO_ZEROS["eps"], ETA)
     tau = mp.mpf(TWO_ZEROS["tau0"])

@@ -215,7 +215,7 @@ def run_blocks(
 
 
 def _spans(plan: Plan) -> list[Span]:
-    """Return (index, start, stop) of all blocks of a plan, in the order of its points."""
+    """Return (index, start, stop) for each block of a plan: its number, and the range of its points."""
     return [(i, *span) for i, span in enumerate(plan.blocks())]
 
 

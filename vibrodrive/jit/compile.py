@@ -244,11 +244,11 @@ part whose first caller is a formula would then be inlined everywhere."""
 
 
 def _aside(work, function):
-    """Call `work`, which compiles or loads `function`, and return its result. In the main thread, use another thread.
+    """Call `work`, which compiles or loads `function`, and return its result.
 
-    Ctrl-C raises KeyboardInterrupt in the main thread only. So Ctrl-C takes effect immediately, and does not interrupt
-    Numba while the data of Numba are inconsistent. The compilation continues in the background, and the next call uses
-    its result.
+    If the main thread calls this, `work` runs in another thread, because Ctrl-C raises KeyboardInterrupt in the main
+    thread only. So Ctrl-C takes effect immediately, and does not interrupt Numba while the data of Numba are
+    inconsistent. The compilation continues in the background, and the next call uses its result.
     """
     if threading.get_ident() != threading.main_thread().ident:
         with compiling():

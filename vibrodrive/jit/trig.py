@@ -98,7 +98,7 @@ def two_product(a, b):
 
 @inline
 def arc_of_product(a, x):
-    """Return `arc` of the product a x, corrected for the rounding of this product.
+    """Return the results of `arc` for the product a x, corrected for the rounding of this product.
 
     The rounding error of an angle of 10⁵ is 10⁻¹¹, and the sine would have the same error.
     """

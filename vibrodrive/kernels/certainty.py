@@ -142,7 +142,7 @@ def rounding_of_slide(w, i, h):
 
 @inline
 def velocity_error(w, k, i, h):
-    """Return the two parts of the error of ξ' in a slide, h after the last switch.
+    """Return (share, more), the two parts of the error of ξ' in a slide, h after the last switch.
 
     A slide after a wait is computed from the instant at which H is ±1 (`begin` in switch.py). The time of this instant
     has an error of at most SHIFT. On a grid, `begin` may correct ξ'' by a change of the slope L. `bent` is this change.
@@ -158,7 +158,7 @@ def velocity_error(w, k, i, h):
 
 @inline
 def gap_error(w, k, i, h):
-    """Return the two parts of the error of ξ in a slide, h after the last switch."""
+    """Return (share, more), the two parts of the error of ξ in a slide, h after the last switch."""
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
         * w[r.SHIFT + i]

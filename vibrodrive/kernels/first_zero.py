@@ -355,7 +355,7 @@ def fall_from_nothing(w, i, h):
 
 @inline
 def series(h, u, half, third, fourth, m3, scale, rate):
-    """Return (h - δ, close) for the sum δ of the series; `close` is true if h - δ is a zero to the last bit.
+    """Return (h - δ, close): δ is the sum of the series, and `close` is true if h - δ is a zero to the last bit.
 
     u = g/g', half = g''/2g', third = g'''/g', fourth = g''''/g'. With m3 = M3/g', the moduli of the derivatives over g'
     are at most m3 · scale (second), m3 (third), m3 · rate (fourth) and m3 · rate² (fifth).
@@ -425,7 +425,7 @@ def advance(h, taylor, m3, scale, rate, step, limit):
 
 @inline_each("fast")
 def evaluate(w, i, h, fast):
-    """Return (Taylor, ξ, Ripple) at h, where Taylor and Ripple are those of the switching function of lane i."""
+    """Return (taylor, x, ripple) at h: `Taylor` and `Ripple` of the switching function of lane i, and x = ξ."""
     form, sig = form_of(w, i), w[r.SIG + i]
     s, v, ds, dv, near = arc(h)
     if fast:

@@ -84,7 +84,7 @@ LINE = 64  # length of a cache line, in bytes
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return memory (w, k): float64 and int64 arrays. [thread, 0] is for lanes, [thread, 1] for tables and lists."""
+    """Return (w, k), float64 and int64: [thread, 0] is the memory of lanes, [thread, 1] that of tables and lists."""
     shapes = ((threads, 2, ROWS_W * STRIDE), float), ((threads, 2, ROWS_K * STRIDE), np.int64)
     w, k = (_at_cache_line(np.zeros(math.prod(shape) + LINE // 8, kind), shape) for shape, kind in shapes)
     return w, k

@@ -75,7 +75,7 @@ def shape(near, h, form, s, v, ds, dv):
 
 @inline
 def derivatives(h, d1, c2, al, be, s, v):
-    """Return the first to fourth derivative of the slow part of a shape at h; s = sin h, v = vers h."""
+    """Return (first, second, third, fourth): derivatives of the slow part of a shape at h; s = sin h, v = vers h."""
     c = 1.0 - v
     first, second = dot(al, c, be, s), dot(be, c, -al, s)  # derivatives of α sin h + β vers h
     return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
@@ -155,7 +155,7 @@ def slide_shape(segment, p, q, gap, rate):
 
 @inline
 def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
-    """Return the slow parts of (ξ, ξ') at h in a slide, by eqs. (4), (5) and their derivatives.
+    """Return (x, v): the slow parts of ξ and ξ' at h in a slide, by eqs. (4), (5) and their derivatives.
 
     s, v, ds, dv, near are the results of `arc(h)`. The other arguments are those of `slide_shape`.
     """
@@ -235,7 +235,7 @@ def advance_phase(phi, low, h):
 
 @inline
 def fast_excitation(w, i, period, phi, low):
-    """Return (θ, AF cos θ, AF sin θ) at (period, φ + low)."""
+    """Return (θ, AF cos θ, AF sin θ) at the phase φ + low of a period."""
     theta = fast_phase(w[r.ETA + i], w[r.FRAC + i], period, phi, low)
     pf, qf = excitation(w[r.AF + i], theta, 0.0)
     return theta, pf, qf
@@ -243,7 +243,10 @@ def fast_excitation(w, i, period, phi, low):
 
 @inline
 def evaluate_excitation(w, i, period, phi, low):
-    """Return (A cos φ, A sin φ, θ, AF cos θ, AF sin θ) at (period, φ + low), with a disturbance or without."""
+    """Return (A cos φ, A sin φ, θ, AF cos θ, AF sin θ) at the phase φ + low of a period.
+
+    Without a disturbance the last three numbers are 0.
+    """
     p, q = excitation(w[r.A + i], phi, low)
     theta, pf, qf = 0.0, 0.0, 0.0
     if w[r.AF + i] > 0.0:

@@ -33,14 +33,14 @@ def can_end(state, reach, b):
 
 @inline
 def release_up(a, b):
-    """Return (φ, A cos φ) where H rises to 1. Requires A > 1 + B."""
+    """Return (φ, A cos φ) for the phase φ at which H rises to 1. Requires A > 1 + B."""
     room = a - 1.0 - b
     return arcsine((1.0 + b) / a, room / a), math.sqrt(room * (a + (1.0 + b)))
 
 
 @inline
 def release_down(a, b):
-    """Return (φ, A cos φ) where H falls to -1. Requires A > |1 - B|."""
+    """Return (φ, A cos φ) for the phase φ at which H falls to -1. Requires A > |1 - B|."""
     below = abs(1.0 - b)
     angle = arcsine(below / a, (a - below) / a)
     return (PI + angle if b <= 1.0 else PI - angle) + PI_LOW, -math.sqrt((a - below) * (a + below))

@@ -164,8 +164,11 @@ def clear_guesses(w, i):
 
 @inline
 def householder_step(h, lo, hi, form, sig, m, halve):
-    """Do one evaluation in a bracket. Return (next h, lo, hi, close): lo and hi are the ends of the new bracket, and
-    `close` is true if the next h is the zero. If `halve`, the next h is the midpoint.
+    """Do one evaluation at h in the bracket [lo, hi]. Return (next h, lo, hi, close).
+
+    next h : estimate of the zero by the series, or the midpoint of the bracket if it is outside or if `halve`
+    lo, hi : ends of the new bracket
+    close : true if the next h is the zero to the last bit
     """
     s, v, ds, dv, near = arc(h)
     g = sig * motion.shape(near, h, form, s, v, ds, dv)

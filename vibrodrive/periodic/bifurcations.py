@@ -152,7 +152,7 @@ def bifurcations(
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
-    """Return two ascending values of a parameter as floats. Raises TypeError or ValueError for invalid values."""
+    """Return the ends (low, high) of a range as floats. Raises TypeError or ValueError for invalid values."""
     allowed = "two numbers, the smaller one first"
     try:
         first, last = value
@@ -295,9 +295,9 @@ def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
 
 
 def gap_between(one: Orbit, other: Orbit) -> float:
-    """Return the largest phase distance of any impact of one orbit from the closest impact of the other orbit.
+    """Return the largest phase distance between an impact of one orbit and the closest impact of the other orbit.
 
-    Impacts of the orbit with fewer impacts are compared.
+    All impacts of the orbit with fewer impacts are considered.
     """
     few, many = sorted((one.phases, other.phases), key=len)
     apart = abs(few[:, None] - many[None, :])

@@ -43,7 +43,7 @@ class Slide(NamedTuple):
 
     falls : True for a slide down.
     begun : kind of beginning, FROM_GROUND, FROM_STICK or FROM_REVERSAL.
-    turns : number of the period in which the sticking or rest before the slide ends, from that of the first launch on.
+    turns : number of the period in which the sticking or rest before the slide ends. The first launch is in period 0.
     lands : True if the slide ends at the obstacle.
     """
 

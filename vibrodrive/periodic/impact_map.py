@@ -155,7 +155,7 @@ class ImpactMap:
         return self.pieces(LANDINGS)
 
     def pieces(self, horizon: int) -> tuple[np.ndarray, tuple[str, ...], tuple[str, ...]]:
-        """Return (breakpoints, kinds, words) for flights of up to `horizon` excitation periods."""
+        """Return the attributes (breakpoints, kinds, words) for flights of up to `horizon` excitation periods."""
         if not self.moves:
             return np.empty(0), (), ()
         up, end = self.window
