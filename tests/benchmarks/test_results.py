@@ -12,7 +12,8 @@ from benchmarks import passes, tables
 from benchmarks.common import RESULTS
 from benchmarks.switches import run, score
 
-STORED = [pytest.param(path, id=f"{path.parent.name}-{path.stem}") for path in sorted(passes.RESULTS.glob("*/*.json"))]
+PATHS = sorted(passes.RESULTS.glob("level*/*.json"))
+STORED = [pytest.param(path, id=f"{path.parent.name}-{path.stem}") for path in PATHS]
 DECISIVE = [param for param in STORED if param.id.startswith(("level0", "level1"))]
 
 
