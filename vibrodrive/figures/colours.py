@@ -4,8 +4,6 @@ Points outside the scale have their own colours: motions that rest, motions with
 beyond the limits. Points that are not computed have no colour.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Texts in figures about the motions shown: their common parameters, and their statuses."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, TypeVar
 

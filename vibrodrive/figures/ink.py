@@ -1,7 +1,5 @@
 """Ink of a spot of a diagram as a function of the number of recorded values on this spot. Needs no Matplotlib."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

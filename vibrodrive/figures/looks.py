@@ -4,8 +4,6 @@ Elements with different colours also have different line styles, marks or lightn
 differences.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

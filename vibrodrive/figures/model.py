@@ -3,8 +3,6 @@
 Positions are (s, n) with s up the incline and n normal to the incline.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

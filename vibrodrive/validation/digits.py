@@ -29,18 +29,14 @@ reference if its status says so."""
 
 def fixed_scenes() -> list[Finding]:
     """Return a finding for each scene: its largest error of a switching time, infinite if a state is wrong."""
-    return [_error(name, _follow(SCENES[name])) for name in SCENES]
-
-
-def _follow(scene: dict[str, Any]) -> Agreement:
-    arguments = {k: v for k, v in scene.items() if k != "periods"}
-    return follow(arguments, most=10**9, periods=scene["periods"])
-
-
-def _error(name: str, found: Agreement) -> Finding:
-    described = ", ".join(f"{k} = {v:g}" for k, v in SCENES[name].items())
-    late = found.late if found.agrees else math.inf
-    return Finding(f"{name} ({described}): error in τ", late, LATE_IN.get(name, LATE))
+    found = []
+    for name, scene in SCENES.items():
+        start = {key: value for key, value in scene.items() if key != "periods"}
+        agreement = follow(start, most=10**9, periods=scene["periods"])
+        described = ", ".join(f"{key} = {value:g}" for key, value in scene.items())
+        late = agreement.late if agreement.agrees else math.inf
+        found.append(Finding(f"{name} ({described}): error in τ", late, LATE_IN.get(name, LATE)))
+    return found
 
 
 def draw(seed: int, number: int = DRAWN) -> list[dict[str, float]]:
