@@ -231,21 +231,6 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
     assert contents(scene.file) == undisturbed
 
 
-@pytest.mark.slow("8 s: two processes meet a writer that is stopped")
-def test_two_writers_do_not_meet(scene, undisturbed):
-    first = scene.start(delay=0.1)
-    scene.wait_for_blocks(first)
-    first.send_signal(signal.SIGSTOP)  # so that the first process is still writing when the others end
-    for options in ((), ("--overwrite",)):
-        code, _, err = scene.run(*options)
-        assert code == 2
-        assert_one_line(err, "c.h5", "another process is writing this file")
-    first.send_signal(signal.SIGCONT)
-    _, err = first.communicate(timeout=LIMIT)
-    assert first.returncode == 0, err
-    assert contents(scene.file) == undisturbed
-
-
 def test_of_many_that_start_at_once_one_writes(scene, undisturbed):
     processes = [scene.start(delay=10 * LIMIT) for _ in range(4)]
     limit = time.monotonic() + LIMIT
@@ -309,37 +294,6 @@ fake.block = block
     assert_one_line(err, "no memory for block 7", "7 of 60 blocks are in the file")
     assert scene.run(delay=0)[0] == 0
     assert contents(scene.file) == undisturbed
-
-
-REAL = """
-[sweep]
-A = {start = 3.0, stop = 3.25, num = 12}
-eps = [0.0, 2e-4]
-[run]
-transient = 10
-periods = 60000
-"""
-"""Configuration with 24 points and few points, or one, in each block."""
-
-
-@pytest.mark.jit
-@pytest.mark.slow("6 s: processes of one and two threads, killed")
-def test_the_kernels_killed_and_resumed_with_other_threads(scene):
-    (scene.folder / "c.toml").write_text(REAL)
-    random = np.random.default_rng()
-    for k in range(6):
-        process = scene.start("--threads", str(1 + k % 2), real=True)
-        while not scene.file.exists() and process.poll() is None:
-            time.sleep(0.002)
-        time.sleep(random.uniform(0, 1.0))
-        process.send_signal([signal.SIGKILL, signal.SIGTERM, signal.SIGINT][k % 3])
-        process.communicate(timeout=LIMIT)
-        if scene.file.exists():
-            assert verify(scene.file).sound
-    code, _, err = scene.run("--threads", "2", real=True)
-    assert code == 0, err
-    memory = vd.sweep(A=np.linspace(3.0, 3.25, 12), eps=[0.0, 2e-4], transient=10, periods=60000, threads=1)
-    assert contents(scene.file) == {name: getattr(memory, name).tobytes() for name in ARRAYS}
 
 
 @pytest.mark.jit
