@@ -364,7 +364,7 @@ def test_trajectory_draws_one_motion(run):
     Path("small.png").write_text("the diagram of a sweep")
     code, out, err = run("trajectory", "small.toml", *options)
     assert code == 0
-    assert out.splitlines()[3].startswith("period 2, 0.5 impacts")
+    assert out.splitlines()[3].startswith("period 2; impacts per excitation period: 0.5")
     assert Path("small_trajectory.png").read_bytes()[:4] == b"\x89PNG"
     assert Path("small.png").read_text() == "the diagram of a sweep"
     assert "switches" in err

@@ -31,7 +31,7 @@ def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
     assert code == 0, err
     assert "c.h5 written; c.png drawn" in err
     lines = out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == ["border", "period", "2"]
+    assert [line.split()[0] for line in lines[1:]] == ["border", "period", "number"]
     assert lines[-1] == "number of curves: 2; points at which curves meet: 0"
     stored = vd.load("c.h5")
     assert (stored.A, stored.B, stored.max_period) == ((2.5, 2.65), (0.095, 0.105), 1)

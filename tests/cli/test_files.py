@@ -275,7 +275,7 @@ def test_what_means_nothing_for_a_kind_is_refused(copied):
 @pytest.mark.jit
 def test_another_kind_is_named(copied):
     for command, other in (("sweep", "limits"), ("limits", "orbits")):
-        words = [f"{other}.h5", FILES[command].holds, FILES[other].holds, "choose another with -o"]
+        words = [f"{other}.h5", FILES[command].holds, FILES[other].holds, "choose another file with -o"]
         assert_refused(copied, command, f"{command}.toml", "-o", f"{other}.h5", words=words)
 
 

@@ -153,7 +153,7 @@ def test_fig10_a_grid_does_what_a_disturbance_does(diagrams):
     edges = np.linspace(-3.5, 0.5, 41)
 
     def filled(points):
-        """Return the number of filled bins, of 40 over the velocity, for each A."""
+        """Return the number of bins with points for each A. There are 40 bins over the velocity."""
         return np.array([np.count_nonzero(np.histogram(row, edges)[0]) for row in points[..., 1]])
 
     lost = (A > 3.03) & (A < 3.15)
