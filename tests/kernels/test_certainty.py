@@ -247,17 +247,3 @@ def test_a_sweep_records_the_largest_bounds_of_its_motions(settings):
         assert swept.status[index] == alone.status
     one = vd.sweep(**axes, **run, record="error", threads=1)
     assert np.array_equal(one.error, swept.error, equal_nan=True)
-
-
-@pytest.mark.jit
-def test_bounds_lie_in_a_file(tmp_path):
-    arguments = dict(A=[1.5, 3.04], transient=5, periods=4, section_phase=2.0, record="error")
-    stored = vd.sweep(**arguments, path=tmp_path / "bounds.h5")
-    again = vd.load(tmp_path / "bounds.h5")
-    here = vd.sweep(**arguments)
-    for results in (stored, again):
-        assert np.array_equal(results.error, here.error)
-        assert np.isinf(results.certain_until).all()
-    assert 0 < here.error.max() < 1e-11
-    with pytest.raises(ValueError, match='must be extended by "error"'):
-        vd.sweep(A=1.5, transient=0, periods=1).error  # noqa: B018
