@@ -96,7 +96,7 @@ assert numba.threading_layer() == sys.argv[1]
 
 found = [None] * 4
 def sweep(k):
-    for _ in range(20):
+    for _ in range(5):
         found[k] = section()
 threads = [threading.Thread(target=sweep, args=(k,)) for k in range(4)]
 for thread in threads:
