@@ -62,18 +62,6 @@ def brackets(f, T, step, most=100_000):
     return list(zip(low[:count].tolist(), high[:count].tolist(), strict=True))
 
 
-def scan(f, T, step, refine):
-    """Return the zeros in (0, T] that a grid of `step` brackets.
-
-    `refine(value, slope, (f,), low, high)` returns the zero in a bracket with g > 0 at `low`.
-    """
-    found = []
-    for low, high in brackets(f, T, step):
-        falling = value(f, high) < 0.0 or (value(f, high) == 0.0 and value(f, low) > 0.0)
-        found.append(refine(value, slope, (f._replace(sign=1.0 if falling else -1.0),), low, high))
-    return found
-
-
 def departure(f):
     """Return the sign of g just after τ = 0: that of g(0) or, if g(0) = 0, of the first derivative that is not 0."""
     bend = f.sign * (2.0 * f.c2 - f.a * math.sin(f.alpha) - f.b * f.eta**2 * math.sin(f.beta))

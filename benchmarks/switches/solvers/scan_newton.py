@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from benchmarks.switches import sums
 from benchmarks.switches.loop import event_loop
 from benchmarks.switches.model import DOWN, STICK, UP, constants, force, force_rate, gap, jit, velocity
-from benchmarks.switches.sums import scan
 
 NAME, PACKAGE = "scan + Newton", None
 SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-4)]
@@ -75,4 +75,9 @@ events = event_loop(locate, compiled=True)
 
 def zeros(function, T, step):
     """Return the zeros of `function` in (0, T] by changes of sign at a scan step Δτ = `step`."""
-    return scan(function, T, step, newton)
+    found = []
+    for low, high in sums.brackets(function, T, step):
+        falls = sums.value(function, low) > 0.0 or sums.value(function, high) < 0.0
+        positive = function._replace(sign=1.0 if falls else -1.0)  # at `low`
+        found.append(newton(sums.value, sums.slope, (positive,), low, high))
+    return found
