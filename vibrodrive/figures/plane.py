@@ -15,7 +15,6 @@ from vibrodrive.figures.conditions import named
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note, styled
 from vibrodrive.model.bifurcations import BIFURCATIONS
-from vibrodrive.model.choices import Method
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
 
@@ -171,7 +170,7 @@ def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> 
     Raises ValueError if the limits have another axis, another disturbance or other parameters than the map.
     """
     disturbance = next((name for name in DISTURBANCES if name in (x, y)), None)
-    curve = (disturbance, Method(results.settings.method).name.lower())
+    curve = (disturbance, results.settings.method_name)
     other = x if y == disturbance else y
     if y is None or other is None or curve not in found.curves or list(found.axes) != [other]:
         has = f"over {', '.join(found.axes)} in {', '.join(f'{d} ({m})' for d, m in found.curves)}"

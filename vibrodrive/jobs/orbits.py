@@ -39,7 +39,7 @@ def check_undisturbed(config: Config, plan: Plan) -> dict[str, Any]:
     if plan.scalars["eps"] != 0.0:
         raise ValueError(bad("eps", plan.scalars["eps"], "0, because orbits are those of the undisturbed motion"))
     if plan.settings.method != Method.CERTIFIED:
-        raise ValueError(bad("method", Method(plan.settings.method).name.lower(), "certified"))
+        raise ValueError(bad("method", plan.settings.method_name, "certified"))
     return {"max_period": check_period("max_period", config.orbits.get("max_period", MAX_PERIOD))}
 
 

@@ -148,6 +148,16 @@ class Settings:
     budget: int = _default("budget")
 
     @property
+    def method_name(self) -> str:
+        """Name of the method, as in a configuration."""
+        return Method(self.method).name.lower()
+
+    @property
+    def words(self) -> dict[str, int | str]:
+        """All settings by name, with method and scan as in a configuration."""
+        return vars(self) | {"method": self.method_name, "scan": Scan(self.scan).name.lower()}
+
+    @property
     def literal(self) -> bool:
         """True if every grid point is visited; `certified` has no grid."""
         return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED

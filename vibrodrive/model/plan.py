@@ -172,7 +172,7 @@ def idle(method: int) -> tuple[str, ...]:
 
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
     """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
-    given, method = {**plan.axes, **plan.together, **written}, Method(plan.settings.method).name.lower()
+    given, method = {**plan.axes, **plan.together, **written}, plan.settings.method_name
     for name in idle(plan.settings.method):
         value = given.get(name)
         if value is not None:
@@ -214,7 +214,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     plan = Plan(axes, scalars, Settings(**chosen), record=record, together=together)
     method = plan.settings.method
     if method != Method.CERTIFIED and not {"dtau"} & {*axes, *together} and math.isnan(scalars["dtau"]):
-        name = Method(method).name.lower()
+        name = plan.settings.method_name
         raise ValueError(f"dtau is missing: method {name!r} needs a grid step, {PARAMETERS['dtau'].allowed}")
     return plan
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vibrodrive.model.block import Block
-from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.described import html_table, numbers, share_computed, span
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import Settings
@@ -384,7 +384,7 @@ class Results:
             "computed": computed,
             "axes": ", ".join(axes) + (f" with {', '.join(self.points)}" if self.points else ""),
             "record": ", ".join(self.record),
-            "settings": f"{Method(s.method).name.lower()}, {s.transient} + {s.periods} periods",
+            "settings": f"{s.method_name}, {s.transient} + {s.periods} periods",
             "status": told,
         }
 

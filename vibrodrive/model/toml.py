@@ -5,7 +5,6 @@ import textwrap
 
 import numpy as np
 
-from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.config import HOMES
 from vibrodrive.model.plan import POINT, Plan
 
@@ -20,9 +19,8 @@ def as_toml(plan: Plan) -> str:
     The text contains all settings, so that a later version with other defaults reads the same plan.
     """
     s = plan.settings
-    names = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
     numbers = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
-    said = numbers | vars(s) | names | {"record": list(plan.record)}
+    said = numbers | s.words | {"record": list(plan.record)}
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}
     together = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
     tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items() if name != POINT}

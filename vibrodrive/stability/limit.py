@@ -284,5 +284,5 @@ class LimitSearch:
     def _limit(self, index: int, **found: Any) -> Limit:
         """Return the Limit at a point of the plan."""
         at = self.plan.arguments(index)
-        method = choices.Method(self.plan.settings.method).name.lower()
+        method = self.plan.settings.method_name
         return Limit(at["A"], at["B"], at["eta"], self.disturbance, method, self.wanted.text, **found)

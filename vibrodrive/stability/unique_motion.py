@@ -166,7 +166,7 @@ def each_unique_limit(
 def unique_at(plan: Plan, index: int, disturbance: str, threads: int) -> UniqueLimit:
     at = plan.arguments(index)
     n, _, starts = starts_that_reach_all(at, threads)
-    point = at["A"], at["B"], at["eta"], disturbance, choices.Method(plan.settings.method).name.lower()
+    point = at["A"], at["B"], at["eta"], disturbance, plan.settings.method_name
     if n < 2:
         return UniqueLimit(*point, 0.0 if n else math.nan, n=n, how="there is one solution only" if n else NO_PERIOD)
     band = unique_from(at, disturbance, starts, threads)

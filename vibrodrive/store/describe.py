@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.names import NAMES, SCENE
 from vibrodrive.model.plan import Plan, idle
 
@@ -27,9 +26,7 @@ def plain(plan: Plan) -> dict[str, Any]:
 
 def settings_in_words(plan: Plan) -> dict[str, Any]:
     """Return the settings of a plan by name. The method and the scan are texts."""
-    s = plan.settings
-    choices = {"method": Method(s.method).name.lower(), "scan": Scan(s.scan).name.lower()}
-    return vars(s) | choices | {"record": ", ".join(plan.record)}
+    return plan.settings.words | {"record": ", ".join(plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
