@@ -32,6 +32,7 @@ from vibrodrive.explorer.session import Session, overlay_of, read_address
 from vibrodrive.explorer.starts import STARTS
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import compute_into
+from vibrodrive.figures.colours import SHADES
 from vibrodrive.jit.slices import Halted
 from vibrodrive.model import config
 from vibrodrive.model.states import LASTING
@@ -145,6 +146,82 @@ def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
     pixels, _ = canvas(tab)
     assert np.array_equal(pixels[..., 0] < 255, spots)
     assert (pixels == pixels[..., :1]).all()  # grey
+
+
+def axis(low, high, count, scale):
+    return (np.geomspace if scale == "log" else np.linspace)(low, high, count)
+
+
+def sweep_of_scenes(view):
+    """Return the scene of each point of a view in SI units, and the results of the sweep over their A and B."""
+    axes = {view.x: axis(view.low, view.high, view.columns, view.scale)}
+    if view.mode == "map":
+        axes[view.y] = axis(view.y_low, view.y_high, view.rows, view.y_scale)
+    points = [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
+    machine = {name: getattr(view, name) for name in ("a0", "omega0", "mu", "alpha", "mass", "g")}
+    scenes = [vd.Scene.quiet(**machine | {n: v for n, v in p.items() if n in machine}) for p in points]
+    together = {
+        "A": [p.get("A", scene.A) for p, scene in zip(points, scenes, strict=True)],
+        "B": [scene.B for scene in scenes],
+        "eps": [p.get("eps", view.eps) for p in points],
+    }
+    common = {"section_phase": view.section_phase, "transient": view.transient, "periods": view.periods}
+    return scenes, vd.sweep(points=together, record=("section", "impacts", "summary"), **common)
+
+
+@pytest.mark.parametrize(
+    "query",
+    ["x=omega0", "x=a0&scale=log&low=5e-4&quantity=xi", "x=mu&quantity=impact_speed", "x=alpha&quantity=impact_phase",
+     "scene=SI&x=A&low=3.0&alpha=4", "scene=SI&x=eps&scale=log&a0=7.5e-4"],
+)  # fmt: skip
+def test_diagrams_in_si_units_have_the_values_of_their_scenes(tab, explorer, query):
+    tab.open(f"{explorer.address}&{query}&columns=80&transient=100&periods=40")
+    view = shown(tab)
+    _, results = sweep_of_scenes(view)
+    number = {"xi": 0, "dxi": 1}.get(view.quantity)
+    values = getattr(results, view.quantity) if number is None else results.section[..., number]
+    painted, (_, y, _, dh) = image(tab)
+    spots = np.zeros(painted.shape, bool)
+    for column, found in enumerate(values):
+        rows = np.floor((found[np.isfinite(found)] - y) / dh * len(spots)).astype(int)
+        spots[rows, column] = True
+        spots[rows + 1, column] = True
+    assert spots.any(axis=0).mean() > 0.5
+    assert np.array_equal(canvas(tab)[0][..., 0] < 255, spots)
+
+
+def test_maps_in_si_units_have_the_values_of_their_scenes(tab, explorer):
+    def drawn(query):
+        tab.open(f"{explorer.address}&mode=map&{query}&columns=24&rows=16&transient=300&periods=64")
+        view = shown(tab)
+        scenes, results = sweep_of_scenes(view)
+        pixels, _ = canvas(tab)
+        keys = tab.driver.execute_script(
+            "const numbers = (s) => getComputedStyle(s).backgroundColor.match(/[0-9]+/g).map(Number);"
+            "return [...document.querySelectorAll('#status .swatch')]"
+            ".map((s) => [s.nextSibling.textContent.trim(), numbers(s)])"
+        )
+        return scenes, results, pixels.transpose(1, 0, 2).reshape(-1, 3), dict(keys)
+
+    for query in ("x=mu&y=alpha", "x=A&y=mu&scale=log", "x=omega0&y=a0"):
+        _, results, pixels, key = drawn(query + "&shade=period")
+        names = ["none", *map(str, range(1, 9))]
+        rests = results.status == vd.Status.NEVER_LEAVES
+        wanted = [
+            ("rests" if rest else names[p] if p <= 8 else "more") for p, rest in zip(results.period, rests, strict=True)
+        ]
+        assert len({*wanted}) > 3
+        assert [tuple(pixel) for pixel in pixels] == [tuple(key[name]) for name in wanted]
+
+    scenes, results, pixels, key = drawn("x=omega0&y=a0&shade=impact_power&bottom=1&top=15")
+    power = np.array([scene.power(energy) for scene, energy in zip(scenes, results.energy, strict=True)])
+    palette = np.array(tab.ask("Array.from(page.data.palette)"))[:, None] >> [0, 8, 16] & 255
+    shade = np.floor((power - 1.0) / 14.0 * SHADES).astype(int)
+    wanted = palette[np.clip(shade, 0, SHADES - 1)]
+    wanted[power < 1.0], wanted[power > 15.0] = key["less"], key["more"]
+    wanted[results.status == vd.Status.NEVER_LEAVES] = key["rests"]
+    assert ((power > 1.0) & (power < 15.0)).mean() > 0.2
+    assert np.array_equal(pixels, wanted)
 
 
 SIZES = [(3840, 2160), (900, 600), (390, 844)]

@@ -4,18 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vibrodrive.explorer.view import (
-    ALONE,
-    BESIDE,
-    DIAGRAM,
-    DIFFERENCE,
-    DIMENSIONLESS,
-    METHODS,
-    OF_MAPS,
-    RANGES,
-    SI,
-    View,
-)
+from vibrodrive.explorer.view import ALONE, BESIDE, DIAGRAM, DIFFERENCE, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
 from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
 from vibrodrive.model.plan import Plan
@@ -90,8 +79,8 @@ GROUPS: dict[str, tuple[Control, ...]] = {
     ),
     "Parameters": (
         _choice("scene", "Given as", "Enter A and B, or a machine in SI units from which A and B follow.",
-                {DIMENSIONLESS: "A and B", SI: "a machine in SI units"}),
-        _number("A", DIMENSIONLESS), _number("B", DIMENSIONLESS), *(_number(name, SI) for name in SCENE),
+                {UNITLESS: "A and B", SI: "SI units"}),
+        _number("A", UNITLESS), _number("B", UNITLESS), *(_number(name, SI) for name in SCENE),
         _number("eps"), _number("eta"),
     ),
     "Method": (

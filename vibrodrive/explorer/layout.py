@@ -128,7 +128,7 @@ def _curve(name: str, motion: ColumnDataSource, x: str, y: str, **options: Any) 
 
 def key_of_curves() -> str:
     """Return the key to the colours of the curves of a motion, as HTML."""
-    names = [*(state.name.lower() for state in LASTING), "sin τ (scaled)"]
+    names = [*(state.name.lower() for state in LASTING), "sin&nbsp;τ&nbsp;(scaled)"]
     return " ".join(
-        f"<span style='color:{c}'>&#9473;&#9473;</span> {n}" for n, c in zip(names, CURVE_COLOURS, strict=True)
+        f"<span style='color:{c}'>&#9473;&#9473;</span>&nbsp;{n}" for n, c in zip(names, CURVE_COLOURS, strict=True)
     )

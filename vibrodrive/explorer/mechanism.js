@@ -42,10 +42,11 @@ const line = (c, points) => {
 };
 
 const draw_mechanism = (moves) => {
-  const m = drawn_motion, {c, width, height, size, ink} = cleared("mechanism"), length = 0.8 * width, block = 0.13 * length;
+  const m = drawn_motion, {c, width, height, size, ink} = cleared("mechanism");
+  const length = Math.min(0.8 * width, 2 * height), block = 0.13 * length;
   const state = moves ? m.forces.states[index_in(m.forces.begins)] : 0;
   const xi = moves ? m.xi[index_in(m.time)] : 0.55 * m.most;
-  c.translate(0.1 * width, 0.76 * height);
+  c.translate((width - length) / 2, 0.76 * height);
   c.rotate(-SLOPE);
   line(c, [[-0.03 * length, 0.35 * block], [1.05 * length, 0.35 * block]]); // ground at rest
   for (const x of [0.1, 0.5, 0.9]) { c.beginPath(); c.arc(x * length, 0.17 * block, 0.15 * block, 0, 7); c.stroke(); }

@@ -16,18 +16,7 @@ from bokeh.document.events import MessageSentEvent
 
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.layout import NO_CURVES, NO_MOTION, build
-from vibrodrive.explorer.view import (
-    COLUMNS,
-    DIAGRAM,
-    DIMENSIONLESS,
-    ENDS,
-    MOST_COLUMNS,
-    PICTURE_ROWS,
-    SI,
-    SPAN,
-    Y_SPAN,
-    View,
-)
+from vibrodrive.explorer.view import COLUMNS, ENDS, MOST_COLUMNS, PICTURE_ROWS, SI, SPAN, UNITLESS, Y_SPAN, View
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.drawing import MAP
@@ -183,10 +172,12 @@ def overlay_of(view: View) -> Overlay | None:
     if not view.orbits:
         return None
     if view.mode != MAP:
-        what = DIAGRAM, view.scale, view.incline, view.orbits, view.quantity, view.section_phase
-        return (what, (view.low, view.high)) if view.x == "A" else None
+        of = view.mode, view.scale, view.incline, view.orbits, view.quantity, view.section_phase
+        return (of, (view.low, view.high)) if view.x == "A" else None
     where = view.low, view.high, view.y_low, view.y_high
-    return ((MAP, view.x, view.scale, view.y_scale, view.orbits), where) if {view.x, view.y} == {"A", "B"} else None
+    return (
+        ((view.mode, view.x, view.scale, view.y_scale, view.orbits), where) if {view.x, view.y} == {"A", "B"} else None
+    )
 
 
 def _one_line(error: BaseException) -> str:
@@ -209,7 +200,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
     if known.get(changed) in SCENE_AXES:
         known["scene"] = SI
     elif changed in ("x", "y") and known[changed] == "B":
-        known["scene"] = DIMENSIONLESS
+        known["scene"] = UNITLESS
     strangers = ("B",) if known["scene"] == SI else SCENE_AXES
     for axis, other, keys in (("x", "y", OF_ABSCISSA), ("y", "x", OF_ORDINATE)):
         if known[axis] in strangers:

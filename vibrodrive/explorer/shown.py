@@ -80,7 +80,8 @@ def title_of(view: View) -> tuple[str, str]:
     over = f"{symbol(view.quantity)} over {symbol(view.x)}"
     if view.mode == MAP:
         over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"
-    given = [*(SCENE if view.scene == SI else ("A", "B")), "eps"]
+    given = [name for name in SCENE if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
+    given += ["eps"]
     given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
     given += ["dtau"] if view.method != "certified" else []
     given += [name for name in ("section_phase", "xi0", "dxi0", "tau0") if getattr(view, name)]

@@ -29,7 +29,7 @@ from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 DIAGRAM = "diagram"  # mode with a quantity over one parameter; the mode MAP has two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
 COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # chosen method and certified one
-DIMENSIONLESS, SI = "dimensionless", "SI"
+UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
@@ -141,7 +141,7 @@ class View:
     section_phase: float = _set(0.5 * math.pi, _parameter)
     transient: int = _set(500, _count, low=0, high=LONGEST)
     periods: int = _set(200, _count, low=1, high=LONGEST)
-    scene: str = _set(DIMENSIONLESS, _choice, names=(DIMENSIONLESS, SI))
+    scene: str = _set(UNITLESS, _choice, names=(UNITLESS, SI))
     a0: float = _set(8e-4, _of_scene)
     omega0: float = _set(150.0, _of_scene)
     mu: float = _set(0.6, _of_scene)
@@ -214,7 +214,7 @@ class View:
 
     @property
     def _usual_scene(self) -> str:
-        return SI if {*self.axes} & {*SCENE_AXES} else DIMENSIONLESS
+        return SI if {*self.axes} & {*SCENE_AXES} else UNITLESS
 
     def address(self) -> str:
         """Return the query of the address: all fields that differ from their defaults."""
