@@ -189,7 +189,7 @@ def jit(function=None, **options):
     if function is None:
         return lambda f: jit(f, **options)
     if numba.config.DISABLE_JIT:
-        return np.errstate(all="ignore")(function)  # as in compiled code, without warnings of overflow
+        return np.errstate(all="ignore")(function)  # as in compiled code, an overflow gives no warning
     if function.__closure__:
         # The symbol name contains a number that is unique only in the process that compiles. Two processes could give
         # the same name to two kernels of one factory, and the wrong kernel would be called. So the name also contains

@@ -10,7 +10,7 @@ A slide ends at a zero of ξ or ξ'. The error of the time of this end is the er
 impact, ξ and ξ' are exactly 0, so only the error of its time remains. A wait (sticking or resting) ends when H reaches
 1 or -1, so the error of the time of this end does not depend on earlier errors.
 
-A motion is uncertain from the first decision on that the errors may have changed. Its status changes from OK to
+A motion is uncertain after the first decision that the errors may have changed. Its status then changes from OK to
 TOO_CLOSE. All bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).
 
 These functions never change the motion. In kernels without bounds `errors` is None, and this code is not compiled.

@@ -20,7 +20,7 @@ bounded remainder gives, for any S > 0,
 The right side is a parabola in s. It is positive, and so is g, up to S or up to its first positive root, whichever is
 smaller. This length is the step of the search. S is arbitrary; the code uses the length of the last step. Near a
 transversal zero, the root of the parabola is then before the zero, by an error that shrinks faster than the square of
-the distance.
+the distance to the zero.
 
 If a fast ripple of amplitude a dominates M3, a second bound may give a longer step: g_slow + g_slow's + b s²/2 - a. It
 uses the slow part of g, and the small bound M2 of the second and third derivatives of the slow part. b is the larger of
@@ -38,8 +38,8 @@ the series ends close to it. The cursor moves to the end of the series, which ma
 terms of the series decrease fast, its end is the zero to the last bit.
 
 **Rounding.** A step by the bounds may end after a zero, by at most the rounding error of g over its slope. If a minimum
-of g differs from 0 by less than the rounding error, two zeros cannot be distinguished from none. The search ends there,
-and the margin reports the distance (margins.py).
+of g differs from 0 by less than the rounding error, it is not known if g has two zeros or no zero. The search ends
+there, and the margin reports the distance (margins.py).
 
 **Grids.** The methods `fixed` and `muller` skip grid points by the same bound, after the rounding error is subtracted
 from g. So the computed g would be positive at each skipped point. These searches begin at the first grid point after

@@ -4,7 +4,7 @@ A lane has room for ROWS switches, in rows. If all rows are in use, the first ha
 totals of the lane and discarded. The rows equal the rows of switches that `simulate` returns. After a batch of switches
 the rows are written from the values that `note_end` (switch.py) has stored.
 
-A motion may return to the bits of an earlier state, the reference (recurrence.py). The summary then follows from one
+A motion may return to an earlier state, the reference, to the bit (recurrence.py). The summary then follows from one
 cycle of its switches, and is written when the cycle is complete. A sweep that records only summaries then ends the
 trajectory. For such motions the switches before the record are stored, too.
 """

@@ -8,10 +8,10 @@ no decision depends on the number of periods since the start.
 
 A departure is a switch at which the mass leaves the obstacle. At each departure the state is compared with a reference,
 the state at an earlier departure (cycle detection after Brent 1980). If the two states are equal, the motion between
-them is a cycle. The section points of this cycle are copied, and its switches are counted, as often as complete cycles
-fit into the rest of the record. The lane then continues after these cycles and computes the remaining motion. A new
-reference is set at each departure after a certified rest. It is also set after a number of departures without a return.
-This number grows by a quarter each time.
+them is a cycle. The section points of this cycle are copied, and its switches are counted, once for each complete cycle
+that fits into the rest of the record. The lane then continues after these cycles and computes the remaining motion. A
+new reference is set at each departure after a certified rest. It is also set after a number of departures without a
+return. This number grows by a quarter each time.
 
 A summary follows from the switches of one cycle (history.py). The section points and main impacts are copied after the
 summary is written. If only summaries are recorded, the trajectory ends as soon as the summary is written.

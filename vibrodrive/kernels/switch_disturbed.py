@@ -68,7 +68,7 @@ def find_switch(w, k, i):
 
 @inline
 def apply_switch_disturbed(w, k, i, extent):
-    """If the switch found in lane i is ordinary, apply it and begin the next search. Else leave it to `event.py`."""
+    """If the switch found in lane i is ordinary, apply it and begin the next search. Else `event.py` applies it."""
     found = find_switch(w, k, i)
     begun = take_over.take_over(w, k, i, True, False, False, found, extent)
     aside, where = found.aside, begun.over | found.aside

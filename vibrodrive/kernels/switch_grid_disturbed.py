@@ -39,7 +39,7 @@ def find_switch_on_grid(w, k, i, fixed, apart):
 
 @inline_each("fixed")
 def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
-    """If the switch found in lane i is ordinary, apply it and begin the next search. Else leave it to `event.py`."""
+    """If the switch found in lane i is ordinary, apply it and begin the next search. Else `event.py` applies it."""
     cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
     apart = cursor - above > 1.0
     found = find_switch_on_grid(w, k, i, fixed, apart)

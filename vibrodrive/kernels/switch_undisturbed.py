@@ -46,7 +46,7 @@ def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
 
 @inline
 def apply_switch_undisturbed(w, k, i, extent):
-    """If the switch found in lane i is ordinary, apply it and begin the next search. Otherwise leave it to `event.py`.
+    """If the switch found in lane i is ordinary, apply it and begin the next search. Otherwise `event.py` applies it.
 
     After an impact ξ = ξ' = 0, eq. (7).
     """

@@ -24,7 +24,7 @@ class Meeting(NamedTuple):
 
     A, B : parameters at the point.
     other : index of the other curve in the list.
-    what : "end" if one of the two curves ends there, "crossing" if neither of them ends there.
+    what : "end" if one of the two curves ends at the point, otherwise "crossing".
     """
 
     A: float
