@@ -259,7 +259,7 @@ def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_no_grid_point_that_matters_is_skipped_with_a_disturbance(method):
-    """The literal scan also evaluates the points that are skipped after a rest and before a zero. Results are equal."""
+    """The literal scan also evaluates points that are skipped after a rest and before a zero, with equal results."""
     sweep = dict(points=disturbed_points(method, 9, 300, (-5.0, 0.5)), method=method, transient=0, periods=3)
     skipping, literal = (vd.sweep(**sweep, scan=scan) for scan in ("skip", "literal"))
     assert np.array_equal(skipping.section, literal.section, equal_nan=True)

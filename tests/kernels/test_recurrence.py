@@ -1,4 +1,4 @@
-"""Repeated cycles of a motion are copied (recurrence.py), without evaluations, with the bits of computed cycles.
+"""Repeated cycles of a motion are copied (recurrence.py). This needs no evaluations, and does not change any bit.
 
 `simulate` always computes these cycles, because it records every switch.
 """

@@ -144,7 +144,7 @@ def test_nothing_below_the_onset():
 
 
 def test_on_the_level_the_touching_orbit_changes_once():
-    """For B = 0 the search ends. Once it did not end."""
+    """For B = 0 the search ends. An earlier version did not end."""
     assert bifurcations((2.9, 3.0), 0.0, 2) == []
     onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
     assert (onset.A, onset.kind) == (1.0, "onset")
@@ -167,7 +167,7 @@ def test_close_to_the_level_nothing_changes_by_rounding():
 
 @pytest.mark.parametrize("step", [None, 4.0])
 def test_far_out_distances_grow_with_A(step):
-    """Steps and tolerances in A grow with A. Once they were absolute, and far below the last bit of A."""
+    """Steps and tolerances in A grow with A. In an earlier version they were absolute, below the last bit of A."""
     for B in (1e3, 1e6):
         scale = 1e-3 * B
         border, doubling = bifurcations((3.1 * B, 3.8 * B), B, 2, step=step and step * scale)

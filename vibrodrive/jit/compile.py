@@ -78,7 +78,7 @@ def _module(package: str, path: Path) -> str:
 
 
 def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iterator[str]:
-    """Yield the names of the modules of the package that module `name` imports at its own import.
+    """Yield the names of the modules of the package that an import of module `name` imports, too.
 
     sources : source of every module of the package, by name
     within : names of those modules that are packages

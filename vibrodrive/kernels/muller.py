@@ -76,7 +76,7 @@ def on_parabola(low, high, x0, g0, x1, g1, x2, g2):
 def begin_between(low, high, g0, g1):
     """Return (x2, leaving): the first new point of the refinement; `leaving` is true if the bracket begins on a zero.
 
-    A slide from rest begins on a zero, which is not the next switch. In this case bisection first moves away from it.
+    A slide from rest begins on a zero, which is not the next switch. Bisection first moves away from this zero.
     """
     leaving = g0 <= 0.0
     return choose(leaving, 0.5 * (low + high), on_chord(low, high, g0, g1)), leaving
@@ -84,10 +84,12 @@ def begin_between(low, high, g0, g1):
 
 @inline
 def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
-    """Return (low, high, leaving, x3, done) after the value g2 at x2 is known.
+    """Do the part of a step that follows the evaluation g2 at x2. Return (low, high, leaving, x3, done).
 
-    low, high, leaving : the new bracket, and true if it still begins on a zero
-    x3, done : the next point; if `done`, x3 is the result
+    low, high : the new bracket
+    leaving : true if the bracket still begins on a zero
+    x3 : the next point, or the result if `done`
+    done : true if the refinement is complete
     """
     below, met = g2 < 0.0, g2 == 0.0
     low, high = choose(below, low, x2), choose(below, x2, high)

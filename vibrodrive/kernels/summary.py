@@ -388,7 +388,7 @@ digits in base 6 are the states."""
 
 @inline
 def shortest_cycle(rows, first, count):
-    """Return the length of the shortest sequence of states of which the `count` switches from `first` on consist."""
+    """Return the length of the shortest sequence of states that the `count` switches from row `first` on repeat."""
     for length in range(1, count // 2 + 1):
         n = length
         while n < count and rows[first + n, AFTER] == rows[first + n - length, AFTER]:
@@ -452,8 +452,8 @@ def add_switches(rows, first, end, drive, totals):
 def summarise(rows, added, count, state, x, drive, totals, out):
     """Compute the summary of a motion from its last switches, which are in rows 0 … count - 1.
 
-    `totals` already includes the switches before row `added`. If added > 0, it also includes earlier switches that are
-    no longer in the rows. `state` is the state in which the motion ends, and x is ξ at the beginning of this state.
+    `totals` already includes the switches before row `added`. If added > 0, `totals` also includes earlier switches
+    that are no longer in the rows. `state` is the state in which the motion ends, and x is ξ at the beginning of this state.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
     resting = (state == STICK or state == REST) and not release.can_end(state, drive.a + drive.af, drive.b)

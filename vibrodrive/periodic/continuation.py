@@ -82,7 +82,7 @@ class Continuation:
         ]
 
     def orbit(self, A: float) -> Orbit | None:
-        """Return the orbit at A, of several orbits that with the least |multiplier|; None if there is no orbit."""
+        """Return the orbit at A with the least |multiplier|, or None if there is no orbit."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
