@@ -453,7 +453,8 @@ def summarise(rows, added, count, state, x, drive, totals, out):
     """Compute the summary of a motion from its last switches, which are in rows 0 … count - 1.
 
     `totals` already includes the switches before row `added`. If added > 0, `totals` also includes earlier switches
-    that are no longer in the rows. `state` is the state in which the motion ends, and x is ξ at the beginning of this state.
+    that are no longer in the rows. `state` is the state in which the motion ends, and x is ξ at the beginning of this
+    state.
     """
     last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
     resting = (state == STICK or state == REST) and not release.can_end(state, drive.a + drive.af, drive.b)
