@@ -42,9 +42,9 @@ class Judged:
 
 
 def counts(judged: Sequence[Judged], noun: str, verdicts: Iterable[StrEnum]) -> str:
-    """Return one line with the number of each verdict, such as `12 checks: 10 holds, …`."""
-    numbers = [f"{sum(j.verdict is v for j in judged)} {v}" for v in verdicts]
-    return f"{len(judged)} {noun}: {', '.join(numbers)}"
+    """Return one line with the number of each verdict, such as `Number of checks: 12 (holds: 10, …)`."""
+    numbers = [f"{v}: {sum(j.verdict is v for j in judged)}" for v in verdicts]
+    return f"Number of {noun}: {len(judged)} ({', '.join(numbers)})"
 
 
 def table(head: Sequence[str], judged: Sequence[Judged]) -> list[str]:

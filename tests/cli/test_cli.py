@@ -513,7 +513,7 @@ def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
     claims = json.loads(Path("there/claims.json").read_text())["claims"]
     assert claims
     assert {c["figure"] for c in claims} <= {"fig02", "fig04"}
-    assert f"{len(claims)} claims: " in err
+    assert f"Number of claims: {len(claims)} (" in err
     assert f"there: {len(names)} files written" in err
 
 

@@ -29,7 +29,7 @@ def test_every_figure_and_enough_claims():
     assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
     modules = {path.stem for path in (ROOT / "vibrodrive" / "paper").glob("claims_*.py")}
     assert modules == {c.test.__module__.rpartition(".")[2] for c in CLAIMS}  # run.py imports all of them
-    assert f"{len(CLAIMS)} claims:" in (ROOT / "docs" / "claims.md").read_text()
+    assert f"Number of claims: {len(CLAIMS)} (" in (ROOT / "docs" / "claims.md").read_text()
     assert len({c.id for c in CLAIMS}) == len(CLAIMS)
     assert {c.figure for c in CLAIMS} <= set(SUBJECTS)
 

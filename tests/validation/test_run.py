@@ -71,7 +71,7 @@ def test_the_command_writes_both_files_and_its_exit_code_is_1_if_one_fails(monke
     assert [c["verdict"] for c in document["checks"]] == ["holds", "not done"]
     assert document["checks"][0]["findings"] == [{"what": "a number", "number": 0.5, "bound": 1.0, "holds": True}]
     page = (tmp_path / "out/validation.md").read_text()
-    assert "2 checks: 1 holds, 0 fails, 1 not done" in page
+    assert "Number of checks: 2 (holds: 1, fails: 0, not done: 1)" in page
     assert "**not done**: needs no_such_package" in page
     assert r"A \| B" in page
     checks.append(Check("bad", "Bad", lambda: [Finding("x", math.inf, 1.0)]))

@@ -29,6 +29,6 @@ def paper(output: Path, names: tuple[str, ...], threads: int | None) -> None:
     with working(output.name) as show:
         result = run_paper(output, names or None, show.say, threads)
     verdicts = Counter(judged.verdict.value for judged in result.claims)
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
-    say(f"{len(result.claims)} claims: {counts or 'none about these figures'}")
+    counts = ", ".join(f"{verdict}: {count}" for verdict, count in verdicts.items())
+    say(f"Number of claims: {len(result.claims)} ({counts or 'none about these figures'})")
     say(f"{output}: {len(result.files)} files written")

@@ -37,5 +37,5 @@ def validate(output: Path, seed: int | None, names: tuple[str, ...]) -> int:
     with working(output.name) as show:
         judged = run.validate(seed, names, say=show.say)
         files = run.write(output, seed, judged)
-    say(f"{run.counts(judged)} (seed {seed}): {' and '.join(map(str, files))}")
+    say(f"{run.counts(judged)}; seed {seed}; {' and '.join(map(str, files))} written")
     return int(any(j.verdict is Verdict.FAILS for j in judged))

@@ -142,7 +142,7 @@ def grid(session: Session) -> Figure:
     returns = [int(returning(section, LAGS).argmin()) + 1 for section in results.section]
     circle = {"mfc": "none", "mec": style.look().other, "mew": 0.5}
     over.plot(steps, closes, "o", ms=5, **circle, label="a: the grid closes (convergent $q$)")
-    over.plot(steps, returns, ".", ms=3.2, mew=0, color=style.look().main, label="a: the motion comes back")
+    over.plot(steps, returns, ".", ms=3.2, mew=0, color=style.look().main, label="a: the motion nearly repeats")
     over.set_ylim(0, LAGS + 1)
     over.margins(x=0.01)
     over.set_xlabel(style.symbol("dtau"))

@@ -83,5 +83,5 @@ def write(folder: Path, seed: int, judged: Sequence[Judged]) -> list[Path]:
 
 
 def counts(judged: Sequence[Judged]) -> str:
-    """Return one line with the number of each verdict, such as `12 checks: 10 holds, …`."""
+    """Return one line with the number of each verdict, such as `Number of checks: 12 (holds: 10, …)`."""
     return verdicts.counts(judged, "checks", Verdict)
