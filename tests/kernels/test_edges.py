@@ -250,7 +250,7 @@ def test_amplitude_on_a_boundary(B, eps):
 
 
 def test_amplitude_that_just_suffices():
-    """With A = 1 + B + 1e-9 the mass leaves the obstacle for a phase of 1e-4, with A = 1 + B - 1e-9 never."""
+    """With A = 1 + B + 1e-9 the mass slides for a phase of 1e-4. With A = 1 + B - 1e-9 it rests for ever."""
     for B in (0.0, 0.1, 0.7):
         over = check_decisions({"A": 1 + B + 1e-9, "B": B}, most=12)
         assert over.agrees
@@ -347,7 +347,7 @@ def test_vanishing_disturbance(A):
 @pytest.mark.parametrize("speed", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize("tau0", [0.0, 0.9, 2.0, 5.5])
 def test_throw_reversed_in_time(A, speed, tau0):
-    """The transformation τ → π - τ keeps sin τ. It makes a slide down at B + 2 of a slide up at B.
+    """The transformation τ → π - τ keeps sin τ. So a slide up at B, reversed in time, is a slide down at B + 2.
 
     The mass lands at the mirrored time of its start, with the speed of its start.
     """

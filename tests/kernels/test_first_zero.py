@@ -242,7 +242,7 @@ def test_parabola_ends_at_its_first_root(g, dg, m):
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(st.lists(st.floats(0.01, 10.0), min_size=1, max_size=4), st.floats(-6, 6))
 def test_first_of_any_roots(roots, exponent):
-    """The result exceeds the first root by at most rounding(g)/slope. If it is less, g is 0 there within rounding."""
+    """The result exceeds the first root by at most rounding(g)/slope. At an earlier result g is 0 within rounding."""
     limit = 11.0
     p = product(roots, 10.0**exponent)
     function, bound = prepare(p, limit)

@@ -94,7 +94,7 @@ def test_strong_ripple_over_a_long_slide(scene):
 
 
 def test_slide_from_rest_under_strong_ripple():
-    """ξ is right at the end of the slide: the rounding of A ε η² = 36 000 does not accumulate over the slide."""
+    """ξ is right at the end of the slide, because the rounding of A ε η² = 36 000 does not accumulate."""
     scene = dict(A=4.346792718684417, eps=0.005409430943170665, eta=1238.6871187775064, tau0=1.245016202052283)
     motion = vd.simulate(**scene, dxi0=1.2274500536187732e-18, transient=0, periods=1)
     begin, end = motion.switches[3:5]
@@ -238,7 +238,7 @@ STARTS = [
     # H rounds to ±1 but differs from it
     dict(A=2.093, xi0=6.858203428851564e-10, dxi0=-1e-6, tau0=5.8386872381702055),
     dict(A=1.1000000075206713, xi0=1.9329026367943846e-11, dxi0=1e-17, tau0=1.5706793911393189),
-    # H rounds to more than 1 but is less, and the motion reverses immediately
+    # the exact H is below 1, but the rounded H is above 1; the motion reverses immediately
     dict(A=1.825864922378041, dxi0=3.333302917989881e-43, tau0=0.6465724070261151),
     dict(A=3.7119619166298983, xi0=7.53164536378848e-17, dxi0=1.1134871069022562e-44, tau0=0.3008574458121069),
     # the first gap is below the smallest double
@@ -268,7 +268,7 @@ def drawn_starts(count):
 
 @pytest.mark.parametrize("scenes", [STARTS, list(drawn_starts(240))], ids=["named", "drawn"])
 def test_a_start_is_as_exact_as_it_is_written(scenes):
-    """The bounds of the errors hold, and certain states are right."""
+    """No error exceeds its bound, and all states that the program calls certain are right."""
     certain = 0
     for scene in scenes:
         with with_digits(400 if abs(scene["dxi0"]) < 1e-60 else 50):

@@ -135,7 +135,7 @@ def test_doublings_in_the_reference(found):
 
 @pytest.mark.jit
 def test_borders_in_the_reference(found):
-    """The last impact of the motion after a rest has exactly the phase at which the motion began."""
+    """The last impact of one period is exactly at the phase φ_up at which the motion began after a rest."""
     borders = [c for c in found if c.kind == "border"]
     assert len(borders) >= 4
     for c in borders:

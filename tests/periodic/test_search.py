@@ -152,7 +152,7 @@ def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
 
 @pytest.mark.jit
 def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
-    """Because of gravity the mass falls farther than it rises, even if the depth of 1e-17 is lost by rounding."""
+    """Because of gravity the mass would fall below the obstacle, even if this depth of 1e-17 is lost by rounding."""
     for A in np.linspace(1.01, 1.85, 29).tolist():
         for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
             (orbit,) = orbits(A, B, 1)

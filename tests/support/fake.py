@@ -33,7 +33,7 @@ class Block(NamedTuple):
 
 
 def block(plan: Plan, k: int) -> Block:
-    """Return block k of a plan with numbers that all differ, similar to an orbit."""
+    """Return block k of a plan. Its numbers resemble those of an orbit, and all of them differ."""
     start, stop = plan.blocks()[k]
     points = plan.points(start, stop)
     period = np.arange(1, plan.settings.periods + 1)
