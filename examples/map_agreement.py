@@ -8,7 +8,8 @@ pixels, `--docs DIR` writes to another folder.
 The two share only the closed form between switches. A pixel is a summary of one motion from rest, computed from its
 switches. The list contains the fixed points of the impact-phase map, found by a search, and their multipliers. A
 pixel agrees if its period, its impacts a period and its largest impact speed are those of a stable orbit of the list.
-If the list is empty, a pixel agrees if it has no period of that length either, or the mass never leaves the obstacle.
+If the list is empty, a pixel agrees in two cases: it has no period up to MAX_PERIOD, or the mass never leaves the
+obstacle.
 
 Pixels next to a curve of bifurcations are not judged: a motion there has not settled, or belongs to the other side.
 Each other pixel that disagrees is examined further for the reason.
@@ -43,11 +44,11 @@ list of stable orbits. `python -m examples.map_agreement --sample {sample}` writ
 
 The map is that of `configs/map_AB.toml` without its row B = 0: {num_A} × {num_B} motions from rest, with {periods}
 periods after a transient of {transient}. The list is the result of `orbits(A, B, {max_period})` at each pixel. A pixel
-agrees if its period, its number of impacts per period and its largest impact speed (within 1e-4) equal
-those of a stable orbit in the list. If the list has no stable orbit, a pixel agrees if its motion, too,
-has no period up to {max_period}, or if it never leaves the obstacle. Pixels within one pixel of a curve of `curves`
-(periods up to {max_period}) are excluded. Of the others only a random sample is compared, with a fixed seed,
-because each pixel needs a separate search.
+agrees if its period, its number of impacts per period and its largest impact speed (within 1e-4) equal those of a
+stable orbit in the list. If the list has no stable orbit, a pixel agrees in two cases: its motion has no period up to
+{max_period}, or the mass never leaves the obstacle. Pixels within one pixel of a curve of `curves` (periods up to
+{max_period}) are excluded. Of the others only a random sample is compared, with a fixed seed, because each pixel needs
+a separate search.
 
 {table}
 
@@ -75,7 +76,7 @@ PATIENCE = 100_000
 """Transient periods of a motion that has not reached its orbit within TRANSIENT."""
 
 CLOSE = "a decision within rounding error"
-SLOW = "slow to settle: a longer transient agrees"
+SLOW = "slow to settle: the pixel agrees after a longer transient"
 COEXISTING = "another motion coexists: started on a listed orbit it stays there"
 UNEXPLAINED = "unexplained"
 

@@ -25,8 +25,8 @@ class Judged:
     """A claim or check with its verdict.
 
     text : the result, or the reason why there is no verdict.
-    record : the other entries of the object in the JSON file, in order.
-    rows : the rows of the table, as cells of Markdown.
+    record : further entries of the object of this claim or check in the JSON file, in order.
+    rows : rows of this claim or check in the Markdown table, each a list of cells.
     """
 
     id: str

@@ -88,7 +88,7 @@ def smooth_place(draw: Draw) -> tuple[Inputs, float]:
 
 
 def plain(draw: Draw, i: int) -> Drawn:
-    """Draw functions whose zeros are far from each other, or that have no zero."""
+    """Choose a random function whose zeros are far from each other, or that has no zero."""
     return smooth(draw), [], "Zeros are simple and far from each other: every method should be right."
 
 

@@ -1,7 +1,8 @@
 """The model as differential equations with events, for solvers of such equations.
 
 A slide integrates (ξ, ξ') and begins with ξ' = ±1e-16: some solvers report an event at the start itself, and others
-lose the next one. Waits end at arcsines if ε = 0; for ε > 0 they integrate H, so that the steps follow the disturbance.
+lose the next one. If ε = 0, the end of a wait is an arcsine. If ε > 0, H is integrated in a wait, so that the steps
+follow the disturbance.
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ def locator(solve: Callable[..., Any], again: bool) -> Callable[..., tuple[float
     """Return `locate` for the event loop.
 
     `solve(setting, state, point, tau, y, end)` returns (τ, variables, number of the event) at the first event of a
-    state, or None without one. `again`: if a slide down ends at a reversal behind the obstacle, one step has hidden two
-    zeros of ξ. Then the slide is computed again up to this reversal, to find its impact.
+    state, or None without one. If a slide down ends at a reversal behind the obstacle, one step has hidden two zeros of
+    ξ. If `again`, the slide is then computed again, up to the reversal, to find the impact of the slide.
     """
 
     def locate(point, setting, state, tau, xi, dxi, end):

@@ -1,4 +1,7 @@
-"""The steps in the figure of docs/certified.md: parabolas are below the function, the last step ends at its zero."""
+"""Steps in the figure of docs/certified.md.
+
+Each parabola is below the function, and the last step ends at the zero of the function.
+"""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def test_expressions_of_numbers(text, value):
      "lambda: 1", "1;2", "(" * 2000, "1" * 101 + "+1", "1j"],
 )  # fmt: skip
 def test_nothing_else_is_evaluated(text):
-    with pytest.raises(ValueError):  # noqa: PT011 - any message: the view gives its own
+    with pytest.raises(ValueError):  # noqa: PT011 - the view replaces the message
         number_of(text)
 
 

@@ -111,8 +111,8 @@ def test_tangency_of_the_force(scene):
 def check_ladder(scene: Callable[[float], dict[str, float]], terms: float) -> None:
     """Compare the states with the reference in scenes at a distance of ±1e-3 … ±1e-15 from a tangency.
 
-    The states agree, or the motion is flagged. A motion is not flagged if its distance is far above rounding. The same
-    is true for a sweep, which flags a motion by the distance only.
+    The states agree, or the motion is flagged. A motion is not flagged if this distance is much larger than the
+    rounding error. The same is true for a sweep, which flags a motion by the distance only.
     """
     differ = set()
     for wanted in LADDER:
@@ -152,7 +152,7 @@ def brief_reversal(depth: float) -> tuple[dict[str, float], float]:
 
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step(method):
-    """Both zeros are between two grid points. With fixed and muller the slide continues. With certified it ends."""
+    """Both zeros are between two grid points. `fixed` and `muller` continue the slide. `certified` ends it."""
     scene, h = brief_reversal(1e-6)
     exact = reference(**scene, periods=1, max_switches=1).switches[0]
     assert float(exact.tau) - scene["tau0"] == pytest.approx(h, abs=1e-4)

@@ -120,7 +120,10 @@ BOUNDARIES = [
 @pytest.mark.parametrize("eps", [0.0, 1e-9])
 @pytest.mark.parametrize("gap", [0.0, 1.0])
 def test_start_where_the_force_falls_to_one(gap, eps):
-    """Rounding decides if the mass leaves the obstacle there. This slide is negligible. The later motion is right."""
+    """H falls to 1 at the start, so rounding decides if a slide begins. This slide is negligible.
+
+    The later motion is right.
+    """
     for a, b, tau0 in BOUNDARIES:
         later = vd.simulate(A=a, B=b, xi0=gap, tau0=tau0 + 1e-8, transient=0, periods=2)
         for off in range(-3, 4):
@@ -147,7 +150,7 @@ def test_impact_where_the_force_falls_to_one():
 def test_a_slow_impact_where_the_force_falls_to_one(speed):
     """H differs from 1 by more than its rounding error. The rounding of ξ shifts this slow impact, and H by as much.
 
-    A sweep computes no bounds of errors, so the margin must flag this case.
+    This sweep computes no bounds of errors, so its status can be TOO_CLOSE only because of the margin.
     """
     scene = dict(A=3.04, tau0=2.2)
     impact = mp.mpf(falling_zero(3.04, 0.1)) + mp.mpf(3e-15) / speed

@@ -180,7 +180,8 @@ def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    # mypy runs in the root of the repository with the options of the package, and reuses results of a shared cache
+    # mypy runs in the root directory, so that it uses the options of pyproject.toml. If MYPY_CACHE_DIR is set, results
+    # in that cache are used.
     paths = {"MYPY_CACHE_DIR": str(tmp_path / "cache")} | os.environ
     ran = subprocess.run(
         [sys.executable, "-m", "mypy", str(script)], cwd=ROOT, env=paths, capture_output=True, text=True, check=False

@@ -17,7 +17,10 @@ from vibrodrive.verdicts import NotApplicable
 
 @pytest.fixture
 def session(tmp_path):
-    """Return a function that returns a session with changed configurations: {name: {old text: new text}}."""
+    """Return a function that makes a session with changed configurations.
+
+    Its arguments: for each name of a configuration, a dict {old text: new text}.
+    """
 
     def changed(**changes):
         configs = tmp_path / "configs"

@@ -1,5 +1,7 @@
-"""Numbers of the paper's figures: periods in Fig. 3, the orbits of Figs. 4 and 6, the bands of Figs. 5 to 10, and the
-motion on a coarse grid of Fig. 12. The numbers come from a program that shares no code with this one.
+"""Comparison of motions with numbers for the paper's figures.
+
+The numbers are the periods in Fig. 3, the orbits in Figs. 4 and 6, the bands in Figs. 5 to 10, and the motion on a
+coarse grid in Fig. 12. Another program, which shares no code with vibrodrive, computed these numbers.
 """
 
 from __future__ import annotations

@@ -137,7 +137,7 @@ def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
 @pytest.mark.jit
 def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
     """There are tens of thousands of breakpoints, one for each possible number of periods of a flight. By default only
-    some of them are computed.
+    some of these breakpoints are computed.
     """
     points = impact_map(3.0, 1e-5).breakpoints
     assert 90 < len(points) < 220

@@ -1,4 +1,4 @@
-"""k₁: searches with known edges, then edges of the model compared with 50 digits and with unstable orbits."""
+"""k₁: searches with known edges, then edges of the model, compared with 50-digit motions and with unstable orbits."""
 
 import functools
 import math

@@ -100,7 +100,7 @@ def fill_records(
 def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, arrays: Arrays) -> None:
     """Compute `points`, float64 (n, columns), and write the results into `arrays`, which have one row for each point.
 
-    The columns of `points` are COLUMNS of model/parameters.py.
+    The columns of `points` are the parameters in the order of COLUMNS (model/parameters.py).
     """
     section, status, margin, counts, impacts, summary, errors = arrays
     s, n = settings, len(points)

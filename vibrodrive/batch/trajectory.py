@@ -272,7 +272,8 @@ class Trajectory:
         Parameters
         ----------
         scene : Scene, optional
-            scene in SI units from which A and B were computed. With a scene, times are in ms and speeds in m/s.
+            physical scene, in SI units. A and B were computed from this scene. With a scene, times are in ms and
+            speeds in m/s.
 
         Returns
         -------

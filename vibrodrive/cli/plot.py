@@ -65,7 +65,7 @@ def plot(
     width: str | None,
     dpi: int | None,
 ) -> None:
-    """Draw a result file of any kind, complete or not.
+    """Draw a result file of any kind, finished or not.
 
     FILE contains a sweep, limits, failures, orbits or curves of bifurcations. Options that are not given are taken from
     [figure] of the configuration in FILE.

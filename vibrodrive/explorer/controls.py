@@ -78,7 +78,7 @@ GROUPS: dict[str, tuple[Control, ...]] = {
         _choice("y_scale", "Axis upwards", "Equal steps, or equal ratios, along the vertical axis.", _SCALES, MAP),
     ),
     "Parameters": (
-        _choice("scene", "Given as", "Enter A and B, or a machine in SI units from which A and B follow.",
+        _choice("scene", "Given as", "Enter A and B, or the quantities of a machine in SI units, which give A and B.",
                 {UNITLESS: "A and B", SI: "SI units"}),
         _number("A", UNITLESS), _number("B", UNITLESS), *(_number(name, SI) for name in SCENE),
         _number("eps"), _number("eta"),

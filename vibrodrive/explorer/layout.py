@@ -83,7 +83,7 @@ def build(document: Document, view: View, token: str) -> Page:
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     for shown in (one, two, x_range, y_range, x2, y2):
-        shown.syncable = False  # the server receives a view as a whole
+        shown.syncable = False  # not synchronised one by one: the page sends the complete view in one message
     document.title = "vibrodrive explore"
     document.config.notify_connection_status = False  # browser.js reports a lost connection
     document.template = get_env().from_string((HERE / "page.html.jinja").read_text())

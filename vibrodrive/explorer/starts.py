@@ -43,7 +43,7 @@ STARTS = (
           "Move ε to 0 slowly, and look where the windows return.",
           "low=3.0&high=3.25&eps=2e-4&transient=500&periods=500"),
     Start("Fig. 8: steps too large for the structure",
-          "At A = 1.5 the paper finds the structure kept by fixed steps of Δτ = 0.5, destroyed by 0.7. "
+          "At A = 1.5, in the paper, fixed steps of Δτ = 0.5 keep the structure, and steps of 0.7 destroy it. "
           "Click a column: the text below the diagrams gives the period and the cycle of states.",
           "x=dtau&low=0.05&high=0.8&scale=linear&method=fixed&A=1.5&at=0.5&transient=500&periods=100"),
     Start("Fig. 10: a coarse time step does the same",

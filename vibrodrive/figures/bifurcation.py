@@ -121,7 +121,11 @@ def _undisturbed(results: Any) -> bool:
 
 
 def _visited(results: Any, quantity: str) -> np.ndarray:
-    """Return the values of each motion: float64 (axes…, section points or impacts), NaN after the last impact."""
+    """Return the values of `quantity` in each motion, float64 (axes…, n).
+
+    They are the values at the section points or, for a quantity of impacts, at the impacts. NaN fills the entries after
+    the last impact.
+    """
     if quantity in IMPACT_QUANTITIES:
         return np.asarray(getattr(results, quantity))
     return np.asarray(results.section)[..., quantity_index(quantity)]

@@ -27,7 +27,7 @@ NUMBERED = "numbers on curves: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
 AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A, and axes that determine B
 POINTS = 400
-SAME = 1e-12  # largest relative difference of equal parameters
+SAME = 1e-12  # largest relative difference of two parameters that count as equal
 DISTURBANCES = ("eps", "dtau")
 
 

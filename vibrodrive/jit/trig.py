@@ -100,7 +100,7 @@ def two_product(a, b):
 def arc_of_product(a, x):
     """Return the results of `arc` for the product a x, corrected for the rounding of this product.
 
-    The rounding error of an angle of 10⁵ is 10⁻¹¹, and the sine would have the same error.
+    Without this correction the sine would have the rounding error of the product, about 10⁻¹¹ for an angle of 10⁵.
     """
     product, rest = two_product(a, x)
     s, v, ds, dv, near = arc(product)

@@ -39,7 +39,8 @@ def make(work: Work) -> bool:
     """Compute the limits that are missing in a file, and write each limit as soon as it is found.
 
     The axes are those of the configuration. Its other parameters apply to all motions: transient (default 1000),
-    periods (default 1500), the start, the section and tol. A given `eps` disturbs the motions of the limits in Δτ.
+    periods (default 1500), the start, the section and tol. If `eps` is given, the motions of the search for limits in
+    Δτ are also disturbed by this ε.
     """
     config, plan = work.config, work.plan
     quantity, criterion = _judged(config)

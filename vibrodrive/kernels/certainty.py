@@ -211,7 +211,7 @@ def heed(w, k, i, errors):
 
 @inline
 def record_end(w, k, i, errors):
-    """Call `end_of_record` if errors are computed."""
+    """Return the result of `end_of_record`, or NO_END if errors are not computed."""
     if errors is not None:
         return end_of_record(w, k, i)
     return NO_END
@@ -219,7 +219,7 @@ def record_end(w, k, i, errors):
 
 @inline
 def segment_end(w, k, i, method, event, h, side, there, errors):
-    """Call `end_of_segment` if errors are computed."""
+    """Return the result of `end_of_segment`, or NO_END if errors are not computed."""
     if errors is not None:
         return end_of_segment(w, k, i, method, event, h, side, there)
     return NO_END

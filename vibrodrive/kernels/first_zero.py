@@ -235,7 +235,7 @@ LEAP = 2.0
 
 SURELY_FREE = 0.95
 """Share of the zero-free interval after a start from rest in which grid points are skipped. Near the end of this
-interval g may be below the noise."""
+interval g may be smaller than its rounding error."""
 
 LEAST_GAP = 1e-30
 """Smallest ξ at the start of a slide down for which the impact is searched by steps, with a disturbance. For a smaller
@@ -340,8 +340,8 @@ def stay_inside(w, k, i, force):
 def fall_from_nothing(w, i, h):
     """Return the instant at which a gap that starts below LEAST_GAP falls to 0. This instant is not later than h.
 
-    Bisection of the logarithm finds this instant. A search by steps would make no progress, because for such gaps the
-    rounding errors of the higher derivatives are large.
+    The instant is found by bisection of the logarithm of the time. A search by steps would make no progress, because
+    for such gaps the rounding errors of the higher derivatives are large.
     """
     low, high = 1e-300, h
     for _ in range(64):
@@ -543,7 +543,7 @@ def search(w, i, fast, grid):
     span = choose(slope > 0.0, step, choose(far, w[r.SPAN0 + i], 3.0 * w[r.SPAN + i]))
     rate = choose(w[r.ETA + i] > 1.0, w[r.ETA + i], 1.0) if fast else 1.0
     if grid:
-        span += 1e-9 * w[r.SPAN0 + i]  # S must not remain 0 after a step of length 0, where g is below the noise
+        span += 1e-9 * w[r.SPAN0 + i]  # S must not remain 0 after a step of length 0, where g is below its noise
         ahead, met = next_on_grid(w, i, taylor, x, step, rate, trusted)
     else:
         note_dip(w, i, h, taylor, x)

@@ -35,7 +35,8 @@ FIRST_WINDOW = 16
 
 GUESSES = (r.BEGAN_UP, r.LASTED_UP, r.RATE_UP, r.BEGAN_DOWN, r.LASTED_DOWN, r.RATE_DOWN)
 DECISIVE = (r.PHI, r.A0, *GUESSES)
-"""Quantities that determine the motion after a departure. The rows of the reference store them in this order."""
+"""Quantities that determine the motion after a departure. The lane rows from REFERENCE_PHI on store these quantities of
+the reference in this order."""
 
 
 @inline

@@ -1,7 +1,7 @@
 """Release from static friction at ε = 0: the phases at which H = A sin τ - B rises to 1 and falls to -1.
 
-Waits end at these phases, and the slides of the impact-phase map (periodic/impact_map.py) begin there. Both phases are
-computed without cancellation, even if A is very close to 1 + B or to |1 - B|.
+Sticking and resting end at these phases, and the slides of the impact-phase map (periodic/impact_map.py) begin there.
+Both phases are computed without cancellation, even if A is very close to 1 + B or to |1 - B|.
 """
 
 import math

@@ -5,8 +5,8 @@ summary of any other motion covers the time from the first recorded switch to th
 complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
 
 * In each slide, friction dissipates the energy |Δξ|. An impact dissipates ½ξ'². Friction force and mass are 1 (§2).
-* The excitation F = A sin τ + A ε η² sin ητ does the work ∫ F ξ' dτ. Let G be the integral of F. With ξ'' = F + L and
-  L = -(B + s),
+* The excitation F = A sin τ + A ε η² sin ητ does the work ∫ F ξ' dτ. Let G be the integral of F, and
+  ξ'' = F + L with L = -(B + s), where s is 1 in a slide up and -1 in a slide down. Then
 
       ∫ F ξ' dτ = [G ξ'] - ½ [G²] - L [∫ G dτ]
 

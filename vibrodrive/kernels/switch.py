@@ -283,7 +283,7 @@ def has_rows(section, summary):
 
 @inline
 def section_row(k, i, section):
-    """Return the row of `section` for lane i."""
+    """Return the index of the row of `section` for the point of lane i."""
     return min(k[r.POINT + i], section.shape[0] - 1)
 
 

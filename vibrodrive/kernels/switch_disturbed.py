@@ -55,7 +55,7 @@ def find_switch(w, k, i):
     clear = (not touched) | (near >= margins.suspect(w, i))
     margin = choose(touched, switch.smaller(near, w[r.MARGIN + i]), w[r.MARGIN + i])
 
-    # aside: ξ < 0 at the end of the slide, so search for the impact before
+    # aside: ξ < 0 at the end of the slide, so the impact before this end is searched for
     off = margins.gap_rounding(w, i, h)
     fell = falling & (there.x < -off)
     aside = clear & fell & ((met == ZERO) | (met == FALLEN)) & (w[r.X0 + i] >= first_zero.LEAST_GAP)

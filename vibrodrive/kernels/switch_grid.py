@@ -94,9 +94,10 @@ def refine_briefly(cell, tol):
 def end_in_cell(w, k, i, fixed, cell):
     """Return (h, refined, steps, arrival) of the end of a state in the cell at ε = 0.
 
-    h, refined : time of the end, as from `refine_briefly`; if `fixed`, the time of the second grid point, and true
+    h, refined : time of the end since the last switch, as from `refine_briefly`. If `fixed`, h is the time of the
+        second grid point, and `refined` is true
     steps : if `fixed`, number of the second grid point, counted from τ0; otherwise GRID
-    arrival : arrival at h
+    arrival : motion and excitation at h
     """
     if fixed:
         h, refined = cell.high, True
@@ -127,8 +128,8 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     h, refined, steps, there = end_in_cell(w, k, i, fixed, cell)
     rate = undisturbed.rate_of(w[r.A0 + i], there.q - w[r.B + i] - choose(rising, 1.0, -1.0))
 
-    # aside: ξ < 0 at the end of the slide, so search for the impact before. Within a grid step of its minimum, ξ
-    # differs from the minimum by less than `slack`
+    # aside: ξ < 0 at the end of the slide, so the impact before this end is searched for. Within a grid step of its
+    # minimum, ξ differs from the minimum by less than `slack`
     gap_form = motion.slide_shape(motion.segment_of(w, i), w[r.P + i], w[r.Q + i], True, 0.0)
     x_low = muller.value_at(0.0, 1.0, gap_form, cell.low)
     off, margin = margins.gap_rounding(w, i, h), w[r.MARGIN + i]

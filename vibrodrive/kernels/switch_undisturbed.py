@@ -61,7 +61,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     known = met & (w[r.SEARCH_MODE + i] == codes.BRACKETED) & (h >= motion.FAR) & (w[r.V0 + i] == 0.0)
     known &= (phi1 >= 0.0) & (phi1 < TWO_PI)
 
-    # aside: ξ < 0 at the end of the slide, so search for the impact before
+    # aside: ξ < 0 at the end of the slide, so the impact before this end is searched for
     off = margins.far_rounding(w, i, h, w[r.X_OFF + i], 0.0, 0.0)
     aside = known & falling & (x < -off)
     below = switch.smaller(-x, margin)

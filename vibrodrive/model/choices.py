@@ -95,8 +95,8 @@ _ADVICE = {
     Status.TOO_CLOSE: "the margin of a decision is smaller than its possible error (rounding that has grown along the "
     "motion): the motion is valid before this decision; after it, the other possible motion is equally valid; change a "
     "parameter slightly to see both",
-    Status.BUDGET: "one period has used up `budget` (by many switches, or by a long search for one): the rest of the "
-    "motion is not computed; raise `budget` if so many switches are expected",
+    Status.BUDGET: "one period needs more than `budget` switches (a long search counts as several switches): the rest "
+    "of the motion is not computed; raise `budget` if so many switches are expected",
     Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "
     "the section is constant; this is a valid result, not an error",
     Status.NOT_COMPUTED: "not computed yet: resume the sweep",

@@ -86,7 +86,7 @@ def check_record(record: object) -> tuple[str, ...]:
 
 
 def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
-    """Return the arrays of these records, except the section."""
+    """Return the quantities of these records. The record "section" has none."""
     return tuple(quantity for name, known in OF_RECORD.items() if name in record for quantity in known)
 
 

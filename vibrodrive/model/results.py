@@ -396,7 +396,7 @@ class Results:
         try:
             there = "status" in self._arrays
             status = self._arrays["status"] if there else self._source("status", self._everywhere())
-        except (OSError, ValueError):  # the file is missing or damaged; access to an array reports the reason
+        except (OSError, ValueError):  # missing or damaged file: reading an array raises the reason
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
         counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())

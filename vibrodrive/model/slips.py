@@ -1,6 +1,6 @@
 """Warnings of allowed but unlikely arguments. Likely mistakes are: A and B swapped, ε in per cent, a scene not in SI.
 
-Only `limit`, `orbits` and scenes are checked. A sweep without a scene may cover any range.
+Only `limit`, `orbits` and scenes are checked. The parameters of a sweep without a scene may have any values.
 """
 
 import warnings

@@ -119,5 +119,5 @@ def shares(kept: Mapping[int, list[bool]]) -> str:
 
 
 def closing_periods(step: float) -> int:
-    """Return the number of periods m, up to LAGS, for which m·2π is closest to a number of grid steps."""
+    """Return the number of periods m, up to LAGS, for which m·2π is closest to a whole number of grid steps."""
     return convergents(step, LAGS)[-1].periods

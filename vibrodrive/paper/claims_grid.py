@@ -227,7 +227,9 @@ def transient(session: Session) -> Outcome:
     )
     closes = [c.periods for c in convergents(motion.arguments["dtau"], 1000)]
     text += (
-        f"; the grid nearly closes after {recurs} periods, the numerator of a convergent" if recurs in closes else ""
+        f"; the grid nearly closes after {recurs} periods, because {recurs} is the numerator of a convergent of Δτ/2π"
+        if recurs in closes
+        else ""
     )
     return Outcome(text, {"inserted": added, "times": len(odd), "every": sorted(between)}, when(added == [1]))
 

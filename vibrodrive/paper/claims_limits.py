@@ -96,9 +96,9 @@ def any_incline(session: Session) -> Outcome:
         values = zip(found.n[at], found.eps[at], strict=True)
         rows.append(f"{', '.join(f'{v:.2g} (n = {n})' for n, v in values)} for A = {a:g}")
     text = (
-        f"at B = {listed(INCLINES)}, k₂(ε)ηA is {'; '.join(rows)}; B changes k₂(ε)ηA by a factor of up to "
-        f"{max(spread):.0f}; as velocities, the limits in ε and Δτ agree within a factor of {ALIKE:g} at "
-        f"{100 * close.mean():.0f} % of the points"
+        f"at B = {listed(INCLINES)}, k₂(ε)ηA is {'; '.join(rows)}; this velocity changes with B by a "
+        f"factor of up to {max(spread):.0f}; the velocities of the limits in ε and in Δτ agree within a factor of "
+        f"{ALIKE:g} at {100 * close.mean():.0f} % of the points"
     )
     numbers = {"A": found.A, "B": found.B, "n": found.n, "velocity_eps": found.eps, "velocity_dtau": found.dtau}
     return Outcome(text, numbers, when(max(spread) < ALIKE, close.mean() > 0.75))

@@ -130,8 +130,8 @@ def coexisting(session: Session) -> Figure:
 def grid(session: Session) -> Figure:
     """Compare the number of periods after which a motion nearly repeats with that after which the grid nearly closes.
 
-    The grid closes after m periods if m·2π is a number of steps Δτ. Panel a) shows over Δτ two numbers of periods up to
-    LAGS: after the first the motion returns most closely, after the second the grid closes most closely. Panel b)
+    The grid closes after m periods if m·2π is an integer multiple of Δτ. Panel a) shows over Δτ two numbers of periods
+    up to LAGS: after the first the motion returns most closely, after the second the grid closes most closely. Panel b)
     shows the distances of the motion and of the grid over the number of periods, at the Δτ of Fig. 12.
     """
     results = session.results("grid")

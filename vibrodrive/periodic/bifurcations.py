@@ -53,10 +53,16 @@ FINER = 32
 that are the narrowest structures between A = 3.15 and 3.19. Most other orbits appear and disappear at the ends of these
 intervals."""
 
-# distances; distances in A are multiplied by `scale_of`
-APART = 1e-10  # distance in A of a bifurcation from the orbits on its sides; two closer bifurcations count as one
+# APART and AGAIN are distances in A. They are multiplied by `scale_of`.
+APART = 1e-10
+"""Distance from a bifurcation at which the orbits below and above it are compared. Two bifurcations that are closer to
+each other than this distance are reported as one."""
+
 SAME_ORBIT = 1e-3  # largest distance between the phases of one orbit below and above a bifurcation
-AGAIN = 1e-8  # largest distance in A of two results for one bifurcation, from both orbits of a period doubling
+
+AGAIN = 1e-8
+"""Largest distance of two results that count as one bifurcation. A period doubling is found from each of its two
+orbits, so there are two results."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -245,7 +251,9 @@ class _Search:
     ) -> tuple[float, str, float, Orbit] | None:
         """Return (A, kind, last, orbit) of one bifurcation between a and b; None if there is no bifurcation.
 
-        `Continuation.end` defines `last`.
+        A, kind, last : as from `Continuation.end`. If an orbit only changes its stability, `last` is A.
+        orbit : for a period doubling, the orbit at A that doubles; otherwise the orbit at `last`. If this orbit is not
+            found, it is replaced by the same orbit at a or b.
         """
         for ends, below_only in _ending(below, above):
             branch = Continuation.of(ends)

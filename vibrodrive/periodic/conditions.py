@@ -2,7 +2,7 @@
 
 A search (search.py, continuation.py) makes a decision after each slide, and at a bifurcation one of these decisions
 changes. Here the sequence of slides is prescribed, so there are no decisions. The unknowns are A, B and the times
-t_1 … t_S at which the S slides end. Each slide begins at the end of the previous slide or, after a sticking or a rest,
+t_1 … t_S at which the S slides end. Each slide begins at the end of the previous slide or, after sticking or a rest,
 when H is 1 or -1. A slide ends with ξ' = 0, or with ξ = 0 if it ends at the obstacle. One more equation is the
 condition of the bifurcation:
 
@@ -43,7 +43,8 @@ class Slide(NamedTuple):
 
     falls : True for a slide down.
     begun : kind of beginning, FROM_GROUND, FROM_STICK or FROM_REVERSAL.
-    turns : number of the period in which the sticking or rest before the slide ends. The first launch is in period 0.
+    turns : index of the period in which the sticking or rest that precedes the slide ends. The first launch is in
+        period 0. If no sticking or rest precedes the slide, `turns` is 0.
     lands : True if the slide ends at the obstacle.
     """
 

@@ -193,7 +193,10 @@ def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[flo
 
 
 def secant(f: Callable[[float], float], a: float, b: float) -> float:
-    """Return the zero of a smooth function near a and b. The search ends when the steps no longer become smaller."""
+    """Return a zero of a smooth function f by the secant method. The first two points are a and b.
+
+    The search ends when the steps no longer become smaller.
+    """
     fa, fb = f(a), f(b)
     last = math.inf
     while fa != fb:

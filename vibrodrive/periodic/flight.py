@@ -70,7 +70,7 @@ WORDS = (
 
 NO_WORD = 0  # the empty word
 
-FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # a slide begins at the obstacle, after a sticking, at a reversal
+FROM_GROUND, FROM_STICK, FROM_REVERSAL = 0, 1, 2  # beginning of a slide: at the obstacle, after sticking, at a reversal
 
 AIRBORNE = 16  # number of excitation periods for which a flight that never lands is computed, to name its first states
 

@@ -28,7 +28,7 @@ class Convergent(NamedTuple):
 def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
     """Return the convergents p·Δτ ≈ q·2π of the continued fraction with 1 <= q <= `longest`, in order of growing p.
 
-    No number of periods smaller than q is closer to a number of grid steps.
+    No number of periods smaller than q is closer to a whole number of grid steps.
     """
     check_count("longest", longest, 1)
     step = Fraction(check("dtau", dtau))

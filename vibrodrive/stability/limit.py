@@ -35,10 +35,18 @@ Disturbance: TypeAlias = Literal["eps", "dtau"]
 
 AXES = ("A", "B", "eta")  # possible axes of limits
 NO_PERIOD = "the undisturbed motion has no period, so there is no structure to lose"
-SEEN = 4  # shortest record, in periods of the orbit; the comparison leaves out the first and last impact of a record
+SEEN = 4
+"""Shortest record, in periods of the orbit (n excitation periods each). More than one is needed, because the comparison
+omits the first and the last impact of a record."""
+
 PERIODS = 1500  # default length of the record
-AT_A_TIME = 256  # searches at the same time: the batches remain long even after most searches have ended
-EXPLAINED_AT_A_TIME = 32  # limits for which one batch computes the motions just below and just above the first loss
+
+AT_A_TIME = 256
+"""Number of simultaneous searches. It is large, so that a batch has many motions even after most searches have
+ended."""
+
+EXPLAINED_AT_A_TIME = 32
+"""Number of limits whose motions just below and just above the first loss are computed in one batch."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -21,7 +21,7 @@ import numpy as np
 
 from vibrodrive.jit.trig import TWO_PI
 
-SHARE = 0.1  # a touch is slower than this share of the speed of the orbit's slowest main impact
+SHARE = 0.1  # upper limit of the speed of a touch, as a share of the speed of the slowest main impact of the orbit
 LONGEST_PERIOD = 64  # a subharmonic of higher order counts as irregular motion
 
 SAME_POINT = 1e-7

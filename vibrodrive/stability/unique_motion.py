@@ -77,7 +77,7 @@ def ends_on_one(
     starts: tuple[np.ndarray, np.ndarray] | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Return True for each value of a disturbance at which the motions from all starts become one motion: bool (k,).
+    """Return, for each value of a disturbance, whether the motions from all starts become one motion: bool (k,).
 
     The comparison covers the last LONGEST_PERIOD periods of the records. The result is False at a value at which any
     motion has the status BUDGET.

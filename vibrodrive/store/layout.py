@@ -174,7 +174,7 @@ def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
 
 
 def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
-    """Return the shape of a chunk of a variable: the shape of a block, followed by the full extra dimension."""
+    """Return the shape of a chunk of a variable: the shape of a block, then the length of its `extra`, if any."""
     periods = plan.settings.periods
     extra = {"": (), "period": (periods,), "impact": (2 * periods,), "state": (len(State),)}[variable.extra]
     return (plan.chunk or (1,)) + extra

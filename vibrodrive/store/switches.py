@@ -1,4 +1,7 @@
-"""Summary of a file with the switches of single motions (NAME_switches.h5 of `paper`), for `info`."""
+"""Summary of NAME_switches.h5, a file in which `vibrodrive paper` stores the switches of single motions.
+
+`vibrodrive info` prints the summary.
+"""
 
 from dataclasses import dataclass
 from typing import Any

@@ -132,7 +132,7 @@ class Approach:
 
     @property
     def beyond(self) -> np.ndarray:
-        """Relative difference of the quantity from the sum of limit and first-order term at each B, float64 (n,)."""
+        """Relative error of the sum of the limit and the first-order term, factor/B, at each B, float64 (n,)."""
         return np.abs((self.found - self.law.limit - self.law.factor / self.B) / self.law.limit)
 
     @property
@@ -154,7 +154,11 @@ def approach() -> list[Approach]:
 
 
 def findings() -> list[Finding]:
-    """Return two findings for each law."""
+    """Return two findings for each law.
+
+    The first is the difference of the slope from -1. The second is the relative difference of the factor of 1/B from
+    the derived factor.
+    """
     out = []
     for a in approach():
         slope, factor = a.off
