@@ -15,7 +15,7 @@ from vibrodrive.cli.common import THREADS, directory, say, working
     "names",
     metavar="FIGURE",
     multiple=True,
-    help="Compute only this figure (such as fig07), or only the claims about limits (`limits`); repeatable.",
+    help="Compute only this figure, such as fig07, or only the claims about limits (`limits`); repeatable.",
 )
 @THREADS
 def paper(output: Path, names: tuple[str, ...], threads: int | None) -> None:

@@ -20,7 +20,7 @@ from vibrodrive.cli.common import directory, say, working
     "names",
     metavar="CHECK",
     multiple=True,
-    help="Only this check (such as hash; for an unknown name the message lists all names); repeatable.",
+    help="Run only this check, such as hash; repeatable. The message about an unknown name lists all names.",
 )
 def validate(output: Path, seed: int | None, names: tuple[str, ...]) -> int:
     """Check this installation against known results.

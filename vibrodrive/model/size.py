@@ -1,4 +1,4 @@
-"""Size of a sweep in memory and on disk; a sweep that is too large is refused before it starts."""
+"""Size of a sweep in memory and on disk. A sweep that is too large is refused before it starts."""
 
 import math
 import os

@@ -8,10 +8,10 @@ one speed for the entire record that separates its main impacts from its touches
 gaps    the main impacts have the gaps of the cycle, in the same cyclic order;
 order   the impact of the cycle that is nearest in phase and speed advances by one from each main impact to the next.
 
-Every touch must be slower than `SHARE` times the slowest main impact of the orbit. Below this bound the separating
-speed is free, so that the result does not depend on it. With a fixed separating speed, a motion would count as lost as
-soon as one of its impacts became slower than this speed, even if nothing else changed (docs/stability.md has the
-results for a free and for a fixed speed).
+Every touch must be slower than `SHARE` times the slowest main impact of the orbit. The separating speed may have any
+value below this bound. With a fixed separating speed, a motion would count as lost as soon as one of its impacts became
+slower than this speed, even if nothing else changed (docs/stability.md has the results for a free and for a fixed
+speed).
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Dimensions:
 
-- `curve`
+- `curve`: one row for each curve.
 - `point`: the points of all curves in order. Curve i has `points[i]` rows from the row `first_point[i]` on.
 - `unknown`: the times at which slides end, for all points in the same order.
 - `meeting`: the points at which two curves meet, each listed once.

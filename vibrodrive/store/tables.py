@@ -1,6 +1,6 @@
 """Files that consist of tables and are written in one step.
 
-A table is a dimension that numbers the rows, and variables over this dimension, the columns.
+A table is a dimension that numbers the rows. Its columns are variables over this dimension.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
