@@ -6,8 +6,6 @@ that finds every switch is its largest error of a switching time. A setting that
 error, but a number of periods up to the first difference.
 """
 
-from __future__ import annotations
-
 import importlib
 import itertools
 import math

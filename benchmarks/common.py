@@ -4,8 +4,6 @@ Speeds are compared as ratios measured in one run. Each repetition runs all cont
 in the opposite order. The result is the median of the ratios over all repetitions. Compilation is not timed.
 """
 
-from __future__ import annotations
-
 import argparse
 import gc
 import importlib.metadata

@@ -4,8 +4,6 @@ Each time is the wall time of a separate process. "Cold" starts with an empty ca
 the cold run.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

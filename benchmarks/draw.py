@@ -3,8 +3,6 @@
 Each chart has one command that measures. A chart that already shows the stored data is not drawn again.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

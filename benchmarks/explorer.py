@@ -4,8 +4,6 @@ A diagram is dragged in headless Chromium, which renders in software, on the sam
 measures each latency itself: from the mouse movement to the end of the animation frame that paints its picture.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

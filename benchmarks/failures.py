@@ -4,8 +4,6 @@ Each example stores its case, a caption with the measured numbers, and the curve
 of `accuracy_speed`, which has to be measured before.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 from collections.abc import Callable

@@ -4,8 +4,6 @@ The compiled kernels are on disk, and the scripts of the page are in the browser
 when it loads the script for the second time, so the first two starts are not counted.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

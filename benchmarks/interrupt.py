@@ -4,8 +4,6 @@ The latency should be at most one second, with compiled kernels on an idle machi
 that a KeyboardInterrupt is raised and that no work continues after it.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import statistics

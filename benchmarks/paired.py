@@ -9,8 +9,6 @@ quartiles of the ratios of successive runs. If 1 is between the quartiles, the d
 significant: use more repeats or a less busy machine. A change that does not concern speed may cost 2 %.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import statistics

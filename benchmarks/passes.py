@@ -1,7 +1,5 @@
 """Pass rates on the set of switches, read from its stored results, for tables and the chart over difficulty."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Sequence

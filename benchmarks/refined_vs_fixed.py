@@ -7,8 +7,6 @@ sections are compared for each A with a periodic certified motion. Its result is
 order of section points.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -18,8 +18,6 @@ k    V = the velocity that a blow loses. Take a mass of speed 1 under an acceler
     python -m benchmarks.ruler --draw             # draw and fill in what is stored
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -6,8 +6,6 @@ The last two laws are linear in pieces, so each piece is a closed form and its e
 integration would disturb the motion, too, and more than v_s and k where these are small.
 """
 
-from __future__ import annotations
-
 import math
 
 from benchmarks.switches.model import STICK, TWO_PI, constants, force, gap, jit, velocity

@@ -5,8 +5,6 @@ on 1/Δτ. Memory is the peak of a separate process that runs the command line, 
 finish.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -4,8 +4,6 @@ The markers are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`. If a t
 markers, its page is not changed and a note is printed.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -10,8 +10,6 @@ only because it is wrong. At ε = 0 a certified motion that returns to the same 
 the cost of computation is measured on motions that do not return within the record.
 """
 
-from __future__ import annotations
-
 import importlib
 import os
 from collections.abc import Callable

@@ -8,8 +8,6 @@ an impact. Each line is judged separately: the certified motion starts from the 
 error counts only at the line where it occurs.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 from collections import Counter

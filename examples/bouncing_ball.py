@@ -6,8 +6,6 @@ writes docs/bouncing_ball.md and docs/bouncing_ball.png: five quantities of the 
 the ball, over B. `--docs DIR` writes both to another folder.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

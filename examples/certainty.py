@@ -8,8 +8,6 @@ with 50 digits. The figure shows four motions. The page has random scenes from t
 `--scenes N` sets the number of scenes, `--workers N` the number of processes, `--docs DIR` the output folder.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor

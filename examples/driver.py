@@ -5,8 +5,6 @@
 writes driver.png: impact power, impacts a second and limit of stability over the frequency of the excitation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

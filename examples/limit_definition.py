@@ -7,8 +7,6 @@ below which an impact is a touch, with a prescribed and with a free dividing spe
 the solution reached.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

@@ -15,8 +15,6 @@ Pixels next to a curve of bifurcations are not judged: a motion there has not se
 Each other pixel that disagrees is examined further for the reason.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections import Counter

@@ -6,8 +6,6 @@ writes parabola.png. The mass rests at the obstacle and waits for H = 1 under a 
 and the steps are those of the page, implemented here independently of the kernels.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ the distance to the nearest unstable orbit, grazing or border collision?
     python -m examples.three_questions --num 40001   # (a) on a finer grid of A
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Iterable, Iterator, Sequence

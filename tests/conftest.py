@@ -3,8 +3,6 @@
 The tests are a package, so `from tests.support.reference import scene` works from the repository root.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

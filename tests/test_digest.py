@@ -5,8 +5,6 @@ every machine. A correction that changes results changes the digest; the commit 
 CONTRIBUTING.md.
 """
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Examples in the docstrings of public names run, and print the output that they show."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import re

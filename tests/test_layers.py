@@ -1,7 +1,5 @@
 """Allowed imports: the contracts of pyproject.toml hold, and a violation is reported."""
 
-from __future__ import annotations
-
 import ast
 import os
 import shutil

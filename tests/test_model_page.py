@@ -1,7 +1,5 @@
 """docs/model.md: its files and functions exist, and their docstrings name the same equations."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

@@ -3,8 +3,6 @@
 Cells (`{code-cell}`) run when the site is built (.ci/run); all other examples are checked here.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import re

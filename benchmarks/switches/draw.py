@@ -3,8 +3,6 @@
 Each case has a generator of its own, so that one case can be made without the others.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TypeVar
 

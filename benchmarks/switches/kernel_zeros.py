@@ -7,8 +7,6 @@ search a function that is 0 at its start. The method `fixed` reports the grid po
 unchanged.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 g(τ) = c0 + c1 τ + c2 τ² + a sin(τ + alpha) + b sin(eta τ + beta)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Level 1, one segment: draw a state, and follow it to the first of the events that can end it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

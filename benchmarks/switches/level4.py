@@ -3,8 +3,6 @@
 python -m benchmarks.switches.level4    # writes level4.csv in a minute or two
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator
 from pathlib import Path

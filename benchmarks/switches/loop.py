@@ -1,7 +1,5 @@
 """The event loop of all solvers that locate one switch at a time, and the loop of those that only step."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

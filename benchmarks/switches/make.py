@@ -3,8 +3,6 @@
 A case does not depend on the machine, the day or another case, so two runs write the same bytes.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 import io

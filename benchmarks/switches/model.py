@@ -1,8 +1,6 @@
 """The model of the paper, computed with sine and cosine of libm, for all solvers. Equation numbers are those of the
 paper."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Events of a motion, computed with many digits, and the distance of each event to the nearest other zero."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from benchmarks.switches.zeros import Function

@@ -5,8 +5,6 @@ lose the next one. If ε = 0, the end of a wait is an arcsine. If ε > 0, H is i
 follow the disturbance.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

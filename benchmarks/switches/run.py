@@ -7,8 +7,6 @@ less than 0.02 s, the shortest of three runs. At level 1 a solver follows the mo
 them only if that period has no event.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import importlib.metadata

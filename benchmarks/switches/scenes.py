@@ -1,7 +1,5 @@
 """Levels 2 and 3: motions of 20 and 200 periods in scenes of the paper, of the reference, and in drawn scenes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from benchmarks.switches import motions

@@ -1,7 +1,5 @@
 """Functions of level 0: g(τ) = c0 + c1 τ + c2 τ² + a sin(τ + α) + b sin(ητ + β)."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

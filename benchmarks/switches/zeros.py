@@ -11,8 +11,6 @@ If g has a zero at h = 0, the search begins after it: with g = … = g⁽ⁿ⁻�
 g⁽ⁿ⁾ does not change its sign.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

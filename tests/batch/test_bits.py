@@ -1,7 +1,5 @@
 """Equality of results to the bit: compiled or not, on one or two threads, single or batched, in one or many blocks."""
 
-from __future__ import annotations
-
 import json
 import re
 from ast import literal_eval

@@ -1,7 +1,5 @@
 """Kernels read every column of a point: each parameter changes some result."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Blocks computed on a cluster give the same file to the bit, even if a worker dies."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Trajectories and lists of orbits as pandas DataFrames."""
 
-from __future__ import annotations
-
 import math
 import sys
 

@@ -4,8 +4,6 @@ Without Ctrl-C the sweeps, motions and limits of this file would take longer tha
 measures the delay.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import gc
 import os

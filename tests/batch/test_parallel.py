@@ -1,7 +1,5 @@
 """A sweep is a loop of `numba.prange`. It runs on every threading layer, in several threads, and in forked children."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Impacts and summaries of a sweep equal, point by point, those of single motions and of other sweeps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Sweeps over a scene in SI units equal sweeps over the same A and B to the bit. Figures show axes in SI units."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Result of `simulate`: its memory and its description."""
 
-from __future__ import annotations
-
 import pytest
 
 import vibrodrive as vd

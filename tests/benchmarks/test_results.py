@@ -1,7 +1,5 @@
 """Stored results of the problem set "switches" are complete and of this version; the page's tables come from them."""
 
-from __future__ import annotations
-
 import json
 import lzma
 import re

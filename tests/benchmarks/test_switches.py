@@ -1,7 +1,5 @@
 """The problem set "switches": cases satisfy the schema and are made again to the byte; score.py gives each verdict."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

@@ -1,7 +1,5 @@
 """The command line: exit codes, one line for each error, imports, and output."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

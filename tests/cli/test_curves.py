@@ -1,7 +1,5 @@
 """`vibrodrive orbits` over A and B: a table, a file and a figure of curves."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Files of every kind are not replaced by mistake and describe their contents. Unusable files are refused."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

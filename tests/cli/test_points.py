@@ -1,7 +1,5 @@
 """Commands compute, describe, draw or refuse sweeps with parameters that change together."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The audit of switches from another program: certified switches pass, and each error is reported at its switch."""
 
-from __future__ import annotations
-
 import dataclasses
 import sys
 

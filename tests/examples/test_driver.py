@@ -1,7 +1,5 @@
 """The driver in SI units, compared with a single motion and with the limit of `vd.limit`."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

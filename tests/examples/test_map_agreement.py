@@ -1,7 +1,5 @@
 """Pixels of a map agree with the list of orbits. If the list is falsified, the comparison finds the disagreement."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

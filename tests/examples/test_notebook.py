@@ -1,7 +1,5 @@
 """The notebook: every cell runs in a new kernel without a warning and has the expected output."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -3,8 +3,6 @@
 Each parabola is below the function, and the last step ends at the zero of the function.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Attractors found by brute force equal those found by the map; and the answers to the three questions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

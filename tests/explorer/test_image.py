@@ -1,7 +1,5 @@
 """Images, compared with counts by NumPy in each column."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

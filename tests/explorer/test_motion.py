@@ -1,7 +1,5 @@
 """Curves of one motion: one for each state, with enough points for a disturbance; and motions that are not computed."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

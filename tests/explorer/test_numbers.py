@@ -1,7 +1,5 @@
 """Numbers as people type them into the page."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The page in a real browser: it shows the computed results after any action of the mouse."""
 
-from __future__ import annotations
-
 import base64
 import fcntl
 import io

@@ -1,7 +1,5 @@
 """Access to the server: from this machine, with the token, and from its own pages. These tests need no browser."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Views: address, configuration and state are equivalent, and errors are refused in one line."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Levels: every point once, coarse grids first; the last level is the sweep of the exported configuration."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

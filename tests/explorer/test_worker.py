@@ -1,7 +1,5 @@
 """The worker runs one computation at a time, the latest request first. It also has a second process."""
 
-from __future__ import annotations
-
 import os
 import threading
 from time import monotonic, sleep

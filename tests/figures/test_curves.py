@@ -1,7 +1,5 @@
 """Curves of trajectories: the periods shown, the note, and the shading of an irregular motion."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Figure of a failure map: the colours of points without a failure, with few failures, and without switches."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Every figure has a public name, is displayed in a notebook, and can be drawn into given axes."""
 
-from __future__ import annotations
-
 import io
 
 import matplotlib.image

@@ -1,7 +1,5 @@
 """The figure of limits shows known limits only, in their own and in common units, and ratios of two known limits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

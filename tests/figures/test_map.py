@@ -3,8 +3,6 @@
 A note gives the number of points of each status other than OK.
 """
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import matplotlib.image

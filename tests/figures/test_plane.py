@@ -1,7 +1,5 @@
 """Curves in the plane (A, B): the lines drawn; the limits of the axes do not change."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Two styles and two widths, defined in one place: differences, common properties, requirements of journals."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from types import SimpleNamespace

@@ -3,8 +3,6 @@
 A message is shown during a long compilation.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib
 import pkgutil

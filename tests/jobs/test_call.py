@@ -1,7 +1,5 @@
 """`vd.sweep` into a file does the same as `vibrodrive sweep`. Progress appears on terminals and in notebooks only."""
 
-from __future__ import annotations
-
 import io
 import sys
 import time

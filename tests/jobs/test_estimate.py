@@ -1,7 +1,5 @@
 """The estimated time of a sweep, compared with sweeps of known cost on a simulated clock."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Limits over one or two axes in a file. A stopped run resumes and gives the same file as an uninterrupted run."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Undisturbed motions in a map of the kept structure, and overlays of a map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The command for orbits: table, file and figures; branches; the overlay on a brute-force diagram."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Each recipe refuses invalid configurations with one sentence, before a file is made."""
 
-from __future__ import annotations
-
 import pytest
 
 from vibrodrive.jobs.runner import run

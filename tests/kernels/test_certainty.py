@@ -1,7 +1,5 @@
 """Bounds of the errors of a motion, compared with 50-digit motions and with each other (kernels/certainty.py)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

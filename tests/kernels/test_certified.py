@@ -1,7 +1,5 @@
 """The certified path compared with the 50-digit reference, which imports no kernel."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -12,8 +12,6 @@ NaN                a root finder never returns (SUNDIALS issue 258)
 same instant       an event occurs exactly at the beginning of its step (scipy issues 17066, 19418)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -6,8 +6,6 @@ issue 9228: one is found), and a simple root after a double root. ((t - 1)² - e
 last case.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Comparison of the methods fixed and muller with plain loops over all grid points, and of both scans."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One module writes each row of a lane. Rows that several modules write are listed here with the reason."""
 
-from __future__ import annotations
-
 import ast
 from collections import defaultdict
 from pathlib import Path

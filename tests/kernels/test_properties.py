@@ -1,7 +1,5 @@
 """Properties of every motion, for all parameters and starts. Hypothesis always draws the same examples."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings

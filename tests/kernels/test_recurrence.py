@@ -3,8 +3,6 @@
 `simulate` always computes these cycles, because it records every switch.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Phases φ_up and φ_down: kernels and impact-phase map use one formula, exact to two units in the last place."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Certified motions that were once wrong or never ended, and similar ones, compared with closed forms in 50 digits."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Comparison with Fig. 2: kernels decide as its table of transitions states, and motions have no other transitions."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Status, advice and margin of a motion, for one motion and for each point of a sweep."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

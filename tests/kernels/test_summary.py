@@ -4,8 +4,6 @@ These are sums over the switches, quadrature, orbits that are found in another w
 computed from the recorded switches of a single motion.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The configuration file: allowed contents, and the message of one line for other contents."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -4,8 +4,6 @@ The signatures contain all keywords and their defaults. Type checkers and calls 
 keywords in a call is preserved.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 import os

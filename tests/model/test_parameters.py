@@ -1,7 +1,5 @@
 """Checks of arguments: allowed values and types, the messages for other values, and scenes in SI units."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

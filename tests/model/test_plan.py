@@ -1,7 +1,5 @@
 """The plan of a sweep: order of the axes, points, blocks, and refused arguments."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import MISSING, fields

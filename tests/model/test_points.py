@@ -1,7 +1,5 @@
 """Parameters that vary together along the axis `point`: in Python, in configurations, in results and files."""
 
-from __future__ import annotations
-
 import h5py
 import numpy as np
 import pytest

@@ -3,8 +3,6 @@
 A wrong argument of a public function never causes an error of Python or NumPy, a hang, or a number.
 """
 
-from __future__ import annotations
-
 import decimal
 import math
 from concurrent.futures import ThreadPoolExecutor

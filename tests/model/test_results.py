@@ -1,7 +1,5 @@
 """Results: named axes, selection by the nearest value, the arrays of a sweep in memory and in its file."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 

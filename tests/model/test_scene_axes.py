@@ -1,7 +1,5 @@
 """Axes in SI units: every point has the A and B that `Scene` computes for this point, bit for bit."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

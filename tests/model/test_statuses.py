@@ -1,7 +1,5 @@
 """A status or an array of statuses prints as names, and otherwise behaves like numbers."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

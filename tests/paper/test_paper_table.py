@@ -4,8 +4,6 @@ The numbers are the periods in Fig. 3, the orbits in Figs. 4 and 6, the bands in
 coarse grid in Fig. 12. Another program, which shares no code with vibrodrive, computed these numbers.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

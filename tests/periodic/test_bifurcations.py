@@ -1,7 +1,5 @@
 """Tests of bifurcations: their conditions in 50 digits, the values of the paper, and a finer grid of A."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

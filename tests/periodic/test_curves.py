@@ -3,8 +3,6 @@
 These are the results of a search at fixed B, closed forms, the 50-digit reference and a published limit.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tests of the impact-phase map: comparison with 50 digits, limits, and breakpoints."""
 
-from __future__ import annotations
-
 import math
 import sys
 

@@ -3,8 +3,6 @@
 The references are a computation with 50 digits, a dense sampling of the map, and an exhaustive search.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The failure map: the counts of a motion, their boundary, and the command."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """This program and other programs read files of curves as they were written."""
 
-from __future__ import annotations
-
 import h5py
 import numpy as np
 import pytest

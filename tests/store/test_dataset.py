@@ -1,7 +1,5 @@
 """`Results.to_xarray` equals the Dataset that xarray reads from the file. Without xarray the error is one line."""
 
-from __future__ import annotations
-
 import sys
 import warnings
 

@@ -1,7 +1,5 @@
 """Every writer makes a complete file, or no file."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Every kind of file: `vd.load` reads it, equal runs make equal files, and its attributes describe its contents."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Files of limits over one axis or two are read as they were written."""
 
-from __future__ import annotations
-
 import math
 from itertools import groupby
 

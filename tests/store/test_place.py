@@ -1,7 +1,5 @@
 """One module decides whether a file may be written, before any computation."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Records other than sections are written, resumed, refused, checked and repaired like sections."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import h5py

@@ -1,7 +1,5 @@
 """File of a sweep over quantities in SI units: coordinates with units, resuming, refusals, bitwise reading."""
 
-from __future__ import annotations
-
 import h5py
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """The result file: reading by other programs, resuming, refusals, and damage."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

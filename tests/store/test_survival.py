@@ -4,8 +4,6 @@ The processes run the real command line with simulated blocks (tests.support.fak
 the writer can be tested many times. The last tests use the kernels.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

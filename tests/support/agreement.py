@@ -1,7 +1,5 @@
 """Assertions that a certified motion agrees with the 50-digit reference, and with the model."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Control of a headless Chromium by mouse and keys, as by a user, and access to the state of the page."""
 
-from __future__ import annotations
-
 import shutil
 from contextlib import contextmanager
 from time import monotonic, sleep

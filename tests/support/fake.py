@@ -3,8 +3,6 @@
 As with kernels, the results of a point depend on this point only. `delay` is the duration of a block in seconds.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Impacts in 50 digits by the reference, which imports no kernel: next impact, orbits, slopes."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, mp, reference

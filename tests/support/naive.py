@@ -3,8 +3,6 @@
 The loops evaluate the closed forms (4), (5), (9) from the last switch at every grid point, in doubles.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

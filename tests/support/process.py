@@ -1,7 +1,5 @@
 """Execution of Python code in a separate process."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Scenes of the 50-digit reference for tests. Each scene is computed once in a test run."""
 
-from __future__ import annotations
-
 import functools
 
 import pytest

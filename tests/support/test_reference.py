@@ -1,7 +1,5 @@
 """Tests of the references: known numbers of this oscillator, exact cases, and agreement with each other."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections import Counter

@@ -1,7 +1,5 @@
 """For B → ∞ the mass is the inelastic bouncing ball. Its laws are compared with a plain ball and with the program."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """`vibrodrive validate`: each check holds, and each fails if the result that it checks is wrong."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

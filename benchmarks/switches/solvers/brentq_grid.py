@@ -1,7 +1,5 @@
 """scipy.optimize.brentq in the intervals of a grid in which g changes its sign (level 0 only)."""
 
-from __future__ import annotations
-
 from scipy.optimize import brentq
 
 from benchmarks.switches.sums import brackets, value

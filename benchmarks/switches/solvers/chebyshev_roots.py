@@ -3,8 +3,6 @@
 Level 0 only. A piece whose coefficients prove that it has no zero is passed over without an eigenvalue problem.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.polynomial import Chebyshev
 

@@ -3,8 +3,6 @@
 The solver keeps the events of all its restarts: the last row is that of the present one.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

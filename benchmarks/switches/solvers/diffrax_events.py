@@ -4,8 +4,6 @@ Of two events in a step it takes the one listed later, so there is one here: the
 state, with bisection to the last bit.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

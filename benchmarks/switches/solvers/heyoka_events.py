@@ -4,8 +4,6 @@ Events have a direction, and no slide begins with ξ' exactly 0: from there the 
 without notice, and a departure with ξ' = ξ'' = 0 triggers its own event without end.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import heyoka as hy

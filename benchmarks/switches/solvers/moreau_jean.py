@@ -6,8 +6,6 @@ The gap itself is never corrected, so that the mass comes to rest below the obst
 for contact.
 """
 
-from __future__ import annotations
-
 from benchmarks.switches.loop import step_loop
 from benchmarks.switches.model import DOWN, jit, start
 

@@ -6,8 +6,6 @@ Steps are explicit (RK4), where they are stable: step <= v_s and step <= 1/√k.
 which holds a stiff contact at any step; solved exactly, as its equation is linear in pieces).
 """
 
-from __future__ import annotations
-
 import math
 
 from benchmarks.switches.loop import step_loop

@@ -1,7 +1,5 @@
 """Hand-written Numba without the closed form: RK4 of fixed step, a check of signs, bisection of the last step."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from benchmarks.switches.loop import event_loop

@@ -1,7 +1,5 @@
 """Hand-written Numba: closed form, a scan for the change of sign, Newton's method inside the bracket."""
 
-from __future__ import annotations
-
 from benchmarks.switches import sums
 from benchmarks.switches.loop import event_loop
 from benchmarks.switches.model import DOWN, STICK, UP, constants, force, force_rate, gap, jit, velocity

@@ -3,8 +3,6 @@
 Without `first_step`, the first step could contain a complete slide, whose end would be reported at its start.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from scipy.integrate import solve_ivp

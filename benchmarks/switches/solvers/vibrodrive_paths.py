@@ -3,8 +3,6 @@
 The answer ends where the package says that a decision may be wrong; if that is the first one, it is refused.
 """
 
-from __future__ import annotations
-
 import vibrodrive as vd
 from benchmarks.switches.kernel_zeros import find
 from benchmarks.switches.model import TWO_PI
