@@ -169,7 +169,7 @@ HANDLERS = {s: signal.getsignal(s) for s in HANDLED}
 
 @pytest.fixture(autouse=True)
 def _signal_handlers():
-    """Restore the signal handlers after each test, as the command line sets its own."""
+    """Restore the signal handlers after each test, because the command line sets its own."""
     yield
     for s, handler in HANDLERS.items():
         signal.signal(s, handler)

@@ -84,9 +84,8 @@ def test_a_file_has_them_as_coordinates(tmp_path):
     again = open_writer(path, parse(TEXT).plan(), Origin(TEXT))
     assert again.plan.points(0, 10).tobytes() == config.plan().points(0, 10).tobytes()
     again.close()
-    with pytest.raises(
-        Different, match=r"points\.xi0 is 5 values from 0 to 4 in the file and 5 values from 0 to 5 here"
-    ):
+    words = r"points\.xi0 is a list of 5 values from 0 to 4 in the file and a list of 5 values from 0 to 5 in"
+    with pytest.raises(Different, match=words):
         open_writer(path, parse(TEXT.replace("3, 4]", "3, 5]")).plan(), Origin(TEXT))
 
 
@@ -102,7 +101,10 @@ def test_a_point_that_was_changed_in_a_file_is_found(tmp_path):
 @pytest.mark.parametrize(
     ("points", "told"),
     [
-        ("eps = [0, 1e-4]", r"sweep\.points\.eps = \[0, 0\.0001\]: must be left out, as \[sweep\] gives eps already"),
+        (
+            "eps = [0, 1e-4]",
+            r"sweep\.points\.eps = \[0, 0\.0001\]: must be left out, because \[sweep\] already gives eps",
+        ),
         ("B = 0.1", r"sweep\.points\.B = 0\.1: must be a list or a range"),
         ("mu = [0.1]", r"key of \[sweep\.points\] = 'mu': must be one of A, B"),
         ("B = [0.1]", r"points = 5 of A, 1 of B: must be sequences of one length"),

@@ -119,20 +119,20 @@ NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
     [
         (
             WHOLE + "[sweep]\nomega0 = [100, 200]\n",
-            "sweep.omega0 = [100, 200]: must be left out, as [physical] gives omega0",
+            "sweep.omega0 = [100, 200]: must be left out, because [physical] already gives omega0",
         ),
-        (WHOLE + "[sweep]\nmu = 0.5\n", "sweep.mu = 0.5: must be left out, as [physical] gives mu already"),
+        (WHOLE + "[sweep]\nmu = 0.5\n", "sweep.mu = 0.5: must be left out, because [physical] already gives mu"),
         (
             NO_OMEGA0 + "[sweep]\nomega0 = [100]\nA = [1, 2]\n",
-            "sweep.A = [1, 2]: must be left out, as [physical] gives A",
+            "sweep.A = [1, 2]: must be left out, because [physical] already gives A",
         ),
         (
             NO_OMEGA0 + "[sweep]\nomega0 = [100]\nB = 0.1\n",
-            "sweep.B = 0.1: must be left out, as [physical] gives B already",
+            "sweep.B = 0.1: must be left out, because [physical] already gives B",
         ),
         (
             NO_OMEGA0 + "[sweep]\nomega0 = [100]\n[model]\nA = 2\n",
-            "model.A = 2: must be left out, as [physical] gives A",
+            "model.A = 2: must be left out, because [physical] already gives A",
         ),
         ("[sweep]\na0 = [1e-3]\nA = 2\nomega0 = 1\nmu = 1\nalpha = 1\n", "sweep.A = 2: must be left out"),
         (NO_OMEGA0 + "[sweep]\neps = [0]\n", "physical.omega0 is missing: [physical] must give omega0, mu and alpha"),

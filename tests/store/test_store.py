@@ -383,18 +383,18 @@ def test_a_file_keeps_its_own_blocks(path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"periods": 13}, ["periods is 12 in the file and 13 here", "cannot be extended"]),
-        ({"B": 0.2}, ["B is 0.1 in the file and 0.2 here"]),
+        ({"periods": 13}, ["periods is 12 in the file and 13 in this configuration", "cannot be extended"]),
+        ({"B": 0.2}, ["B is 0.1 in the file and 0.2 in this configuration"]),
         (
             {"method": "fixed", "dtau": 0.1},
-            ["method is certified in the file and fixed here", "dtau is not given in the file"],
+            ["method is 'certified' in the file and 'fixed' in this configuration", "dtau is not given in the file"],
         ),
         (
             {"A": np.linspace(3, 3.2, 80)},
-            ["A is 90 values from 3 to 3.25 in the file and 80 values from 3 to 3.2 here"],
+            ["A is a list of 90 values from 3 to 3.25 in the file and a list of 80 values from 3 to 3.2 in"],
         ),
-        ({"eps": 0.0}, ["eps is 0.0, 0.0002 in the file and 0.0 here"]),
-        ({"record": "summary"}, ["record is section in the file and summary here"]),
+        ({"eps": 0.0}, ["eps is [0.0, 0.0002] in the file and 0.0 in this configuration"]),
+        ({"record": "summary"}, ["record is 'section' in the file and 'summary' in this configuration"]),
     ],
 )
 def test_another_configuration_is_refused_with_the_keys_that_differ(finished, changes, words):
@@ -407,7 +407,7 @@ def test_another_configuration_is_refused_with_the_keys_that_differ(finished, ch
 
 def test_axes_in_another_order_are_another_configuration(finished):
     swapped = make_plan({"eps": [0, 2e-4], "A": np.linspace(3, 3.25, 90), "transient": 0, "periods": 12})
-    with pytest.raises(Different, match="the axes are A, eps in the file and eps, A here"):
+    with pytest.raises(Different, match=r"the axes are \(A, eps\) in the file and \(eps, A\) in"):
         open_writer(finished, swapped, Origin(TEXT))
 
 

@@ -164,7 +164,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     for name in HOMES:
         for key, value in tables.get(name, {}).items():
             if key in at:
-                raise ValueError(bad(f"{name}.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
+                raise ValueError(bad(f"{name}.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
             at[key] = name
             arguments[key] = _argument(name, key, value, at)
     physical = _take_scene(tables.get("physical", {}), arguments) if scene else None
@@ -248,7 +248,7 @@ def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
         if key not in PARAMETERS:
             raise ValueError(unknown("key of [sweep.points]", key, PARAMETERS))
         if key in at:
-            raise ValueError(bad(f"sweep.points.{key}", value, f"left out, as [{at[key]}] gives {key} already"))
+            raise ValueError(bad(f"sweep.points.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
         at[key] = "sweep.points"
         if not isinstance(value, list | dict):
             raise TypeError(bad(f"sweep.points.{key}", value, "a list or a range (give one number outside of points)"))

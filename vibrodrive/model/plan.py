@@ -243,7 +243,7 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
         if name not in COLUMNS:
             raise ValueError(unknown("key of points", name, COLUMNS))
         if arguments.get(name) is not None:
-            raise ValueError(bad(name, arguments[name], f"left out, as points gives {name} already"))
+            raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
         if _is_scalar(f"points.{name}", value[name]):
             raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
         found[name] = _axis(name, value[name], "points.")

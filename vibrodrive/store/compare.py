@@ -32,7 +32,7 @@ def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[
     except ConfigError as error:
         return [f"this version cannot read its configuration ({error})"]
     different = {name: value for name, value in own.items() if file.attrs[name] != value}
-    found = [f"{name} is {file.attrs[name]} in the file and {value} here" for name, value in different.items()]
+    found = [_difference(name, np.asarray(file.attrs[name]), np.asarray(value)) for name, value in different.items()]
     return found + compare(there, plan, without=own)
 
 
@@ -63,9 +63,11 @@ def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str
         if key in without:
             continue
         if a is None or b is None or a.tobytes() != b.tobytes():
-            found.append(f"{key} is {_words(a)} in the file and {_words(b)} here")
+            found.append(_difference(key, a, b))
     if not found and list(stored.axes) != list(plan.axes):
-        found.append(f"the axes are {', '.join(stored.axes)} in the file and {', '.join(plan.axes)} here")
+        found.append(
+            f"the axes are ({', '.join(stored.axes)}) in the file and ({', '.join(plan.axes)}) in this configuration"
+        )
     return found
 
 
@@ -75,9 +77,13 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
     return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings_in_words(plan).items()}
 
 
+def _difference(name: str, there: np.ndarray | None, here: np.ndarray | None) -> str:
+    return f"{name} is {_words(there)} in the file and {_words(here)} in this configuration"
+
+
 def _words(value: np.ndarray | None) -> str:
     if value is None or (value.ndim == 0 and value != value):
         return "not given"
     if value.size <= 4:
-        return ", ".join(str(v) for v in np.atleast_1d(value).tolist())
-    return f"{len(value)} values from {value[0]:g} to {value[-1]:g}"
+        return repr(value.tolist())
+    return f"a list of {len(value)} values from {value[0]:g} to {value[-1]:g}"
