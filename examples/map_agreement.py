@@ -5,9 +5,9 @@
 writes docs/map_agreement.md. `--curves FILE` takes the curves from a file of `vibrodrive orbits`, `--sample N` judges N
 pixels, `--docs DIR` writes to another folder.
 
-The two share only the closed form between switches. A pixel is a summary of one motion from rest, computed from its
-switches. The list contains the fixed points of the impact-phase map, found by a search, and their multipliers. A
-pixel agrees if its period, its impacts a period and its largest impact speed are those of a stable orbit of the list.
+The map and the list share only the closed form between switches. A pixel is a summary of one motion from rest, computed
+from its switches. The list contains the fixed points of the impact-phase map, found by a search, and their multipliers.
+A pixel agrees if its period, its impacts a period and its largest impact speed are those of a stable orbit of the list.
 If the list is empty, a pixel agrees in two cases: it has no period up to MAX_PERIOD, or the mass never leaves the
 obstacle.
 

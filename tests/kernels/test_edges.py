@@ -164,7 +164,7 @@ def test_two_zeros_in_one_step(method):
 
 
 def test_three_zeros_in_one_step():
-    """One step contains the dip and the end of the slide. With muller one sign change is found, not the first zero."""
+    """One step contains the dip and the end of the slide. `muller` finds one sign change, but not the first zero."""
     scene, _ = brief_reversal(1e-3)
     first = reference(**scene, periods=1, max_switches=1).switches[0].tau - mp.mpf(scene["tau0"])
     dtau = 2.0

@@ -213,7 +213,7 @@ SCANNED = [
          method="muller", dtau=0.0027761733736793017, tol=6.342018237727862e-05, periods=3),
     dict(A=20.4903024393604, eps=2.279753337772712e-09, eta=35146.453447660984, xi0=4.5448988983974114e-200,
          method="muller", dtau=0.08546414755107967, tol=0.00013800221549820703, periods=1),
-    # ξ falls below 0 and rises again between two grid points; ξ' < 0 at both of them
+    # ξ falls below 0 and rises again between two grid points; ξ' < 0 at both grid points
     dict(A=0.6963907173756203, B=0.01132728906346433, eps=0.00021921874625096044, eta=8352.996175319993,
          xi0=4.5414103517155956e-89, method="fixed", dtau=0.4077451002682671, periods=3),
     dict(A=9.165567220558879, B=0.7684219343644937, eps=0.011911967832519764, eta=100.99504938362077,

@@ -98,7 +98,7 @@ def _density(trajectory: Trajectory) -> int:
 
 
 def _switches(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Return the instants τ of the switches, and the states before the first and after each of them."""
+    """Return (instants τ of the switches, states before the first switch and after each switch)."""
     rows = trajectory.switches
     first = rows["before"][0] if len(rows) else trajectory.sample(1).state[0]
     return 2.0 * math.pi * rows["period"] + rows["phase"], np.concatenate([[first], rows["after"]])

@@ -66,13 +66,16 @@ class Worker:
             self._changed.notify_all()
 
     def follow(self, halt: Halt, slot: Slot, task: Task) -> None:
-        """Run this task after the running one, which passes its flag; ignored if it was halted or the slot is taken."""
+        """Run `task` after the running task, which passes its `halt`.
+
+        `task` is ignored if the running task was halted, or if another task waits in this slot.
+        """
         with self._changed:
             if not halt.called:
                 self._waiting.setdefault(slot, task)
 
     def cancel(self, page: int, *ranks: Rank) -> None:
-        """Cancel these kinds of work of a page; without `ranks`, all of them."""
+        """Cancel the work of a page that has these ranks. Without `ranks`, cancel all work of the page."""
         with self._changed:
             chosen = {Slot(page, rank) for rank in ranks or Rank}
             for slot in chosen:

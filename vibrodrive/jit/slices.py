@@ -76,7 +76,7 @@ class Halted(Exception):
 
 
 def in_slices(advance: Callable[[int], bool], first: int = FIRST) -> None:
-    """Call `advance` with a number of steps until it returns True (finished)."""
+    """Call `advance` repeatedly, each time with the number of steps to do, until it returns True (finished)."""
     if advance(first):
         return
     steps = first

@@ -11,4 +11,5 @@ Terms of this package; docs/glossary.md has the others:
 * where: a mask; a function does not change lane i if it is false
 * fast part: the part of a quantity that oscillates with the disturbance, ητ. The rest is the slow part
 * literal: an argument whose value is inserted when a function is compiled
+* shape: a function of h of the form c0 + c1 h + c2 h² + α sin h + β vers h + fast part (motion.py)
 """

@@ -6,9 +6,9 @@ time h later. E and X have two parts each. The first part is the effect of a com
 last impact. This part has a sign (V_SHARE, X_SHARE), because several effects of the common cause may cancel. The second
 part is a bound of all other errors (V_MORE, X_MORE).
 
-A slide ends at a zero of ξ or ξ'. The error of the time of this end is the error of ξ or ξ' over its slope. After an
-impact, ξ and ξ' are exactly 0, so only the error of its time remains. A wait (sticking or resting) ends when H reaches
-1 or -1, so the error of the time of this end does not depend on earlier errors.
+A slide ends at a zero of ξ or ξ'. The error of the time of this end is the error of ξ divided by ξ', or the error of ξ'
+divided by ξ''. After an impact, ξ and ξ' are exactly 0, so only the error of its time remains. A wait (sticking or
+resting) ends when H reaches 1 or -1, so the error of the time of this end does not depend on earlier errors.
 
 A motion is uncertain after the first decision that the errors may have changed. Its status then changes from OK to
 TOO_CLOSE. All bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).

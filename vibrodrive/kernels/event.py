@@ -1,7 +1,7 @@
 """Processing of one lane at the end of its search, for every outcome: record the switch, decide, begin the next state.
 
 The modules `switch_*` apply ordinary switches (engine.py) in all lanes together. This module processes all other
-switches, and those of single trajectories. All of these modules use the formulas of switch.py.
+switches, and the switches of single trajectories. These modules use the formulas of switch.py.
 """
 
 from typing import NamedTuple

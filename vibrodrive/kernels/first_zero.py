@@ -37,9 +37,9 @@ begins at this peak.
 the series ends close to it. The cursor moves to the end of the series, which may be on either side of the zero. If the
 terms of the series decrease fast, its end is the zero to the last bit.
 
-**Rounding.** A step by the bounds may end after a zero, by at most the rounding error of g over its slope. If a minimum
-of g differs from 0 by less than the rounding error, it is not known if g has two zeros or no zero. The search ends
-there, and the margin reports the distance (margins.py).
+**Rounding.** A step by the bounds may end after a zero, by at most the rounding error of g divided by |g'|. If a
+minimum of g differs from 0 by less than the rounding error, it is not known if g has two zeros or no zero. The search
+ends there, and the margin reports the distance (margins.py).
 
 **Grids.** The methods `fixed` and `muller` skip grid points by the same bound, after the rounding error is subtracted
 from g. So the computed g would be positive at each skipped point. These searches begin at the first grid point after
@@ -60,10 +60,11 @@ from vibrodrive.kernels.codes import BOTH, FALLEN, INFINITY, LEAVING, LIMIT_MET,
 
 NOISE_SHARE = 1e-13
 """Smallest share of its terms that a switching function must exceed at a skipped grid point, so that its sign is
-certain. It is four hundred times the rounding of one term. A larger share costs only a few more evaluations."""
+certain. This share is four hundred times the rounding error of one term. A larger share costs only a few more
+evaluations."""
 
 LATE_SHARE = 4e-3
-"""Share of NOISE_SHARE by which the noise grows with a η h, because the time h of a grid point is rounded."""
+"""Share of NOISE_SHARE by which Search.noise grows with a η h, because the time h of a grid point is rounded."""
 
 
 class Search(NamedTuple):
@@ -529,8 +530,8 @@ def search(w, i, fast, grid):
     """Do one step of the search in lane i, with a disturbance if `fast`, on a grid if `grid`.
 
     `fast` and `grid` are literals: each pair is compiled to a separate loop. Without a grid the cursor is a time h. On
-    a grid it is a number of grid steps, and a zero is found if eq. (10) holds for the step that ends there. If lane i
-    already has an outcome, it remains unchanged.
+    a grid the cursor is the number of a grid point, counted from the last switch, and a zero is found if eq. (10) holds
+    for the step that ends at this point. If lane i already has an outcome, the outcome remains unchanged.
     """
     cursor, sig = w[r.CURSOR + i], w[r.SIG + i]
     h = cursor * w[r.DTAU + i] if grid else cursor
@@ -543,7 +544,7 @@ def search(w, i, fast, grid):
     span = choose(slope > 0.0, step, choose(far, w[r.SPAN0 + i], 3.0 * w[r.SPAN + i]))
     rate = choose(w[r.ETA + i] > 1.0, w[r.ETA + i], 1.0) if fast else 1.0
     if grid:
-        span += 1e-9 * w[r.SPAN0 + i]  # S must not remain 0 after a step of length 0, where g is below its noise
+        span += 1e-9 * w[r.SPAN0 + i]  # S must not remain 0 after a step of length 0, where g < noise
         ahead, met = next_on_grid(w, i, taylor, x, step, rate, trusted)
     else:
         note_dip(w, i, h, taylor, x)

@@ -105,8 +105,9 @@ def drop_rows(k, i, first, rows):
 def keep_switch(w, k, i, on_grid, transient, recorder):
     """Store the switches that a batch has applied in lane i.
 
-    These are the end of a state, with two switches if this end is an impact, and the end of a wait that follows. A wait
-    with a known end ends in the same batch (switch_undisturbed.py). `note_end` has stored the time at which it begins.
+    These switches are the end of a state (two switches if it ends with an impact) and the end of a wait that follows. A
+    wait with a known end ends in the same batch (switch_undisturbed.py). `note_end` has stored the time at which this
+    wait begins.
     """
     which, ended, at = k[r.ENDED + i], k[r.END_PERIOD + i], w[r.END_PHI + i]
     period, phi, x, after = k[r.PERIOD + i], w[r.PHI + i], w[r.X0 + i], k[r.STATE + i]

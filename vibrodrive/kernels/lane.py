@@ -45,8 +45,8 @@ LINE = 64  # length of a cache line, in bytes
     CURSOR, OTHER, LAST_NONNEGATIVE, LIMIT, OUTCOME, DIP_NUMERATOR, DIP_DENOMINATOR, WORK, WORK_BOOKED,
     # on a grid: values of the function at the cursor and at the grid point before, NaN if they are not evaluated
     VALUE, BEFORE,
-    # refinement of a zero on a grid: bracket; the last three points, with the values at two of them; stage; number of
-    # evaluations (see muller.py)
+    # refinement of a zero on a grid: bracket; the last three points, and the values at two of these points; stage;
+    # number of evaluations (see muller.py)
     LOWER, UPPER, OLDER, OLDER_VALUE, OLD, OLD_VALUE, NEWEST, REFINEMENT, EVALUATED,
     # search at ε = 0: mode and bracket; for the last slides up and down the phase at the start, the duration, and the
     # derivative of the duration with respect to this phase (see undisturbed.py)

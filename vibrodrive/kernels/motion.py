@@ -13,7 +13,7 @@ solution of the paper with its constants inserted. H, ξ' and ξ have the same f
     c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh
 
 Its last two terms are the fast part. Every switching function is a shape, too, so one routine searches for the zeros of
-all of them. If h and ηh are below π/4, the linear and quadratic parts of sine and versine are added to the
+all switching functions. If h and ηh are below π/4, the linear and quadratic parts of sine and versine are added to the
 coefficients beforehand, where they cancel exactly:
 
     c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...

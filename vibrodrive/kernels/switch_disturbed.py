@@ -15,8 +15,8 @@ from vibrodrive.kernels.codes import FALLEN, NOTHING, S1, S2, S4, ZERO
 def mark_points(w, k, n, extent):
     """Set the number of the section point that precedes the outcome of the search in each of the lanes 0..n-1.
 
-    The number is `periods` if no point precedes the outcome. On a grid the cursor is a number of steps, otherwise a
-    time, and DTAU is 1.
+    The number is `periods` if no point precedes the outcome. The time of the cursor is CURSOR · DTAU. Without a grid,
+    DTAU is 1.
     """
     wide()
     periods = extent.periods

@@ -11,7 +11,7 @@
     [sweep.points]         # lists or ranges of equal length, of parameters that change together: one axis, `point`
     [switching]            # method and its parameters
     [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
-                           # a list of some of them
+                           # a list of several of these names
     [figure]               # kind, quantity, x, y, limits: the figure of `plot`; style ("screen", "print") and width
                            # ("double", "single" columns of a page) of the figures of all commands
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`

@@ -164,7 +164,7 @@ class Settings:
 
     @property
     def one_by_one(self) -> bool:
-        """True if the points of a sweep are computed one by one, and not many of them together."""
+        """True if the points of a sweep are computed one by one, not in batches."""
         return self.literal or self.method not in IN_LANES
 
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:

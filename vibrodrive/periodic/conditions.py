@@ -32,7 +32,7 @@ from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, GRAZING
 from vibrodrive.periodic.flight import FROM_STICK
 from vibrodrive.periodic.impact_map import spell
 
-TINY = 1e-40  # imaginary step of a derivative: its square is below the rounding of 1, so the quotient is exact
+TINY = 1e-40  # imaginary step of a derivative: its square is below the rounding error of 1, so the quotient is exact
 SERIES = tuple(range(1, 12))  # terms of the series of h - sin h for |h| < 1; the next term is below 1e-22 of the first
 CONVERGED = 1e-13  # relative size of a Newton step at which rounding prevents smaller steps
 MOST_STEPS = 12  # largest number of Newton steps; from a prediction close to the curve three or four suffice

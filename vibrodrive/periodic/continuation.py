@@ -143,7 +143,7 @@ class Continuation:
         )
 
     def _across(self, A: float) -> tuple[float, float] | None:
-        """Return two values of A, one on each side of the period doubling of `parent`; None if none is near A."""
+        """Return (below, above), two A on both sides of a period doubling of `parent`; None if there is none near A."""
         step = FIRST_STEP * scale_of(A)
         while step < ASTRAY * scale_of(A):
             a, b = A - step, A + step

@@ -25,7 +25,7 @@ from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
 
-SLACK = 1e-12  # share by which every enclosure is widened, far above the rounding of its terms
+SLACK = 1e-12  # share by which every enclosure is widened, much larger than the rounding error of its terms
 NOISE = 2e-14  # rounding error of G(ψ) - ψ, because phases are of order 1
 
 ROWS = 64  # number of rows of the stack of pieces; 53 halvings of a cell give at most 54 pieces

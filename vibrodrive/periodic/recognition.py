@@ -1,10 +1,10 @@
 """Recognition of the condition that a bifurcation satisfies, from the slides of its orbit.
 
 The search for bifurcations reports the orbit on one side of the bifurcation, at a small distance in A. Each decision of
-this orbit that is close to a change gives a candidate condition (conditions.py). A candidate is the condition of the
-bifurcation if its equations have a solution at the A that the search found. The orbits on both sides of a bifurcation
-give the same condition, because an impact that only touches the obstacle is not counted if the motion continues without
-a rest.
+the reported orbit that is close to a change gives a candidate condition (conditions.py). A candidate is the condition
+of the bifurcation if its equations have a solution at the A that the search found. The orbits on both sides of a
+bifurcation give the same condition, because an impact that only touches the obstacle is not counted if the motion
+continues without a rest.
 """
 
 import math

@@ -98,15 +98,15 @@ def follow_cycle(
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
     """Return the fastest impacts of a disturbed motion, in order of time.
 
-    Their number is the number of impacts that the cycle has in `periods` excitation periods. If more impacts are too
-    fast for touches, all of these are returned.
+    Their number is the number of impacts that the cycle has in `periods` excitation periods. If more impacts than this
+    number are too fast for touches, all impacts that are too fast are returned.
     """
     count = max(round(periods * len(cycle.gaps) / cycle.n), int(np.count_nonzero(no_touches(cycle, impacts))))
     return impacts[np.sort(np.argsort(-impacts["speed"], kind="stable")[:count])]
 
 
 def no_touches(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHARE) -> np.ndarray:
-    """Return True for each impact of a disturbed motion that is too fast to be a touch: bool (n,)."""
+    """Return, for each impact of a disturbed motion, whether it is too fast to be a touch: bool (n,)."""
     return impacts["speed"] > share * cycle.speed.min()
 
 

@@ -104,7 +104,7 @@ def raise_farthest(points, edge, vertices, along, inverse, enough, farthest):
 
     For each point the search begins at the edge that the orbit passes at the same time and continues with its
     neighbours on both sides. The search ends at an edge that is no farther away than the largest distance found so far,
-    because this point cannot raise that distance. For most points this is already the first edge.
+    because the point cannot raise this distance. For most points this is already the first edge.
     """
     count = len(vertices)
     for i in range(len(points)):

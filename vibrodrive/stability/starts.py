@@ -231,7 +231,7 @@ def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solutio
 
 
 def same_solution(solution: Solution, axis: str, deviations: np.ndarray, threads: int | None = None) -> np.ndarray:
-    """Return True for each deviation of one start coordinate with which the motion ends on this solution: bool (k,).
+    """Return, for each deviation of one start coordinate, whether the motion ends on this solution: bool (k,).
 
     deviations : float64 (k,).
     """

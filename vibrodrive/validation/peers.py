@@ -1,8 +1,8 @@
 """Comparison with general solvers: the same motion by terminal events of scipy and of heyoka, if installed.
 
 Each slide is one call of the solver, which stops at its event. A sticking or a rest ends where H, a function of time,
-reaches a bound; a scan and bisection find this instant. With a disturbance such solvers miss some switches of long
-motions, at any tolerance. In PERIODS periods of these scenes no switch is missed.
+reaches a bound. A scan and bisection find the instant at which H reaches it. With a disturbance such solvers miss some
+switches of long motions, at any tolerance. In PERIODS periods of these scenes no switch is missed.
 """
 
 import itertools
@@ -41,7 +41,7 @@ Slide = Callable[[int, float, float], End]
 """Function of (UP or DOWN, τ, ξ) at the start of a slide, where ξ' = 0. It returns the end of the slide."""
 
 Wait = Callable[[int, float], float]
-"""Function of (STICK or REST, τ) at the start of this state. It returns τ at the end of the state."""
+"""Function of (state, τ at its start), where the state is STICK or REST. It returns τ at the end of the state."""
 
 Switch = tuple[float, int, int, float]  # a switch: τ, state before, state after, ξ
 
