@@ -282,5 +282,5 @@ def quantity_index(quantity: str) -> int:
 
 
 def computed(status: np.ndarray) -> np.ndarray:
-    """Return, for each point, whether it has a section. TOO_CLOSE counts: the section is that of one possible motion."""
+    """Return, for each point, whether it has a section. A point TOO_CLOSE has the section of one possible motion."""
     return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))
