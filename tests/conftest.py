@@ -25,7 +25,7 @@ COMPILES = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile before pytest-xdist starts its workers; otherwise each of them would compile the same kernels."""
+    """Compile before pytest-xdist starts its workers. Otherwise each worker would compile the same kernels."""
     config = session.config
     if not COMPILES or hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
         return

@@ -93,7 +93,8 @@ def test_commands_can_be_typed(page):
 
 
 def _parse(line, name, *arguments):
-    """Assert that the command accepts these arguments. Without arguments, or with options only, it is incomplete."""
+    """Assert that the command accepts these arguments. Without arguments, or with options only, the command is
+    incomplete."""
     if name.startswith("--"):
         return
     assert name in cli.commands, line

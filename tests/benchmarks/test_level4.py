@@ -1,4 +1,4 @@
-"""Level 4 of the set of switches: the table is made again, and its limits are those of motions followed beside it."""
+"""Level 4 of the set of switches: the table is made again, and its limits equal limits that the test computes."""
 
 import csv
 import math

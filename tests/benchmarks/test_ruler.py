@@ -1,4 +1,4 @@
-"""The ruler: motions under small disturbances are the undisturbed one, and the stored limits are complete."""
+"""The ruler: motions under small disturbances equal the undisturbed motion, and the stored limits are complete."""
 
 import json
 import math

@@ -539,7 +539,7 @@ def test_what_acts_on_nothing_is_named_or_refused(run):
 
 
 def test_what_acts_on_nothing_and_is_the_default_is_not_named(capsys):
-    """A configuration may give every key, as those that the explorer writes do."""
+    """A configuration may give every key, like the configurations that the explorer writes."""
     judge_idle(parse(IDLE.replace("dtau = 0.1\ntol = 1e-9", "tol = 1e-7")))
     assert capsys.readouterr().err == ""
     judge_idle(parse(IDLE))

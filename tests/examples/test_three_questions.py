@@ -1,4 +1,4 @@
-"""Attractors found by brute force equal those found by the map; and the answers to the three questions."""
+"""Answers to the three questions. Attractors found by exhaustive search equal the attractors found by the map."""
 
 from pathlib import Path
 

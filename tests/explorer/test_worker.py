@@ -202,7 +202,7 @@ def test_a_pause_ends_with_the_next_request(worker):
 
 
 def test_a_request_takes_the_place_of_other_ranks_too(worker, failures):
-    """A new request of a page replaces the older one in one step, so a cancelled request cannot add another one."""
+    """A new request of a page replaces the older request in one step, so a cancelled request cannot add a request."""
     begun, ended, done = threading.Event(), threading.Event(), []
 
     def exact(halt):
@@ -248,7 +248,7 @@ def test_a_search_that_is_given_up_ends_with_its_process(aside):
 
 
 def test_warming_up_is_not_given_up_and_what_waited_for_it_is(tmp_path):
-    """Warming up lasts until the test opens a named pipe, which it does after the first request was cancelled."""
+    """Warming up lasts until the test opens a named pipe. The test opens it after the first request was cancelled."""
     gate, there = tmp_path / "gate", tmp_path / "there"
     os.mkfifo(gate)
     aside, halt = Aside(gate.read_bytes), Halt()

@@ -104,7 +104,7 @@ def test_figures_show_branches_marks_and_cobweb():
 
 
 def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
-    """Six of ten bifurcations are within 0.01 of A. These six are marked in a panel of their own, and only there."""
+    """Six of ten bifurcations are in an interval of A of length 0.01. Only the second panel marks these six."""
     seen = bifurcations((2.6, 2.7), max_period=2)[:3]
     places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6))]
     many = [replace(seen[k % 3], A=float(A)) for k, A in enumerate(places)]

@@ -159,7 +159,7 @@ def test_a_leap_sees_what_the_scan_sees(name, method):
 
 
 def acting(scene, arguments=None):
-    """Return the arguments without the tolerance if the method does not use it."""
+    """Return the arguments, without the tolerance if the method uses none."""
     left = {"tol"} if scene["method"] == "fixed" else set()
     return {name: value for name, value in (arguments or scene).items() if name not in left}
 
@@ -195,7 +195,7 @@ def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_a_leap_costs_the_same_for_every_step(method):
-    """In a sweep the number of evaluations is independent of Δτ, in a scan it is not. No motion repeats itself."""
+    """The number of evaluations does not depend on Δτ in a sweep, but does in a scan. No motion repeats itself."""
     steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
     sweep = dict(method=method, transient=0, periods=60)
     leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}

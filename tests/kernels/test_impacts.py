@@ -27,7 +27,7 @@ PATHS = {
 
 
 def picked(switches):
-    """Return the main impacts. Within π after a main impact, a faster impact replaces it, others are left out."""
+    """Return the main impacts. Within π after one, a faster impact replaces it, and slower impacts are omitted."""
     found = []
     for row, switch in enumerate(switches):
         if switch["after"] != State.IMPACT:

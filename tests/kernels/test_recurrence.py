@@ -93,7 +93,7 @@ def test_what_repeats_costs_nothing(A):
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_after_a_billion_periods(A):
-    """Cycles are skipped in the transient, too. So the result depends only on its length modulo a cycle."""
+    """Cycles are skipped in the transient, too. So the result depends on the transient only modulo a cycle."""
     late, early = (vd.sweep(A=[A], transient=n, periods=24) for n in (10**9, 10**9 % 2520 + 2520))
     assert np.array_equal(late.section, early.section)
     assert np.array_equal(late.switches, early.switches)

@@ -1,4 +1,4 @@
-"""Certified motions that were once wrong or never ended, and similar ones, compared with closed forms in 50 digits."""
+"""Certified motions that were once wrong or never ended, and similar motions, compared with 50-digit closed forms."""
 
 import math
 
@@ -146,7 +146,8 @@ def test_impact_where_the_force_falls_to_one():
 
 @pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-5])
 def test_a_slow_impact_where_the_force_falls_to_one(speed):
-    """H differs from 1 by more than its rounding error. The rounding of ξ shifts this slow impact, and H by as much.
+    """H differs from 1 by more than its rounding error. The rounding of ξ shifts this slow impact, and so changes H
+    by as much.
 
     This sweep computes no bounds of errors, so its status can be TOO_CLOSE only because of the margin.
     """

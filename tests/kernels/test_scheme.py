@@ -48,7 +48,7 @@ def test_every_state_is_ended_as_in_the_table():
 
 
 def test_the_table_is_complete():
-    """The table contains every end of every state, and every value of H for it."""
+    """The table contains every end of every state, with every value of H at this end."""
     for state, names in ENDED_BY.items():
         assert sorted({name for s, name, _, _ in TRANSITIONS if s == state}) == names
     for state, *forbidden in ((vd.State.IMPACT, "H > 1", "H <= 1"),):

@@ -165,7 +165,7 @@ def test_close_to_the_level_nothing_changes_by_rounding():
 
 @pytest.mark.parametrize("step", [None, 4.0])
 def test_far_out_distances_grow_with_A(step):
-    """Steps and tolerances in A grow with A. In an earlier version they were absolute, below the last bit of A."""
+    """Steps and tolerances in A grow with A. Constant ones would be below the last bit of a large A."""
     for B in (1e3, 1e6):
         scale = 1e-3 * B
         border, doubling = bifurcations((3.1 * B, 3.8 * B), B, 2, step=step and step * scale)

@@ -28,7 +28,7 @@ def test_a_fine_grid_fails_nowhere(method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step_are_counted(method):
-    """At ε = 5e-4 and A = 1.5 there are 83 switches in a period: a step of 0.1 misses many of them."""
+    """At ε = 5e-4 and A = 1.5 there are 83 switches in a period: a step of 0.1 misses many switches."""
     verdict = count_failures(plan(method, A=1.5, eps=5e-4, dtau=0.1))
     assert verdict.missed + verdict.late > 0.05 * verdict.judged
 

@@ -34,7 +34,7 @@ def whole_periods(taus):
 
 
 def same_landings(orbit, motion):
-    """Return True if a speed below the bound exists, above which the impacts of the motion follow those of the orbit.
+    """Return whether a speed below the bound exists so that all faster impacts follow those of the orbit.
 
     `orbit` contains at least one cycle of m impacts and the next impact.
     """

@@ -69,7 +69,7 @@ def orbit():
 
 
 def test_an_orbit_lies_on_its_own_curve(orbit):
-    """At the instants of the vertices, and one period later, ϱ is only rounding; at others it is the chord error."""
+    """ϱ is a rounding error at the instants of the vertices and one period later. Elsewhere it is the chord error."""
     curve = closed(orbit)
     assert curve_distance(curve, orbit) < 1e-12
     assert curve_distance(curve, simulate(3.04, tau0=2 * math.pi, transient=1001, periods=8)) < 1e-12

@@ -82,7 +82,7 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypat
 
 @pytest.mark.parametrize("sync", [True, False])
 def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
-    """fsync is called once, after all blocks. After a signal it is not called, because there is no time for it."""
+    """fsync is called once, after all blocks. After a signal fsync is not called, because it would take too long."""
     asked = []
     monkeypatch.setattr(
         os, "fsync", lambda fd: asked.append((os.path.samestat(os.fstat(fd), os.stat(path)), look(path)))

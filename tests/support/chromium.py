@@ -91,7 +91,7 @@ class Tab:
         self.mouse("Released", x, y)
 
     def drag(self, start, places):
-        """Press the mouse button at `start`, move the mouse over `places`, and release the button at the last one."""
+        """Press the mouse button at `start`, move the mouse over `places`, and release the button at the last place."""
         self.mouse("Pressed", *start)
         for place in places:
             self.mouse("Moved", *place)

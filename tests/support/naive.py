@@ -13,7 +13,7 @@ ETA = 10.0 * math.sqrt(102.0)
 
 
 class Switch(NamedTuple):
-    """One switch, with ξ and ξ' there. The next state starts with ξ' = 0, and after an impact also with ξ = 0."""
+    """One switch, with its ξ and ξ'. The next state starts with ξ' = 0, and after an impact also with ξ = 0."""
 
     tau: float
     period: int
@@ -71,7 +71,7 @@ def at_obstacle(H: float) -> int:
 
 
 def over(model: Model, state: int, tau: float, *since: float) -> str:
-    """Return the switching function (8) that has changed its sign at τ, or "". If S1 and S2 have, return S1."""
+    """Return the switching function (8) that has changed its sign at τ, or "". If S1 and S2 have changed, return S1."""
     if state == UP:
         return "S3" if model.dxi(tau, state, *since) < 0 else ""
     if state == DOWN:

@@ -57,7 +57,7 @@ CELL = 500  # cells of a map become blocks of pixels, so that the map has at lea
 def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
     """Return what the page shows as "png", "pdf" or "svg": each pixel of the picture, the exact curves, the motion.
 
-    In a PNG the picture has its own pixels, in the other formats it is an embedded image of these pixels.
+    In a PNG the picture has its own pixels. In the other formats the picture is an embedded image of these pixels.
     """
     from matplotlib import rc_context  # imported here so that the page does not wait for it
     from matplotlib.colors import to_rgb

@@ -189,7 +189,7 @@ def read_address(address: str) -> View:
     return View.read({key: value for key, value in parse_qsl(address.lstrip("?")) if key != "token"})
 
 
-OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN  # fields that return to their defaults with a new axis
+OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN  # fields that return to their defaults if an axis changes
 
 
 def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:

@@ -31,7 +31,7 @@ from vibrodrive.model.names import LINEAR
 from vibrodrive.model.size import result_bytes
 from vibrodrive.periodic.search import kind_of
 
-REST_SECONDS = 0.12  # pause between the first picture and finer ones; a moving mouse makes the next request earlier
+REST_SECONDS = 0.12  # pause between the first picture and finer pictures; a moving mouse sends the next request earlier
 PENDING = "multiplier and k₂ are being computed …"
 SOUGHT = "exact curves are being computed"
 
@@ -65,7 +65,7 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
 
 
 def _draw(session: Session, view: View, seq: int, level: Level) -> None:
-    # address of the latest view: either it differs only by `at`, or the page ignores this address
+    # `address` is that of the latest view. This view differs from `view` only by `at`, or the page ignores `address`.
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address(), "odd": {}}
     over, conditions = title_of(view)
     head["title"] = f"<b>{over}</b>, {conditions}"

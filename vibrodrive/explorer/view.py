@@ -28,7 +28,7 @@ from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
 DIAGRAM = "diagram"  # mode with a quantity over one parameter; the mode MAP has two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
-COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # chosen method and certified one
+COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # of the chosen and the certified method
 UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
@@ -98,7 +98,7 @@ class View:
 
     `at` is the x of the motion shown below the diagram (NaN: none). `orbits` is the longest period of the exact orbits
     that are drawn (0: none). With `scene` "SI", the default if an axis is a quantity of a scene, a0 to g are those of
-    `Scene`; B follows from them, and so does A unless it is an axis. The other fields are those of `simulate`.
+    `Scene`. They determine B and, if A is not an axis, also A. The other fields are those of `simulate`.
 
     Examples
     --------

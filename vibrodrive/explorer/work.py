@@ -25,7 +25,7 @@ from vibrodrive.model.size import result_bytes
 FRAME_SECONDS = 0.03  # time for the first level; with the drawing it allows about 15 frames per second
 LEVEL_SECONDS = 0.15  # time for each later level
 STRIDES = (16, 8, 4, 2, 1)
-COARSEST_DIAGRAM = 4  # largest stride of a diagram; a coarser one breaks up its lines
+COARSEST_DIAGRAM = 4  # largest stride of a diagram; a larger stride would break up its lines
 GROWTH = 4.0  # largest ratio of the numbers of points of two successive levels
 SHORTEST = 8  # least number of transient and of recorded periods of a sketch
 

@@ -97,7 +97,7 @@ class Worker:
             return self._current is None and not self._waiting
 
     def close(self, seconds: float = 1.0) -> None:
-        """End the thread; wait for it at most these seconds."""
+        """End the thread. Wait at most these seconds until it has ended."""
         with self._changed:
             self._closed = True
             self._waiting.clear()

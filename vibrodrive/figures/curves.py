@@ -63,7 +63,7 @@ def curve(trajectory: Trajectory, points_per_period: int = POINTS) -> Curve:
     corners = np.stack([before, gap, after], axis=1).reshape(-1, 3)
     corners = corners[np.isfinite(corners[:, 0])]
     rows = np.concatenate([corners, np.stack([sample.tau, sample.xi, sample.dxi], axis=1)])
-    rows = rows[np.argsort(rows[:, 0], kind="stable")]  # a sample at the time of a switch follows it
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]  # a sample at the time of a switch follows the switch
     jumps = np.stack([before, after], axis=1)[jumped]
     return Curve(rows[:, 0], rows[:, 1], rows[:, 2], jumps)
 

@@ -28,7 +28,7 @@ from vibrodrive.periodic.search import Orbit
 
 CURVE_POINTS = 400
 CROWDED = 8  # with at least this many bifurcations, a second panel shows the range of A where they are dense
-DENSE = 0.6  # that range is the shortest one with this share of all bifurcations
+DENSE = 0.6  # the second panel shows the shortest range of A with this share of all bifurcations
 
 
 @styled

@@ -204,7 +204,7 @@ def end_of_record(w, k, i):
 
 @inline
 def heed(w, k, i, errors):
-    """Call `heed_status` if errors are computed."""
+    """If errors are computed, mark the motion as uncertain after a doubtful decision (`heed_status`)."""
     if errors is not None:
         heed_status(w, k, i)
 
@@ -227,7 +227,7 @@ def segment_end(w, k, i, method, event, h, side, there, errors):
 
 @inline
 def pass_on(w, k, i, method, event, end, errors):
-    """Call `pass_errors_on` if errors are computed."""
+    """If errors are computed, set the errors of the state that has just begun (`pass_errors_on`)."""
     if errors is not None:
         pass_errors_on(w, k, i, method, event, end)
 

@@ -81,7 +81,7 @@ def derivatives(h, d1, c2, al, be, s, v):
     return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
 
 
-TINY = 1.2e-16  # share of h: a step below it does not change h, and an error below it is the rounding of h
+TINY = 1.2e-16  # share of h: a smaller step does not change h, and a smaller error is within the rounding of h
 
 
 @inline

@@ -37,7 +37,7 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
 """Columns of a row that stores a switch, in the order of `Trajectory.switches`."""
 
 (
-    # time in each of four states; number of impacts, the largest |ξ'| of them, Σ|ξ'| and Σ½ξ'² of them; friction loss;
+    # time in each of four states; of the impacts: number, largest |ξ'|, Σ|ξ'| and Σ½ξ'²; friction loss;
     # work of the excitation; largest ξ, least ξ', largest ξ'
     TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
     # time of the last switch, and F, -G and -∫G there, if these are known
@@ -155,7 +155,7 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
     turn = (totals[TURN_UP] if s > 0.0 else totals[TURN_DOWN]) - phi
     turn -= math.floor(turn * (1.0 / TWO_PI)) * TWO_PI
     if turn < h:
-        if s * slope < 0.0:  # each of these maxima of |ξ'| is larger than the one a period before
+        if s * slope < 0.0:  # the maximum of |ξ'| grows from period to period
             turn += math.floor((h - turn) * (1.0 / TWO_PI)) * TWO_PI
         best = max(best, s * (g - slope * turn - (totals[COSINE_UP] if s > 0.0 else totals[COSINE_DOWN])))
     return best

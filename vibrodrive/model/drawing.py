@@ -34,7 +34,7 @@ KEPT = "kept"  # the structure is kept if `gaps` are those of the undisturbed mo
 K2 = "k2"
 
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
-"""Quantities of the scene that a power needs. Each of them is an axis or one number."""
+"""Quantities of the scene that a power needs. Each quantity is an axis or one number."""
 
 OF_CLASSES = ("period", "gaps", "sequence", "status", KEPT)
 """Quantities of maps with one colour for each value, hence without a range."""
@@ -112,7 +112,8 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
 def merge_wishes(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
     """Return the drawing options of a configuration (`wanted`), replaced by the options of the call (`now`).
 
-    The range in the configuration belongs to the quantity there, so it is left out if the call gives another quantity.
+    The range in the configuration belongs to the quantity in the configuration. If the call gives another quantity,
+    this range is left out.
     """
     kept = dict(wanted)
     merged = kept | now

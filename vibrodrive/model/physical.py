@@ -123,7 +123,7 @@ class Scene:
     a0 : float
         amplitude (m) of the excitation.
     omega0, frequency : float
-        angular frequency (rad/s) of the excitation, or its frequency in hertz. Exactly one of them must be given.
+        angular frequency (rad/s) of the excitation, or its frequency in hertz. Exactly one of the two must be given.
     mu : float
         coefficient of friction.
     alpha : float

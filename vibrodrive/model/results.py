@@ -49,7 +49,7 @@ class Results:
       last impact they are filled with NaN or -1.
     - "error" adds arrays over the axes: error_xi and error_dxi (both together as `error`), and certain_until.
 
-    Files and `to_xarray` describe each array. The name of `period` in them is `motion_period`.
+    Files and `to_xarray` describe each array. There `period` has the name `motion_period`.
 
     A pickle or copy of the results of a file contains the arrays read so far. It reads the others from the absolute
     path of the file.

@@ -62,7 +62,7 @@ def _create(
     chunks: tuple[int, ...] | None = None,
     **options: Any,
 ) -> h5py.Dataset:
-    if 0 in shape or _is_text(dtype):  # HDF5 has no checksum for these
+    if 0 in shape or _is_text(dtype):  # HDF5 has no checksum for empty arrays and texts
         return file.create_dataset(name, shape, dtype, **options)
     chunks = chunks or tuple(min(n, MOST) for n in shape)
     return file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)

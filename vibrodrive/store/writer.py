@@ -104,7 +104,7 @@ class Writer:
             raise damaged(self.path, name)
         for k in wrong:
             # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5
-            # would read a damaged chunk before it writes a part of it.
+            # would read a damaged chunk before it writes a part of this chunk.
             for variable in reversed(variables_of(self.plan)):
                 self._put_chunk(k, variable.name, layout.blank(variable, layout.chunk_of(variable, self.plan)))
                 self._flush()
