@@ -1,4 +1,5 @@
-"""Bifurcation diagrams: all recorded section values over a swept parameter. A spot with more values is darker."""
+"""Bifurcation diagrams: all recorded section values over a swept parameter. A spot is a cell of the image of a diagram;
+it is darker if it contains more values."""
 
 from __future__ import annotations
 
@@ -53,8 +54,8 @@ def bifurcation(
     Parameters
     ----------
     results : Results
-        sweep with at least one axis. If there are more axes, each combination of their values has its own panel. At
-        most six panels are drawn, evenly spaced.
+        sweep with at least one axis. If there are more axes, each combination of their values has its own panel. Of
+        these panels at most six are drawn, evenly spaced.
     quantity : str
         "dxi" or "xi", a coordinate of the section points; or "impact_phase" or "impact_speed" of the main impacts, if
         the sweep has recorded these.
@@ -134,8 +135,8 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
     """Draw `values` (n, k) over `x` (n,) as an image, and return its legend entries.
 
-    A spot is darker if more of the k values are on it (`ink_of`). Every value of x is visible: if several share a
-    column, each row shows the darkest of them. If all ink is full, there are no legend entries.
+    `ink_of` gives the darkness of a spot that contains some of the k values. If several x share a column of the image,
+    each spot has the ink of the darkest. If all spots have full ink, there are no legend entries.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
@@ -194,7 +195,7 @@ def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
 
 
 def full_range(values: Sequence[np.ndarray], margin: float = 0.04) -> tuple[float, float]:
-    """Return the range of all finite values, widened by the share `margin` of it at both ends."""
+    """Return the range of all finite values, enlarged at both ends by `margin` times its length."""
     seen = [v[np.isfinite(v)] for v in values]
     low = min((v.min() for v in seen if v.size), default=-1.0)
     high = max((v.max() for v in seen if v.size), default=1.0)
@@ -210,7 +211,7 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
     counts = np.zeros((len(values), PANEL_ROWS))
     np.add.at(counts, (number[inside], row[inside].astype(int)), 1.0)
     ink = ink_of(counts, values.shape[1])
-    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line of one row would be too thin
+    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])  # a line with a height of one row would be too thin
     return ink
 
 
@@ -266,7 +267,7 @@ def is_geometric(x: np.ndarray) -> bool:
 
 
 def place_of(results: Any, at: Mapping[str, int]) -> str:
-    """Return the values of axes at these indices as text. For the axis `point`, these are values of its parameters."""
+    """Return the values of the axes at these indices as text. The axis `point` gives the values of its parameters."""
     values: dict[str, float] = {}
     for name, index in at.items():
         along = results.points if name == POINT else {name: results.axes[name]}

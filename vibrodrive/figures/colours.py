@@ -1,7 +1,8 @@
-"""Colours of a map: each class (of periods, gaps or statuses) and each shade of a quantity is an index of one table.
+"""Colours of a map.
 
-Points outside the scale have their own colours: motions that rest, motions without a value of the quantity, and values
-beyond the limits. Points that are not computed have no colour.
+One table contains the colours of all classes (of periods, gaps or statuses) and all shades of a quantity. Points
+outside the scale have separate colours: motions that rest, motions without a value of the quantity, and values beyond
+the limits. Points that are not computed have no colour.
 """
 
 from typing import Any, NamedTuple
@@ -15,12 +16,12 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, KEPT, check_range
 from vibrodrive.model.states import states
 
-APART = "white"  # for a rest, and for 0 on a logarithmic scale; lighter than all classes and shades
+APART = "white"  # colour of a rest, and of 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512
 DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9
-"""Least start of a logarithmic scale, as a share of the largest value. Smaller values, such as the energy of a touch
-that exists by rounding only, have the colour for values below the scale."""
+"""Least start of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values below
+the scale. Such a value is, for example, the energy of an impact that exists only because of rounding."""
 
 STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
 LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
@@ -55,7 +56,7 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
         kind, labels, colours = _CLASSIFY[quantity](values, done)
         norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
         apart: list[tuple[str, str]] = []
-        if quantity != "status" and rests.any():  # a rest has period 1, but its own colour
+        if quantity != "status" and rests.any():  # a motion at rest has the period 1, but a separate colour
             apart.append(("rests", APART))
             kind = np.where(rests, len(colours), kind)
             colours = [*colours, APART]
@@ -87,9 +88,9 @@ def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
 
 
 def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
-    """Return one class for each of the most frequent values, one for all other values, and one for 0.
+    """Return the classes: one for each of the most frequent values, one for all other values, and one for 0.
 
-    The value with the largest area has the first class.
+    The most frequent value has the first class.
     """
     found, counts = np.unique(values[done & (values > 0)], return_counts=True)
     *own, other, none = look().classes
@@ -170,7 +171,7 @@ def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
     """
     positive = finite[finite > 0]
     low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
-    if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has its own colour
+    if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has a separate colour
         low = max(positive.min(), LEAST * high)
     if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
         return LogNorm(low, high)

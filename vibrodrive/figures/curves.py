@@ -34,7 +34,7 @@ POINTS = 400  # per excitation period
 FIRST = 10  # periods that a time curve shows by default
 SPOTS = (900, 600)  # columns and rows of an image of passes
 AROUND = 0.01
-FAST = 40  # points per period of the disturbance; fewer would miss its peaks
+FAST = 40  # points per period of the disturbance; fewer points would miss its maxima
 JUMP = "jump of $\\xi\\mathrm{′}$"
 
 
@@ -48,9 +48,10 @@ class Curve(NamedTuple):
 
 
 def curve(trajectory: Trajectory, points_per_period: int = POINTS) -> Curve:
-    """Return samples of a trajectory and its switches in one sequence, so that corners are sharp.
+    """Return samples of a trajectory together with its switches, so that the corners of the curve are exact.
 
-    At an impact ξ' jumps to 0. On a fixed grid the overshoot of a late switch also jumps to 0.
+    At an impact ξ' jumps to 0. On a fixed grid the value that is 0 at the end of a state is nonzero at a late switch;
+    it also jumps to 0.
     """
     sample = trajectory.sample(points_per_period)
     switches = trajectory.switches
@@ -118,7 +119,8 @@ def phase_curve(
 
 
 def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
-    """Draw one phase curve, and return the legend entries for its ink by label. A line has no such entries."""
+    """Draw one phase curve, and return the legend entries for its ink by label. A curve that is a line has no such
+    entries."""
     key: dict[str, Any] = {}
     switches = np.stack([motion.switches[name] for name in ("phase", "xi", "dxi")], axis=1)
     different = len(np.unique(np.round(switches, 6), axis=0))
@@ -256,9 +258,9 @@ def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None
 
 
 def _ink(counts: np.ndarray, periods: int) -> np.ndarray:
-    """Return the ink of each spot: the root of the share of periods that pass it.
+    """Return the ink of each spot: the square root of the share of periods that pass the spot.
 
-    An irregular motion passes most spots in few of its periods, and without the root these spots would be faint.
+    An irregular motion passes most spots in few of its periods. Without the root these spots would be too faint.
     """
     return np.where(counts > 0, FAINTEST + (1.0 - FAINTEST) * np.sqrt(counts / periods), 0.0)
 
@@ -284,5 +286,5 @@ def count_passes(points: np.ndarray, period: np.ndarray, low: np.ndarray, high: 
     along = np.repeat(begin, steps, axis=0) + share[:, None] * np.repeat(end - begin, steps, axis=0)
     column, row = np.clip(along.astype(int), 0, np.array(SPOTS) - 1).T
     spots = SPOTS[0] * SPOTS[1]
-    met = np.unique(np.repeat(of, steps) * spots + row * SPOTS[0] + column)  # each spot counts once per period
+    met = np.unique(np.repeat(of, steps) * spots + row * SPOTS[0] + column)  # count each spot once per period
     return np.bincount(met % spots, minlength=spots).reshape(SPOTS[::-1]).astype(float)

@@ -1,6 +1,5 @@
-"""Diagrams of a Results or a Trajectory. They are returned as Matplotlib figures, and no window is opened.
-
-Quantities are dimensionless and have the symbols of the paper. Axes of a scene are in SI units.
+"""Diagrams of a Results or a Trajectory as Matplotlib figures; no window is opened. Quantities are dimensionless and
+have the symbols of the paper. Axes of a scene are in SI units.
 """
 
 from __future__ import annotations
@@ -23,9 +22,10 @@ from vibrodrive.model.parameters import bad
 __all__ = ["bifurcation", "from_results", "map_figure", "phase_curve", "poincare", "trajectory_figure"]
 
 DIAGRAM = 12
-"""An axis with at least this many values is drawn as a bifurcation diagram, a shorter one as Poincaré sections."""
+"""A sweep over an axis with at least this many values is drawn as a bifurcation diagram, a shorter sweep as Poincaré
+sections."""
 
-FEW = 64  # a section with at most this many different points has larger dots, which can be counted
+FEW = 64  # a section with at most this many different points has larger dots, so that they can be counted
 
 
 @styled

@@ -16,7 +16,7 @@ from vibrodrive.model.drawing import Style, Width
 from vibrodrive.stability.failures import KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
-LEAST = 1e-3  # all smaller shares have the same tone; they are rare because about a thousand switches are compared
+LEAST = 1e-3  # smaller shares have the same tone; they are rare, because about a thousand switches are compared
 LEAST_INK, LESS_INK = 0.2, 0.1
 
 
@@ -24,7 +24,8 @@ LEAST_INK, LESS_INK = 0.2, 0.1
 def failures_figure(
     found: FailureMap, *, ax: Any = None, style: Style | None = None, width: Width | None = None
 ) -> Figure:
-    """Draw the shares of missed, late and wrongly decided switches over A and the disturbance.
+    """Draw the shares of missed switches, late switches and switches with a wrong next state over A and the
+    disturbance.
 
     There are six panels, one for each method and kind of failure. Below the dashed line the structure is kept.
 

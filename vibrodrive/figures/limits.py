@@ -2,8 +2,8 @@
 
 k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), have similar sizes. A
 separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the numerical disturbance
-have the same effect. Limits of Muller's method are not compared, because with this method a switch is either found
-accurately or missed, but is not late by up to Δτ.
+have the same effect. Limits of Muller's method are not compared. With this method a switch is either found accurately
+or missed, but never late by up to Δτ.
 """
 
 from __future__ import annotations
@@ -47,14 +47,15 @@ APART = 5.0  # an abscissa of η is logarithmic if the ratio of its ends is larg
 
 @styled
 def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, width: Width | None = None) -> Figure:
-    """Draw the limits in ε and in Δτ as velocity amplitudes over the axis, and below them the ratio of both.
+    """Draw the limits in ε and in Δτ as velocity amplitudes over the axis, and below them the ratio of the two
+    amplitudes.
 
     If A is the only axis, there are two more panels. The top panel shows the values of ε and Δτ themselves, as bands
     from the first loss k₂ to the last value at which the structure is kept. The bottom panel shows the bifurcation
     diagram of the undisturbed motion.
 
-    If there are two axes, the longer axis is the abscissa, and each value of the other axis has a line. At most six
-    evenly spaced values are drawn, and limits of Muller's method are not drawn.
+    If there are two axes, the longer axis is the abscissa, and each value of the shorter axis has a line. At most six
+    evenly spaced values of the shorter axis are drawn. Limits of Muller's method are not drawn.
 
     A limit is missing where the undisturbed motion has no period, or where no tried disturbance destroys the structure.
     A ratio is missing where the limit in ε or the limit in Δτ is missing. A band has no height where the structure is
@@ -195,7 +196,7 @@ def _over_two(found: Limits) -> Figure:
 
 
 def _velocities(ax: Axes, found: Limits) -> None:
-    """Draw the limits in ε, and those in Δτ with switches on the grid, over one axis as velocity amplitudes."""
+    """Draw the limits in ε and, with switches on the grid, in Δτ as velocity amplitudes over one axis."""
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
     for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
@@ -204,7 +205,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
 
 
 def _ratios(ax: Axes, found: Limits) -> None:
-    """Draw the ratio over one axis. A note gives its median and the range that contains 90 % of its values."""
+    """Draw the ratio over one axis. A note gives the median and the range that contains 90 % of the values."""
     (x,) = found.axes.values()
     ratio = found.ratio()
     _line(ax, x, ratio, 0, "_ratio")
@@ -218,7 +219,7 @@ def _ratios(ax: Axes, found: Limits) -> None:
 def _line(ax: Axes, x: np.ndarray, values: np.ndarray, number: int, name: str) -> None:
     order = np.argsort(x)
     colour, pattern = look().lines[number % len(look().lines)]
-    # not clipped, so that the marks at the ends are complete
+    # without clipping, so that the marks at the ends are complete
     marked: dict[str, Any] = {"marker": "o", "markersize": 2.2, "clip_on": False} if len(x) <= MARKED else {}
     ax.plot(x[order], values[order], ls=pattern, color=colour, lw=0.9, label=name, **marked)
 
@@ -290,7 +291,7 @@ def shared_by(found: Limits) -> list[str]:
 
 
 def _gaps(found: Limits, curves: int) -> list[str]:
-    """Return the reasons why computed points are missing in the first curves; `curves` is the number of curves."""
+    """Return the reasons why points that were computed are missing in the first `curves` curves."""
     k2, n, done = found.values[:curves], found.n[:curves], found.done[:curves]
     one = (k2 == 0) if found.quantity == KU else np.isposinf(k2) & (found.quantity == K1)
     reasons = {
@@ -303,7 +304,8 @@ def _gaps(found: Limits, curves: int) -> list[str]:
 
 
 def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
-    """Draw a limit and the band above it, in which the structure is kept at some values. Return its legend entry."""
+    """Draw a limit and, above it, the band in which the structure is kept at some values. Return the legend entry of
+    the band."""
     label = named(found.quantity, CURVE_LABELS[found.curves[c]])
     first, last = found.known()[c], found.last()[c]
     end = np.where(last > first, last, first)

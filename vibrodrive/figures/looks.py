@@ -1,7 +1,7 @@
 """Colours of all figures in two styles: `screen`, which colour-blind readers can read, too, and `print` in black ink.
 
-Elements with different colours also have different line styles, marks or lightness. In `print` these are their only
-differences.
+Elements with different colours also have different line styles, marks or lightness. In `print` they differ only in
+these.
 """
 
 from typing import Any, NamedTuple
@@ -37,7 +37,8 @@ class Look(NamedTuple):
 
 
 def _ramp(*colours: str | tuple[float, str]) -> Colormap:
-    """Return a colour map through the colours. They are evenly spaced unless each has a place from 0 to 1."""
+    """Return a colour map through the colours. Each colour has a place from 0 to 1; by default the places are evenly
+    spaced."""
     return LinearSegmentedColormap.from_list("ink", colours)
 
 

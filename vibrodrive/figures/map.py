@@ -1,8 +1,8 @@
 """Maps: a quantity of every motion of a sweep, as colours over two axes or as marks over one axis.
 
-colours.py defines the colours. Points that are not computed show the hatched ground. If several cells share a pixel,
-the pixel shows the cell whose colour is the rarest on the map. So thin structures remain complete, and the size of the
-file depends on the number of pixels of the figure, not on the number of cells.
+colours.py defines the colours. Points that are not computed are hatched. If several cells share a pixel, the pixel
+shows the cell whose colour is the rarest on the map. So thin structures remain complete, and the size of the file
+depends on the number of pixels of the figure, not on the number of cells.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ def map_figure(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Draw a map of a quantity over two axes of a sweep. If the sweep has only one axis, draw the values over it.
+    """Draw a map of a quantity over two axes of a sweep. If the sweep has only one axis, draw the values over this
+    axis.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def map_figure(
         axis that is not drawn, and the figure names these values.
     quantity : str
         a quantity of the summary, "status" or "margin". "impact_power" is the quantity `energy` in W, for a scene with
-        a mass. "kept" shows if the `gaps` of a motion are those of the undisturbed motion.
+        a mass. "kept" shows if the `gaps` of a motion equal the `gaps` of the undisturbed motion.
     x, y : str, optional
         axes to the right and upwards; by default the two longest axes, in the order of the sweep.
     curves : sequence, optional
@@ -89,10 +90,11 @@ def map_figure(
         range of the colours of a continuous quantity; by default the range of all values. Values below and above the
         range have their own colours, which the ends of the colour bar show.
     undisturbed : int array, optional
-        needed for "kept": `gaps` of the undisturbed motions. Its dimensions are the axes of the sweep; along ε and Δτ
-        its length is 1.
+        `gaps` of the undisturbed motions, needed for "kept". The dimensions of the array are the axes of the sweep;
+        along ε and Δτ its length is 1.
     k2 : Limits, optional
-        limits over one axis, drawn as a line. One axis of the map must be this axis, and the other one ε or Δτ.
+        limits over one axis, drawn as a line. One axis of the map must be this axis, and the other axis of the map ε or
+        Δτ.
 
     Raises
     ------
@@ -175,7 +177,8 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
 def recorded(results: Any, quantity: str) -> np.ndarray:
     """Return a quantity over all axes.
 
-    The array is float64, with NaN for an undefined value, or int64 for gaps and sequences, with -1 for such a value.
+    The array is float64, with NaN for an undefined value. For gaps and sequences it is int64, with -1 for an undefined
+    value.
     """
     if quantity == IMPACT_POWER:
         names = list(results.axes)
@@ -191,7 +194,8 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
 
 
 def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
-    """Return 1 if the gaps are those of the undisturbed motion, 0 if not, and -1 if that motion has no gaps."""
+    """Return 1 if the gaps equal those of the undisturbed motion, 0 if they differ, and -1 if the undisturbed motion
+    has no gaps."""
     if undisturbed is None:
         raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT}"))
     return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
@@ -234,7 +238,7 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
 
 
 def _evenly(values: np.ndarray) -> np.ndarray:
-    """Return, for each of the equally wide columns of the image, the index of the cell that this column shows."""
+    """Divide the image into columns of equal width, and return for each column the index of the cell that it shows."""
     borders = borders_of(values)
     span = borders[-1] - borders[0]
     count = int(np.clip(round(span / max(np.diff(borders).min(), span / FINEST)), len(values), FINEST))
@@ -245,7 +249,8 @@ def _evenly(values: np.ndarray) -> np.ndarray:
 
 
 def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
-    """Draw marks over the only axis. Each class has its level; other quantities have a scale, with arrows beyond it."""
+    """Draw marks over the only axis. Each class has a separate level. Other quantities have a scale; values beyond it
+    are arrows."""
     order = np.argsort(x, kind="stable")
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
     if n:
@@ -280,6 +285,6 @@ def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
 
 
 def apart(painted: Painted) -> list[Patch]:
-    """Return the legend entries for colours outside the scale and for the hatched ground."""
+    """Return the legend entries for colours outside the scale and for hatched points."""
     handles = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
     return handles + ([Patch(**HATCHED, label=painted.blank)] if painted.blank else [])

@@ -42,7 +42,7 @@ def bifurcation_diagram(
     style: Style | None = None,
     width: Width | None = None,
 ) -> Figure:
-    """Draw the section values of every orbit over A, solid for stable orbits, dashed for unstable ones.
+    """Draw the section values of every orbit over A. Stable orbits are solid lines, unstable orbits dashed lines.
 
     If there are many bifurcations, a second panel shows the range of A where they are dense.
 
@@ -114,13 +114,13 @@ def views(found: Family) -> list[tuple[float, float]]:
     k = int(spans.argmin())
     margin = 0.12 * float(spans[k])
     low, high = at[k] - margin, at[k + several - 1] + margin
-    inside = at[_within(at, low - 0.5 * margin, high + 0.5 * margin)]  # no mark at the edge of a panel
+    inside = at[_within(at, low - 0.5 * margin, high + 0.5 * margin)]  # so that no mark is at the edge of a panel
     low, high = min(low, inside[0] - 0.5 * margin), max(high, inside[-1] + 0.5 * margin)
     return [whole, (max(whole[0], float(low)), min(whole[1], float(high)))]
 
 
 def _view(ax: Axes, ranges: Sequence[tuple[float, float]], k: int) -> list[tuple[float, float]]:
-    """Set the range of panel k, shade the range of the next panel, and return the ranges in which k has marks."""
+    """Set the range of panel k, shade the range of panel k + 1, and return the ranges in which panel k shows marks."""
     low, high = ranges[k]
     ax.set_xlim(low, high)
     if len(ranges) == 1:
@@ -166,7 +166,7 @@ def multiplier_diagram(
     heights = [np.array([next((m for m in s if m == m), math.nan)]) for s in sides]
     for k, ax in enumerate(axes[:, 0]):
         for level in (-1.0, 0.0, 1.0):
-            ax.axhline(level, color=look().support, lw=0.6, zorder=1)  # above the shade of `_view`
+            ax.axhline(level, color=look().support, lw=0.6, zorder=1)  # drawn above the shaded range of `_view`
         for branch, y in curves:
             _curve(ax, branch, y)
         _marks(ax, found.bifurcations, heights, _view(ax, ranges, k))
@@ -221,7 +221,7 @@ def cobweb(
     ax.plot([0, turn], [0, turn], color=look().support, lw=0.6, label="next phase = phase")
     edges = [0.0, *system.breakpoints.tolist(), turn]
     for a, b in itertools.pairwise(edges):
-        # close to a grazing the map falls like a square root, so the points are denser at the ends of a branch
+        # near a grazing the map has the slope of a square root, so the points are denser at the ends of a branch
         inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, CURVE_POINTS))
         phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
         image = system(phi).phase

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 HALO = 0.7
 NUMBERED = "numbers on curves: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
-AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A, and axes that determine B
+AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A; axes that determine B
 POINTS = 400
 SAME = 1e-12  # largest relative difference of two parameters that count as equal
 DISTURBANCES = ("eps", "dtau")
@@ -48,7 +48,7 @@ def draw_lines(ax: Axes, lines: Sequence[Line]) -> None:
     for k, line in enumerate(lines):
         kind = BIFURCATIONS[line.kind]
         colour = kind.colour if look().coloured else kind.ink
-        # all halos are below all lines
+        # draw all halos first, so that no halo hides a line
         halo: dict[str, Any] = {"lw": kind.width + 2 * HALO, "color": "white", "alpha": 0.7, "solid_capstyle": "butt"}
         ax.plot(line.across, line.up, "-", zorder=4, **halo)
         shown = line.kind not in known and _in_view(ax, line)
@@ -101,7 +101,7 @@ def curves_figure(
     A, B : (float, float)
         ranges shown.
     max_period : int
-        longest period of the orbits that were searched for; a note in the figure names it.
+        longest period of the orbits in the search; a note in the figure names this period.
     meets : sequence of (A, B)
         points where curves meet; the figure marks them.
 
@@ -129,7 +129,7 @@ def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list
     """Return curves over A and B as lines in the plane of the axes x and y of results, in the units of figures.
 
     If one axis determines B, each point of a curve is one point of the plane. If B is constant, a curve gives one line
-    for each A at which the curve has this B; over the frequency Ω0 this line is a0 = const/Ω0². Raises ValueError if
+    for each A at which the curve has this B. Over the frequency Ω0 such a line is a0 = const/Ω0². Raises ValueError if
     the map has no second axis, if no axis determines A, or if no curve reaches a constant B.
     """
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
@@ -165,9 +165,9 @@ def _pieces(curve: Curve, along: str, values: np.ndarray, known: Mapping[str, An
 
 
 def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> None:
-    """Draw the limits k₂ of a file as a line over a map. The axes of the map are that of the file and the disturbance.
-
-    Raises ValueError if the limits have another axis, another disturbance or other parameters than the map.
+    """Draw the limits k₂ of a file as a line over a map. The axes of the map are the axis of the file and the
+    disturbance. Raises ValueError if the limits have another axis, another disturbance or other parameters than the
+    map.
     """
     disturbance = next((name for name in DISTURBANCES if name in (x, y)), None)
     curve = (disturbance, results.settings.method_name)

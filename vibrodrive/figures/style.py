@@ -1,9 +1,8 @@
 """Parts common to all figures: two styles (looks.py), two widths (one or two columns), names, notes and legends.
 
-A `styled` function takes `style` and `width`. Without these arguments the values of the enclosing `drawn_as` apply.
-Without a `drawn_as`, these are "screen" and "double".
-
-This module does not use pyplot. A Figure is drawn without a display (Agg) and returned, and the caller saves it.
+A function decorated with `styled` takes `style` and `width`. By default these are the values of the enclosing
+`drawn_as` block, or "screen" and "double" outside such a block. This module does not use pyplot. Each Figure is drawn
+without a display (Agg) and is not saved.
 """
 
 from __future__ import annotations
@@ -34,7 +33,10 @@ from vibrodrive.model.names import NAMES, SCENE_AXES
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import drafted
 
-INCHES: dict[Width, float] = {"double": 6.85, "single": 3.31}  # 174 and 84 mm, the columns of narrow journals
+INCHES: dict[Width, float] = {
+    "double": 6.85,
+    "single": 3.31,
+}  # 174 mm and 84 mm, two columns and one column of a journal
 RESOLUTION = 250  # pixels per inch
 LEGEND_LINE, BETWEEN = 2.8, 1.2  # in units of the letter size
 MARGIN = 0.8  # inches beside the axes
@@ -47,7 +49,7 @@ PHASES = ("section_phase", "tau0")
 PARTS = (1, 2, 3, 4, 6)
 
 COMMON: dict[str, Any] = {
-    "font.family": "STIXGeneral",  # comes with matplotlib: the same figure on every machine
+    "font.family": "STIXGeneral",  # Matplotlib contains this font, so that figures are equal on all machines
     "mathtext.fontset": "stix",
     "legend.frameon": False,
     "legend.handlelength": LEGEND_LINE,
@@ -64,9 +66,9 @@ COMMON: dict[str, Any] = {
     "figure.constrained_layout.use": True,
     "figure.dpi": 100,
     "savefig.dpi": RESOLUTION,
-    "pdf.fonttype": 42,  # the letters used are embedded as a TrueType font: journals refuse the default, Type 3
-    "svg.fonttype": "path",  # letters as outlines: the fonts need not be installed
-    "svg.hashsalt": "vibrodrive",  # element names by content: equal figures give equal files
+    "pdf.fonttype": 42,  # embed fonts as TrueType, because journals refuse the default, Type 3
+    "svg.fonttype": "path",  # letters are outlines, so that the fonts need not be installed
+    "svg.hashsalt": "vibrodrive",  # element names depend on the content only, so that equal figures give equal files
     "agg.path.chunksize": 20000,
 }
 
@@ -105,7 +107,8 @@ def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator
 
 
 def styled(function: _F) -> _F:
-    """Run a drawing function within `drawn_as(style, width)`; `new` returns the axes given as `ax`."""
+    """Decorate a drawing function: run it within `drawn_as(style, width)`, and let `new` return the axes given as
+    `ax`."""
     parameter = inspect.signature(function).parameters.get("ax")
     takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
 
@@ -224,7 +227,7 @@ class ShownFigure(Figure):
 
 
 def given_axes() -> list[Axes]:
-    """Return the axes that the caller has given, or [] for a new figure."""
+    """Return the axes given as `ax` to the drawing function, or [] for a new figure."""
     given = _GIVEN_AXES.get()
     return [] if given is None else list(np.array(given, dtype=object).reshape(-1))
 
@@ -232,10 +235,10 @@ def given_axes() -> list[Axes]:
 def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"], **options: Any):
     """Return a Figure and its axes as an object array (rows, cols).
 
-    `height` and `width` are in inches, for a figure of two columns. A figure of one column has a smaller width, and its
-    height is multiplied by the root of the ratio of the widths. This is a compromise between equal shape and equal
-    height. If the caller has given axes, these are returned with their Figure instead. Raises ValueError if the caller
-    has not given one Axes for each panel.
+    `height` and `width` are in inches, for a figure of two columns. A figure of one column is narrower, and its height
+    is multiplied by the root of the ratio of the widths, a compromise between equal shape and equal height. If `ax` is
+    given, these axes and their Figure are returned instead. Raises ValueError if `ax` does not contain one Axes for
+    each panel.
     """
     if _GIVEN_AXES.get() is not None:
         given = given_axes()
@@ -269,7 +272,7 @@ def letter(ax: Axes, index: int, text: str = "") -> None:
 def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right") -> None:
     """Write a note in small letters at the upper right of a panel.
 
-    The note is above the name of the panel if note and name do not fit into one line, or if `above`. A sequence of
+    If note and name of the panel do not fit into one line, or if `above`, the note is above the name. A sequence of
     phrases is wrapped between the phrases. `side` is "left" for a panel with a colour bar and without a name.
     """
     title, _, _ = LETTERS[_CHOSEN.get()[1]]
@@ -309,7 +312,7 @@ def wrapped(parts: Sequence[str], room: float, size: float) -> str:
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
     """Draw a legend of all labels, each once, and of the entries `more`.
 
-    It is below a new figure, or in the last Axes that the caller has given.
+    The legend is below a new figure, or in the last of the axes given as `ax`.
     """
     named: dict[str, Artist] = {}
     for ax in given_axes() or fig.axes:
@@ -328,11 +331,11 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
 def _columns(names: Sequence[str], room: float) -> int:
     """Return the largest number of legend columns that fit into a width of `room` points, with no empty column."""
     _, _, size = LETTERS[_CHOSEN.get()[1]]
-    # text is drawn a little wider than measured
+    # the drawn text is slightly wider than the measured text
     widths = np.array([1.03 * extent(name, size) + (LEGEND_LINE + 0.8) * size for name in names])
     for columns in range(len(names), 1, -1):
         rows = -(-len(names) // columns)
-        wide = [part.max() for part in np.array_split(widths, columns)]  # split as Matplotlib does
+        wide = [part.max() for part in np.array_split(widths, columns)]  # the same split as in Matplotlib
         fits = sum(wide) + (columns - 1) * BETWEEN * size + size <= room
         if fits and -(-len(names) // rows) == columns:
             return columns
