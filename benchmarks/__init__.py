@@ -1,1 +1,2 @@
-"""Benchmarks of speed and accuracy, for vibrodrive and for other common methods. Each benchmark is one command."""
+"""Benchmarks of speed and accuracy, for vibrodrive and for other common methods. Each module with a `main` is one
+command."""

@@ -1,9 +1,9 @@
-"""Error over cost of each method for a motion of 200 periods, at every setting, and whether all switches are found.
+"""Error over computing time of each method, at every setting, for a motion of 200 periods.
 
 `python -m benchmarks.accuracy_speed` measures, `python -m benchmarks.draw` draws the chart of the README. The motion
-starts from rest at A = 3.04, undisturbed (ε = 0) and with the paper's disturbance (ε = 2e-4). The error of a setting
-that finds every switch is its largest error of a switching time. A setting that misses or invents a switch has no
-error, but a number of periods up to the first difference.
+starts from rest at A = 3.04, undisturbed (ε = 0) and with the paper's disturbance (ε = 2e-4). If a setting finds every
+switch, its error is the largest error of a switching time. If a setting misses or invents a switch, no error is
+defined; the number of periods up to the first difference is stored instead.
 """
 
 import importlib
@@ -23,7 +23,7 @@ from benchmarks.switches.run import timed
 from vibrodrive.validation.reference import mp
 
 A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
-CLOSE = 1.0  # distance in rad beyond which switches of one kind do not correspond
+CLOSE = 1.0  # largest distance in rad of corresponding switches
 LANES = 1024
 
 Found = list[tuple[Any, int, int]]  # τ, state before, state after
@@ -39,7 +39,7 @@ TOLERANCES = decades(-4, -13, 1)
 
 
 class Method(NamedTuple):
-    """A solver of the set of switches, or the package where `solver` is None; the name and the grid of a setting."""
+    """Method: a solver of the set of switches, or the package if `solver` is None; name and values of its setting."""
 
     name: str
     solver: str | None
@@ -49,7 +49,7 @@ class Method(NamedTuple):
 
 
 def methods(eps: float) -> Iterator[Method]:
-    """Yield all methods; of the adaptive ones of scipy, the better one at this ε."""
+    """Yield all methods. Of the two adaptive methods of scipy, yield the better one at this ε."""
     paper = {"method": "muller", "tol": 1e-7, "scan": "literal"}
     yield Method("Muller on a grid", None, "dtau", decades(-1, -6), paper)
     yield Method("fixed Δτ", None, "dtau", decades(-1, -6), {"method": "fixed", "scan": "literal"})
@@ -64,21 +64,21 @@ def methods(eps: float) -> Iterator[Method]:
 
 
 def simulated(eps: float, periods: int, settings: dict[str, Any]) -> Found:
-    """Return the switches of the package. Times have the digits of the phase."""
+    """Return the switches computed by the package. Their times have the accuracy of the phase."""
     s = vd.simulate(A, eps=eps, transient=0, periods=periods, **settings).switches
     exact = [2 * mp.pi * int(k) + mp.mpf(float(phase)) for k, phase in zip(s["period"], s["phase"], strict=True)]
     return list(zip(exact, s["before"].tolist(), s["after"].tolist(), strict=True))
 
 
 def true_switches(eps: float) -> Found:
-    """Return the switches of the reference."""
+    """Return the switches computed by the reference."""
     true = truth(A, eps, PERIODS)
     exact = [2 * mp.pi * int(k) + phase for k, phase in zip(true.period, true.phase, strict=True)]
     return [(tau, *kinds) for tau, kinds in zip(exact, true.kinds, strict=True)]
 
 
 def compare(true: Found, found: Found) -> tuple[float | None, float]:
-    """Return the error, or None if a switch is wrong, and the number of periods up to the first difference."""
+    """Return the error (None if a switch is wrong), and the number of periods up to the first difference."""
     pairs = [(abs(mp.mpf(b[0]) - a[0]), a[1:] == b[1:]) for a, b in zip(true, found, strict=False)]
     first = next((i for i, (error, same) in enumerate(pairs) if error > CLOSE or not same), len(pairs))
     if first == len(true) == len(found):
@@ -94,7 +94,8 @@ def measure_package(eps: float, repeats: int, settings: dict[str, Any]) -> tuple
 
 
 def measure_solver(eps: float, module: Any, setting: dict[str, Any]) -> tuple[Found, float]:
-    """Return the switches and the seconds of one motion by a solver of the set; no switches where it fails."""
+    """Return the switches and the seconds of one motion by a solver of the set. If the solver fails, there are no
+    switches."""
     x = {"A": A, "B": 0.1, "eps": eps, "eta": vd.ETA, "xi0": 0.0, "dxi0": 0.0, "tau0": 0.0}
     timed(module, 2, x | {"periods": 2.0}, setting, 0.0)  # compiles
     given, seconds = timed(module, 3, x | {"periods": float(PERIODS)}, setting, 0.0)

@@ -1,7 +1,8 @@
 """Functions shared by the benchmarks: timing in pairs, errors relative to the 50-digit reference, JSON and PNG.
 
-Speeds are compared as ratios measured in one run. Each repetition runs all contestants in turn, every second repetition
-in the opposite order. The result is the median of the ratios over all repetitions. Compilation is not timed.
+Speeds are compared as ratios measured in one run. Each repetition runs all contestants one after the other; every
+second repetition uses the opposite order. The result is the median of the ratios over all repetitions. Compilation is
+not timed.
 """
 
 import argparse
@@ -32,7 +33,7 @@ from vibrodrive.model.plain import plain
 from vibrodrive.validation import reference as digits50
 
 TWO_PI = 2.0 * math.pi
-FAR = 0.5 * math.pi  # switches of one kind that differ by more than a quarter period do not correspond
+FAR = 0.5 * math.pi  # largest distance of corresponding switches: a quarter period
 RESULTS = Path(__file__).parent / "results"
 
 STYLE: dict[Any, Any] = {
@@ -70,7 +71,7 @@ def say(text: str) -> None:
 
 
 def environment() -> dict[str, Any]:
-    """Return date, processor and versions, on which the measurements depend."""
+    """Return the conditions of the measurements: date, processor and versions."""
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
@@ -90,7 +91,7 @@ def environment() -> dict[str, Any]:
 
 
 def write(name: str, data: Mapping[str, Any], figure: Any, directory: Path) -> None:
-    """Write `name`.json and, unless `figure` is None, `name`.png into `directory`."""
+    """Write `name`.json into `directory`, and `name`.png if there is a figure."""
     directory.mkdir(parents=True, exist_ok=True)
     text = json.dumps(plain({"environment": environment(), **data}), indent=1, allow_nan=False)
     (directory / f"{name}.json").write_text(text + "\n", encoding="utf-8")
@@ -123,7 +124,8 @@ class Timing:
 
 
 def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, Timing]:
-    """Time all contestants in turn, `repeats` times, after one call of each that is not timed."""
+    """Time all contestants one after the other, `repeats` times. Before the first repetition each is called once
+    without timing."""
     for work in contestants.values():
         work()
     names = list(contestants)
@@ -170,7 +172,8 @@ def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Tru
 
 @dataclass(frozen=True)
 class SwitchError:
-    """`largest`: greatest |Δτ| of corresponding switches; `wrong`: number missed, invented or of another kind."""
+    """Errors of switches: the largest |Δτ| of corresponding switches, and the number of missed, invented or different
+    ones."""
 
     largest: float
     wrong: int
@@ -178,7 +181,8 @@ class SwitchError:
 
 
 def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any, after: Any) -> SwitchError:
-    """Compare switches with the reference, aligned by kind, so that a missed pair does not affect other switches."""
+    """Compare switches with the reference. They are aligned by kind, so that a missed pair does not affect other
+    switches."""
     kinds = [(int(b), int(a)) for b, a in zip(before, after, strict=True)]
     if kinds == true.kinds:
         pairs = [(i, i) for i in range(len(kinds))]
@@ -187,7 +191,7 @@ def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any
         pairs = [(m.a + i, m.b + i) for m in matcher.get_matching_blocks() for i in range(m.size)]
     late = []
     for i, j in pairs:
-        # subtract period numbers, which are small integers, and phases separately: no digit is lost
+        # subtract period numbers, which are small integers, and phases separately, so that no digit is lost
         apart = float(digits50.mp.mpf(float(phase[j])) - true.phase[i])
         late.append(abs(apart + TWO_PI * (int(period[j]) - int(true.period[i]))))
     near = [x for x in late if x <= FAR]
@@ -221,7 +225,8 @@ def figure(width: float = 6.3, height: float = 4.0, columns: int = 1, rows: int 
 
 
 def look(k: int, of_ours: bool) -> dict[str, Any]:
-    """Return lines and markers that differ without colour: vibrodrive black and filled, others grey and open."""
+    """Return lines and markers that differ without colour. Those of vibrodrive are black and filled, all others grey
+    and open."""
     return {
         "marker": MARKERS[k % len(MARKERS)],
         "linestyle": DASHES[k % len(DASHES)],

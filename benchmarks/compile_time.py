@@ -1,7 +1,7 @@
 """Start-up times: compilation on a new machine, loading in later processes, and the response of commands.
 
-Each time is the wall time of a separate process. "Cold" starts with an empty cache directory, "warm" uses the cache of
-the cold run.
+Each time is the wall time of a separate process. A "cold" run begins with an empty cache directory. A "warm" run uses
+the cache of the cold run.
 """
 
 import os

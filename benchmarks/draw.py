@@ -1,6 +1,7 @@
-"""Draw all charts of measured data: `python -m benchmarks.draw` reads JSON files and writes pictures, nothing else.
+"""Draw all charts of measured data: `python -m benchmarks.draw` reads JSON files and writes pictures.
 
-Each chart has one command that measures. A chart that already shows the stored data is not drawn again.
+The data of each chart are measured by a separate command. If a chart already shows the stored data, it is not drawn
+again.
 """
 
 import argparse
@@ -21,14 +22,14 @@ DOCS = Path(__file__).parents[1] / "docs"
 # -- the chart of the README ---------------------------------------------------------------------------------
 
 FLOOR, CEILING = 1e-18, 3e8
-BAND = 8.0  # ordinate above which marks of wrong settings are drawn, a row for each method
-ROW = 12.0  # ratio of successive rows
+BAND = 8.0  # marks of wrong settings are drawn above this ordinate, with a row for each method
+ROW = 12.0  # ratio of the ordinates of successive rows
 
 
 class Curve(NamedTuple):
     """A method, its label, its colour (distinct in grey, too), its mark, and the positions of its label.
 
-    `at` is (seconds, error) in the undisturbed and in the disturbed panel.
+    `at` contains the position of the label, (seconds, error), in the undisturbed and in the disturbed panel.
     """
 
     method: str
@@ -50,7 +51,8 @@ PAPER = ("Muller on a grid", 1e-5)
 
 
 def draw_curve(ax: Any, curve: Curve, row: float, points: list[dict[str, Any]], at: tuple[float, float]) -> None:
-    """Draw one method: a line over its grid of settings, hollow marks at wrong ones, and its name with a count."""
+    """Draw one method: a line over its settings, hollow marks at wrong settings, and its name with the number of right
+    settings."""
     x, y = [p["seconds"] for p in points], [p["error"] if p["right"] else row for p in points]
     ax.plot(x, y, "-", color=curve.colour, lw=1.1, zorder=2)
     for right, face in ((True, curve.colour), (False, "white")):
@@ -63,7 +65,7 @@ def draw_curve(ax: Any, curve: Curve, row: float, points: list[dict[str, Any]], 
 
 
 def chart(data: dict[str, Any]) -> Any:
-    """Draw error over cost for 200 periods, undisturbed and disturbed."""
+    """Draw error over computing time for 200 periods, undisturbed and disturbed."""
     fig, axes = figure(8.4, 4.8, columns=2)
     for column, (ax, eps) in enumerate(zip(axes[0], sorted({p["eps"] for p in data["points"]}), strict=True)):
         ax.set(xscale="log", yscale="log", xlabel="CPU time per period of motion (s)")
@@ -168,7 +170,7 @@ def failure(example: dict[str, Any]) -> Any:
 
 
 class Chart(NamedTuple):
-    """A picture: the stored data, the command that measures them, and the function that draws."""
+    """A picture, its stored data, the command that measures these data, and the function that draws the picture."""
 
     picture: Path
     load: Callable[[], dict[str, Any]]

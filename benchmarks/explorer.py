@@ -1,7 +1,8 @@
-"""Response of the explorer: frames per second while dragging, and the time from an event to its painted picture.
+"""Response of the explorer: frames per second during dragging, and the time from an event to the painted picture.
 
-A diagram is dragged in headless Chromium, which renders in software, on the same machine that computes. The page
-measures each latency itself: from the mouse movement to the end of the animation frame that paints its picture.
+A diagram is dragged in headless Chromium, which renders in software. Chromium and the computation run on the same
+machine. The page measures each latency, from the mouse movement to the end of the animation frame that paints the
+picture.
 """
 
 import itertools
@@ -36,19 +37,20 @@ WINDOW = "&low=3.0&high=3.25&bottom=0.7&top=1.85"
 CLICKS = 10
 
 MOVEMENTS = 60
-"""Mouse movements per second: a browser reports one for each refresh of the screen."""
+"""Mouse movements per second. A browser reports one movement for each refresh of the screen."""
 
 
 def quantiles(values: list[float]) -> dict[str, float]:
     """Return the median and the 95th percentile of times, rounded to a tenth."""
-    if not values:  # no frame, on a very busy machine
+    if not values:  # on a very busy machine there may be no frame
         return {"median": math.inf, "p95": math.inf}
     return {"median": round(float(np.median(values)), 1), "p95": round(float(np.quantile(values, 0.95)), 1)}
 
 
 @contextmanager
 def mouse(tab: Tab) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function that moves the pressed mouse. It does not wait for a response, which can take several frames."""
+    """Yield a function that moves the pressed mouse. The function does not wait for the response, which can take
+    several frames."""
     address = tab.driver.capabilities["goog:chromeOptions"]["debuggerAddress"]
     with urlopen(f"http://{address}/json") as answer:
         (page,) = (target for target in json.load(answer) if target["type"] == "page")
@@ -114,7 +116,7 @@ change.connect(heard);
 
 
 def click(tab: Tab) -> dict[str, float]:
-    """Return the milliseconds from a click to its painted curves."""
+    """Return the milliseconds from a click to the painted curves of the motion."""
     times = []
     for k in range(CLICKS):
         tab.model(WATCH)
@@ -122,7 +124,7 @@ def click(tab: Tab) -> dict[str, float]:
         while (took := tab.driver.execute_script("return window.shown")) is None:
             time.sleep(0.2)
         times.append(took)
-    return quantiles(times[1:])  # the first click loads code
+    return quantiles(times[1:])  # without the first click, which loads code
 
 
 def resident(pid: int) -> float:
@@ -133,7 +135,7 @@ def resident(pid: int) -> float:
 
 @contextmanager
 def served() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """Run the command; yield its process and the address that it prints."""
+    """Run the command. Yield its process and the address that it prints."""
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     try:
@@ -153,7 +155,7 @@ def main() -> None:
     with browser() as tab, served() as (server, address):
         for name, query in SCENES.items():
             tab.open(address + WINDOW + query)
-            drag(tab, 1.0)  # afterwards the server has measured its speed, and the browser has compiled the scripts
+            drag(tab, 1.0)  # warm-up: the server measures its speed, and the browser compiles the scripts
             found["scenes"][name] = drag(tab, seconds)
             row = found["scenes"][name]
             say(f"{name}: {row['frames_per_second']} frames/s, {row['milliseconds']} ms, load {row['load']}")
@@ -166,7 +168,8 @@ def main() -> None:
 
 
 def memory(tab: Tab, pid: int, frames: int) -> dict[str, float]:
-    """Return the growth of the server's memory over `frames` frames, after enough frames to fill its caches."""
+    """Return the growth of the server's memory over `frames` frames. Before that, enough frames are drawn to fill its
+    caches."""
     grown = 0.0
     for count in (max(50, frames // 20), frames):
         before, seen = resident(pid), 0

@@ -1,7 +1,7 @@
 """Examples of each kind of failure: `python -m benchmarks.failures` measures, `python -m benchmarks.draw` draws them.
 
 Each example stores its case, a caption with the measured numbers, and the curves of its picture. One picture shows data
-of `accuracy_speed`, which has to be measured before.
+of `accuracy_speed`; run this benchmark first.
 """
 
 import importlib
@@ -26,7 +26,8 @@ CASES = {case["id"]: case for case in run.cases_of([0, 1, 2, 3])}
 
 
 def series(x: Any, y: Any, style: str = "line", label: str = "") -> Series:
-    """Return a curve (`line`, `dashes`), marks (`dots`, `rings`, `cross`) or a step of a picture."""
+    """Return a curve of a picture. `style` contains the kind of its line ("line", "dashes", …) and of its marks
+    ("dots", …)."""
     return {"x": np.asarray(x, float).tolist(), "y": np.asarray(y, float).tolist(), "style": style, "label": label}
 
 
@@ -53,7 +54,7 @@ def true_zeros(name: str) -> list[float]:
 
 
 def pair_missed() -> dict[str, Any]:
-    """Two zeros between grid points."""
+    """Return the example of two zeros between grid points."""
     name = "L0-close-pair-03"
     g, zeros = g_of(name), true_zeros(name)
     found, verdict = ask(name, "scan_newton", step=STEP)
@@ -77,7 +78,7 @@ def pair_missed() -> dict[str, Any]:
 
 
 def zero_at_start() -> dict[str, Any]:
-    """The zero at the start, reported again by one method and hiding the next zero from another."""
+    """Return the example of a zero at the start. One method reports this zero; another method misses the next zero."""
     again, lost = "L0-zero-at-the-start-20", "L0-zero-at-the-start-18"
     (reported, *_), verdict = ask(again, "cvode", rtol=1e-8)
     found, verdict_lost = ask(lost, "scan_newton", step=STEP)
@@ -102,7 +103,7 @@ def zero_at_start() -> dict[str, Any]:
 
 
 def wrong_of_three() -> dict[str, Any]:
-    """Three zeros in a bracket: Newton's method finds one of them, but not the first."""
+    """Return the example of three zeros in a bracket, of which Newton's method does not find the first."""
     name = "L0-three-in-a-step-07"
     g, zeros = g_of(name), true_zeros(name)
     found, verdict = ask(name, "scan_newton", step=STEP)
@@ -126,7 +127,7 @@ def wrong_of_three() -> dict[str, Any]:
 
 
 def wrong_of_two() -> dict[str, Any]:
-    """A reversal so close to the obstacle that an integrator reports an impact."""
+    """Return the example of a reversal so close to the obstacle that an integrator reports an impact."""
     name = "L1-grazing-23"
     found, verdict = ask(name, "scipy_ivp", method="DOP853", rtol=1e-8)
     x, event = run.inputs(CASES[name]), CASES[name]["events"][0]
@@ -152,7 +153,7 @@ def wrong_of_two() -> dict[str, Any]:
 
 
 def tightened() -> dict[str, Any]:
-    """Tolerances that are right, and tighter ones that are wrong."""
+    """Return the example of a method that is right at one tolerance and wrong at a tighter tolerance."""
     name, tolerances = "L0-close-pair-03", [10.0**e for e in np.arange(-4.0, -13.1, -0.25)]
     methods = {"DOP853": ("scipy_ivp", {"method": "DOP853"}), "CVODE": ("cvode", {})}
     shown, counts = [], []
@@ -181,7 +182,7 @@ def tightened() -> dict[str, Any]:
 
 
 def stored_points(eps: float) -> dict[str, list[dict[str, Any]]]:
-    """Return the measurements of `accuracy_speed` at an ε, by method."""
+    """Return the measurements of `accuracy_speed` at one ε, as a list for each method."""
     data = json.loads((RESULTS / "accuracy_speed.json").read_text(encoding="utf-8"))
     found: dict[str, list[dict[str, Any]]] = {}
     for point in data["points"]:
@@ -191,7 +192,7 @@ def stored_points(eps: float) -> dict[str, list[dict[str, Any]]]:
 
 
 def first_order() -> dict[str, Any]:
-    """The error of time-stepping over its step."""
+    """Return the example of the error of time-stepping over its step."""
     found = stored_points(0.0)
     stepping, newton = ([p for p in found[name] if p["right"]] for name in ("time-stepping", "scan + Newton"))
     steps, errors = ([p[key] for p in stepping] for key in ("value", "error"))
@@ -212,7 +213,7 @@ def first_order() -> dict[str, Any]:
 
 
 def clock() -> dict[str, Any]:
-    """The error of a phase over the time, for a clock that grows and for one that is reduced."""
+    """Return the example of the error of a phase over time, for a growing τ and for a reduced phase."""
     periods = [1000, 3000, 10_000, 30_000, 100_000]
     point = Point(3.04, 0.1, 0.0, vd.ETA)
     mp.dps = 40
@@ -269,7 +270,7 @@ def trace(solver: str, setting: Any, A: float, periods: float) -> tuple[np.ndarr
 
 
 def creep() -> dict[str, Any]:
-    """The velocity of a mass that should stick."""
+    """Return the example of the velocity of a mass that should stick."""
     shown, largest = [], []
     for v_s, style in ((1e-2, "line"), (1e-3, "dashes"), (1e-4, "dotted")):
         tau, xi, dxi, state = trace("regularised", (1e-4, v_s, 1e4, True), 1.5, 1.0)
@@ -288,7 +289,7 @@ def creep() -> dict[str, Any]:
 
 
 def penetration() -> dict[str, Any]:
-    """The gap of a mass on a spring instead of an obstacle."""
+    """Return the example of the gap of a mass on a spring instead of an obstacle."""
     shown, deepest = [], []
     for k, style in ((1e3, "line"), (1e4, "dashes"), (1e5, "dotted")):
         tau, xi, _, state = trace("regularised", (1e-4, 1e-4, k, True), 1.5, 2.0)
@@ -308,7 +309,7 @@ def penetration() -> dict[str, Any]:
 
 
 def sinking() -> dict[str, Any]:
-    """The depth of the mass below the obstacle over a fixed step."""
+    """Return the example of the depth of the mass below the obstacle over a fixed step."""
     steps = [float(f"{10**e:.3g}") for e in np.arange(-3, -0.4, 0.25)]
     seen, rest = [], []
     for step in steps:
@@ -332,7 +333,7 @@ def sinking() -> dict[str, Any]:
 
 
 def lateness() -> dict[str, Any]:
-    """The error of an impact time over the depth at which the slide would reverse without the obstacle."""
+    """Return the example of the error of an impact time over the depth at which the slide would reverse."""
     misses, settings = (
         [10.0**-k for k in range(1, 13)],
         {

@@ -1,7 +1,7 @@
 """Time from the command that starts the explorer to its first picture, in a browser that is already open.
 
-The compiled kernels are on disk, and the scripts of the page are in the browser's cache. The browser compiles a script
-when it loads the script for the second time, so the first two starts are not counted.
+The compiled kernels are on disk, and the scripts of the page are in the browser's cache. A browser compiles a script at
+its second load, so the first two starts are not counted.
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Latency of Ctrl-C: seconds from a SIGINT to the KeyboardInterrupt, for each kind of work.
 
-The latency should be at most one second, with compiled kernels on an idle machine. tests/batch/test_interrupt.py tests
+With compiled kernels and an idle machine the latency should be at most one second. tests/batch/test_interrupt.py tests
 that a KeyboardInterrupt is raised and that no work continues after it.
 """
 
@@ -14,7 +14,7 @@ from importlib import import_module
 
 from benchmarks.common import say
 
-work = import_module("tests.batch.test_interrupt")  # this form excludes it from mypy, like all tests
+work = import_module("tests.batch.test_interrupt")  # imported in this way because mypy does not check tests
 
 TIMES = 5
 

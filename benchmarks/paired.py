@@ -1,12 +1,13 @@
-"""Ratio of the speeds of two checkouts: named cases, timed in turn, on one thread.
+"""Ratio of the speeds of two checkouts. Named cases are timed alternately, on one thread.
 
     python -m benchmarks.paired ../before . --repeats 15 disturbed muller
 
-Each checkout has one process, which compiles its kernels once and runs until the end. The processes run each case in
-turn, so that other load on the machine affects both checkouts equally. Times are CPU times of the process. The output
-for each case has two ratios of times, second checkout over first: the ratio of the shortest times, and the median and
-quartiles of the ratios of successive runs. If 1 is between the quartiles, the difference of the two checkouts is not
-significant: use more repeats or a less busy machine. A change that does not concern speed may cost 2 %.
+Each checkout has one process, which compiles its kernels once and runs until the end. The two processes run each case
+alternately, so that other load on the machine affects both checkouts equally. Times are CPU times of the process. The
+output for each case has two ratios of times, second checkout over first checkout. The first is the ratio of the
+shortest times. The second is the median, with quartiles, of the ratios of successive runs. If 1 is between the
+quartiles, the difference of the two checkouts is not significant: use more repeats or a less busy machine. A change
+that does not concern speed may cost 2 %.
 """
 
 import argparse
@@ -30,7 +31,7 @@ CASES = {
     "single": "[vd.simulate(A=a, transient=200, periods=50) for a in np.linspace(3, 3.06, 64)]",
     "orbits": "vd.orbits(A=3.04, max_period=3)",
 }
-"""Timed cases as Python code. In the first case no motion repeats itself, in the second most motions do."""
+"""Timed cases as Python code. In the first case no motion repeats. In the second case most motions repeat."""
 
 WORKER = """
 import sys, time
@@ -45,7 +46,7 @@ for line in sys.stdin:
 
 
 class Checkout:
-    """A process that imports vibrodrive from a folder and times the cases it is given."""
+    """A process that imports vibrodrive from a folder and times cases."""
 
     def __init__(self, folder: Path) -> None:
         if not (folder / "vibrodrive" / "__init__.py").is_file():

@@ -29,11 +29,11 @@ NAMES = {
     "regularised friction, penalty contact explicit": "regularised, explicit",
     "regularised friction, penalty contact implicit": "regularised, implicit",
 }
-"""Methods in the order of the tables, and their labels there."""
+"""Methods in the order of the tables, and their labels in the tables."""
 
 
 class Method(NamedTuple):
-    """A method of a solver: its settings, and for each of them whether each case is right."""
+    """A method of a solver: its cases, its settings, and True for each case that is right at a setting."""
 
     label: str
     program: str
@@ -42,12 +42,13 @@ class Method(NamedTuple):
     right: list[dict[str, bool]]
 
     def rates(self, ids: set[str]) -> list[float]:
-        """Return the share of right answers to some cases at each setting; an empty list without such cases."""
+        """Return the share of right answers to these cases at each setting. The list is empty if the method has none of
+        the cases."""
         rows = [[right for name, right in row.items() if name in ids] for row in self.right]
         return [sum(row) / len(row) for row in rows if row]
 
     def grid(self) -> str:
-        """Return the values of each number of the settings as a text."""
+        """Return as text the values of each parameter of the settings."""
         values: dict[str, dict[str, None]] = {}
         for setting in self.settings:
             for name, x in setting.items():
@@ -107,7 +108,8 @@ def grids() -> tuple[list[str], list[list[str]]]:
 
 
 def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:
-    """Return the pass rates of all settings in each interval of difficulty, over certain cases of some families."""
+    """Return the pass rates of all settings in each interval of difficulty. Only cases of `families` that are certain
+    count."""
     cases = [c for c in cases_of([0]) if c["family"] in families and c["difficulty"] and c["verdict"] == "certain"]
     return [method.rates({c["id"] for c in cases if a <= c["difficulty"] < b}) for a, b in pairwise(edges)]
 
@@ -129,6 +131,6 @@ def dates() -> str:
 
 
 def limits() -> tuple[str, str]:
-    """Return the limits of CPU time, for a case of levels 0 and 1 and for one of levels 2 and 3."""
+    """Return the limits of CPU time as text: for a case of levels 0 and 1, and for a case of levels 2 and 3."""
     found = [(result["level"], result["limit"]) for result in results()]
     return span(limit for level, limit in found if level < 2), span(limit for level, limit in found if level > 1)

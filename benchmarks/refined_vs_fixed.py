@@ -1,10 +1,10 @@
-"""Comparison of fixed and refined switching: cost, error, and the Δτ from which the orbital structure is wrong.
+"""Comparison of fixed and refined switching: cost, error, and the Δτ above which the orbital structure is wrong.
 
 For A = 1.5 and 3.04 and for each Δτ the methods `fixed` and `muller` are compared with the certified orbit. The results
-are the distance ρ of the section points, and whether the gaps and order of the impacts agree. `vd.limit` finds the band
-of Δτ in which these are lost, and that in which the word (sequence of states) is. In the range 3.0 ≤ A ≤ 3.25 the
-sections are compared for each A with a periodic certified motion. Its result is the share of these A with the right
-order of section points.
+are the distance ρ of the section points, and the verdict if the gaps and the order of the impacts agree. `vd.limit`
+finds two bands of Δτ: in one the gaps or the order are lost, in the other the word (sequence of states) is lost. In the
+range 3.0 ≤ A ≤ 3.25 the sections are compared at each A at which the certified motion is periodic. The result is the
+share of these A at which the order of the section points is right.
 """
 
 from functools import partial
@@ -17,7 +17,7 @@ from benchmarks.common import arguments, figure, paired, say, write
 from vibrodrive.model.plain import plain
 from vibrodrive.stability import structure
 
-SECTION_PHASE = 2.0  # the mass slides at this phase for all A considered
+SECTION_PHASE = 2.0  # at this phase the mass slides for all A of this benchmark
 TRANSIENT, PERIODS = 1000, 1500
 SINGLE = (1.5, 3.04)
 RANGE = (3.0, 3.25)
@@ -27,7 +27,7 @@ CRITERIA = ("impacts", "word")
 
 
 def steps(quick: bool) -> np.ndarray:
-    """Return Δτ from the paper's 1e-5 to 1, with steps by a factor of 1.15 in the range where structure is lost."""
+    """Return values of Δτ from the paper's 1e-5 to 1. Where the structure is lost, their ratio is 1.15."""
     if quick:
         return np.array([1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.5, 0.7])
     fine = np.exp(np.arange(np.log(0.01), np.log(1.0), np.log(1.15)))
@@ -35,7 +35,7 @@ def steps(quick: bool) -> np.ndarray:
 
 
 def single(A: float, quick: bool) -> dict[str, Any]:
-    """Return at one A ρ and structure over Δτ, and the limits in Δτ of both criteria."""
+    """Return for one A the distance ρ and the structure over Δτ, and the limits in Δτ for both criteria."""
     window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:
@@ -55,7 +55,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
 
 
 def over_range(quick: bool) -> dict[str, Any]:
-    """Return over Δτ the share of periodic motions with correct gaps and order of impacts, and the median ρ."""
+    """Return for each Δτ the share of periodic motions with right gaps and order of impacts, and the median of ρ."""
     A = np.linspace(*RANGE, 11 if quick else 101)
     window: dict[str, Any] = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
     certified = vd.sweep(A=A, **window, method="certified").section

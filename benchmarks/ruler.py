@@ -1,8 +1,9 @@
 """Express the limits of five numerical disturbances as velocities, over the amplitude A.
 
-`vd.limit` finds the limits in ε (a force) and Δτ (late switches). This program finds those of other methods by the same
-criterion: the main impacts of 1500 periods, after 1000 of transient, follow each other as those of the undisturbed
-orbit (docs/stability.md). There is one disturbance at a time, at ε = 0. Its velocity V is the change of ξ' at a switch:
+`vd.limit` finds the limits in ε (a force) and Δτ (late switches). This program finds the limits of other methods by the
+same criterion: in 1500 periods, after a transient of 1000, the main impacts have the gaps and the order of the
+undisturbed orbit (docs/stability.md). There is one disturbance at a time, at ε = 0. Its velocity V is the change of ξ'
+at a switch:
 
 ε    V = εηA, the amplitude of the velocity of the disturbance ε sin ητ.
 Δτ   V = Δτ: a switch is late by up to Δτ, and accelerations are of the order 1.
@@ -57,14 +58,15 @@ VELOCITIES = Grid(lambda i: 1e-5 * 1.05**i, 48, 1e-9, 1.0, 8)
 """The values of v_s that are tried."""
 
 CONTACTS = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, batch=8)
-"""The values of 1/√k that are tried, as close as those of ε."""
+"""The values of 1/√k that are tried. Their ratio is that of the values of ε."""
 
 STEPS = GRIDS["dtau"]._replace(decade=45, floor=1e-4)
-"""The steps h that are tried, those of Δτ down to 1e-4. At 1e-5 a motion takes twenty seconds."""
+"""The steps h that are tried: the values of Δτ down to 1e-4. A motion with h = 1e-5 would take twenty seconds."""
 
 
 def lost_in_a_blow(root: float) -> float:
-    """Return the velocity that a blow of speed 1 under an acceleration of 1 loses to a spring with √k = 1/`root`."""
+    """Return the velocity that an impact of speed 1, under an acceleration of 1, loses at a spring with √k =
+    1/`root`."""
     w = 1.0 / root
     low, high = 0.0, 60.0
     for _ in range(80):
@@ -74,7 +76,7 @@ def lost_in_a_blow(root: float) -> float:
 
 
 class Disturbance(NamedTuple):
-    """A disturbance that `vd.limit` does not know; its value is h, v_s or 1/√k."""
+    """A disturbance that is not part of `vd.limit`. Its value is h, v_s or 1/√k."""
 
     follow: Callable[..., int]
     argument: Callable[[float], float]
@@ -101,7 +103,7 @@ LABELS = {
 
 
 def main_impacts(way: Disturbance, A: float, value: float) -> np.ndarray | None:
-    """Return the main impacts under one disturbance after the transient, None if the motion was given up."""
+    """Return the main impacts under one disturbance after the transient, or None if the computation was stopped."""
     found = np.empty((2 * PERIODS, 2))
     point = Point(A, B, 0.0, ETA)
     count = way.follow(point, way.argument(value), TRANSIENT * TWO_PI, (TRANSIENT + PERIODS) * TWO_PI, found)
@@ -115,7 +117,7 @@ def main_impacts(way: Disturbance, A: float, value: float) -> np.ndarray | None:
 
 
 def kept(way: Disturbance, A: float, base: ReferenceOrbit, value: float) -> bool:
-    """Return True if the motion under one disturbance keeps the structure of the undisturbed one."""
+    """Return True if the motion under one disturbance keeps the structure of the undisturbed motion."""
     impacts = main_impacts(way, A, value)
     return impacts is not None and keeps(base, np.zeros((PERIODS, 2)), impacts, (IMPACTS,))
 
@@ -131,7 +133,8 @@ def repeats(name: str, A: float, value: float) -> bool:
 
 
 def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecutor) -> Band:
-    """Return the first value lost and the last kept, searched as `vd.limit` does."""
+    """Return the first value at which the structure is lost, and the last at which it is kept. `vd.limit` has the same
+    search."""
     search = search_band(way.grid)
     wanted = next(search)
     while True:
@@ -142,7 +145,7 @@ def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecu
 
 
 def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
-    """Return the undisturbed orbits, None where the motion does not repeat."""
+    """Return the undisturbed orbits, with None where the motion does not repeat."""
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "transient": TRANSIENT, "periods": PERIODS})
     with Evaluator(plan, "eps", THREADS) as evaluator:
         return evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
@@ -151,7 +154,7 @@ def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
 def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
     """Return the limits in one disturbance over A, as values and as velocities.
 
-    An entry is empty where there is no orbit, and where the least value tried is lost.
+    An entry is empty if there is no orbit, or if the structure is lost at the least value tried.
     """
     rows: list[dict[str, Any]] = [{} for _ in amplitudes]
     fields = ("kept_below", "last_kept", "share_kept", "searched_to")
@@ -186,7 +189,7 @@ def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbi
 
 
 def measure(path: Path, names: Iterable[str], amplitudes: tuple[float, ...]) -> None:
-    """Measure some disturbances and write the file after each; those of the file that are not named stay."""
+    """Measure the named disturbances, and write the file after each. The other disturbances in the file remain."""
     data = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     bases = orbits(amplitudes)
     if data.get("A") != list(amplitudes):
@@ -203,19 +206,19 @@ def measure(path: Path, names: Iterable[str], amplitudes: tuple[float, ...]) -> 
 
 
 def velocities(data: dict[str, Any], name: str, key: str = "velocity") -> np.ndarray:
-    """Return the limits of one disturbance over A as velocities: NaN where there is none."""
+    """Return the limits of one disturbance over A as velocities, with NaN where there is no limit."""
     values = [row.get(key) for row in data["limits"][name]["points"]]
     return np.array([math.nan if v is None else v for v in values])
 
 
 def ratios(data: dict[str, Any], name: str) -> np.ndarray:
-    """Return V over that of Δτ, over the A where both are known."""
+    """Return the ratio of V to V of Δτ, for each A at which both are known."""
     both = velocities(data, name) / velocities(data, "dtau")
     return both[np.isfinite(both)]
 
 
 def markdown(data: dict[str, Any]) -> str:
-    """Return the table: limits at the paper's A, and how the scales compare over all A."""
+    """Return the table: limits at the paper's A, and ratios of the velocities over all A."""
     head = ["disturbance", f"first lost at A = {PAPER}", "V there", "V last kept", "V / V(Δτ) over A: median"]
     head += ["quartiles", "least … largest", "within a factor of 3", "repeats at half the limit"]
     rows, at = [], data["A"].index(PAPER)
@@ -232,7 +235,7 @@ def markdown(data: dict[str, Any]) -> str:
 
 
 def draw(data: dict[str, Any]) -> Any:
-    """Return the chart: limits over A as velocities, and their ratios to that of Δτ."""
+    """Return the chart: limits over A as velocities, and their ratios to the limit in Δτ."""
     fig, axes = figure(6.3, 6.8, rows=2)
     fig.suptitle("Limits of five numerical disturbances, as velocities $V$", fontsize=10)
     A, scale = np.array(data["A"]), velocities(data, "dtau")
@@ -259,7 +262,7 @@ def draw(data: dict[str, Any]) -> Any:
 
 
 def main() -> None:
-    """Measure, or read, then draw and print."""
+    """Measure the limits, or read stored limits. Then draw the chart and write the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="disturbances to measure")

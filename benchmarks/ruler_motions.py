@@ -1,9 +1,10 @@
-"""Main impacts of motions under the disturbances that `vd.limit` does not know, one at a time, ε = 0.
+"""Main impacts of motions under disturbances that are not part of `vd.limit`, one at a time, at ε = 0.
 
-`stepped`: Moreau-Jean time-stepping, as in benchmarks/switches. `creeping`: friction as a ramp over velocities up to
-v_s, above a rigid obstacle. `sprung`: a spring with a dashpot of critical damping for obstacle, under Coulomb friction.
-The last two laws are linear in pieces, so each piece is a closed form and its end a bracketed zero: a step of
-integration would disturb the motion, too, and more than v_s and k where these are small.
+`stepped`: Moreau-Jean time-stepping, as in benchmarks/switches. `creeping`: smoothed friction, linear in the velocity
+up to v_s, and a rigid obstacle. `sprung`: Coulomb friction, and a spring with critical damping as the obstacle.
+
+The last two laws are piecewise linear. So each piece of a motion has a closed form, and its end is a bracketed zero. A
+numerical integration would also disturb the motion, and more than a small v_s or 1/√k.
 """
 
 import math
@@ -11,16 +12,16 @@ import math
 from benchmarks.switches.model import STICK, TWO_PI, constants, force, gap, jit, velocity
 from benchmarks.switches.solvers.moreau_jean import advance
 
-FAST = 40.0  # time constants after which the exponential of a piece has decayed
+FAST = 40.0  # number of time constants after which the exponential of a piece has decayed
 FINE, COARSE = 0.2, 0.01  # steps of the scan for the end of a piece: in time constants while it decays, in τ afterwards
-PIECES = 400  # in a period, on average, after which a motion is given up
+PIECES = 400  # largest mean number of pieces in a period
 
 
 @jit
 def note(impacts, count, tau, speed, start):
-    """Write an impact after `start` (τ, speed) unless it is a touch, and return their number.
+    """Write an impact (τ, speed) after `start` if it is a main impact. Return the number of main impacts.
 
-    A main impact has no faster one within half a period, as in vibrodrive/kernels/record.py.
+    An impact is a main impact if no faster impact occurs within half a period, as in vibrodrive/kernels/record.py.
     """
     if tau <= start or count == len(impacts):
         return count
@@ -34,7 +35,7 @@ def note(impacts, count, tau, speed, start):
 
 @jit
 def stepped(point, h, start, end, impacts):
-    """Follow a motion from rest by Moreau-Jean steps h; return the number of main impacts."""
+    """Compute a motion from rest with Moreau-Jean steps h. Return the number of main impacts."""
     xi, dxi, state, count, k, tau = 0.0, 0.0, STICK, 0, 0, 0.0
     level = force(point, 0.0)
     while tau < end:
@@ -50,7 +51,7 @@ def stepped(point, h, start, end, impacts):
 
 @jit
 def creep(point, v_s, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ where |ξ'| <= v_s since t0: ξ'' = H − ξ'/v_s."""
+    """Return ξ, ξ' at τ if |ξ'| <= v_s since t0: ξ'' = H − ξ'/v_s."""
     share = point.A * v_s / (1.0 + v_s * v_s)
     v0 = share * (math.sin(t0) - v_s * math.cos(t0)) - point.B * v_s
     v = share * (math.sin(tau) - v_s * math.cos(tau)) - point.B * v_s
@@ -108,9 +109,9 @@ def sprung_piece(point, w, mode, t0, xi, dxi, tau):
 
 @jit
 def end_of_piece(piece, point, value, brief, begin, end):
-    """Return τ, ξ, ξ' just after a piece has ended, or τ > `end`.
+    """Return τ, ξ, ξ' just after the end of a piece, or τ > `end` if the piece has not ended.
 
-    `begin` is its mode, τ, ξ, ξ', `brief` its time constant, 0 if it has none.
+    `begin` contains the mode of the piece, τ, ξ, ξ'. `brief` is its time constant, or 0 if it has none.
     """
     _, t0, x, v = begin
     low = t0
@@ -135,9 +136,11 @@ def end_of_piece(piece, point, value, brief, begin, end):
 
 @jit
 def creeping(point, v_s, start, end, impacts):
-    """Follow a motion from rest with friction smoothed over v_s; return the number of main impacts, -1 if given up.
+    """Compute a motion from rest with friction smoothed over v_s.
 
-    Its pieces: 1 and -1 sliding, 0 creeping, 2 at rest at the obstacle, which ends where H rises to 0.
+    Return the number of main impacts, or -1 after too many pieces.
+
+    The modes of its pieces are 1 and -1 (sliding), 0 (creeping), and 2 (at rest at the obstacle, until H rises to 0).
     """
     mode, tau, xi, dxi, count = 2, 0.0, 0.0, 0.0, 0
     for _ in range(int(end * PIECES / TWO_PI)):
@@ -157,9 +160,10 @@ def creeping(point, v_s, start, end, impacts):
 
 @jit
 def sprung(point, w, start, end, impacts):
-    """Follow a motion from rest over a spring k = w²; return the number of main impacts, -1 if it was given up.
+    """Compute a motion from rest over a spring k = w². Return the number of main impacts, or -1 after too many pieces.
 
-    Its pieces: 1 and -1 sliding, 0 held by friction, each with ξ < 0 in contact and with ξ >= 0 without.
+    The modes of its pieces are 1 and -1 (sliding) and 0 (held by friction). For ξ < 0 a piece is in contact with the
+    spring.
     """
     mode, tau, xi, dxi, count = 0, 0.0, 0.0, 0.0, 0
     for _ in range(int(end * PIECES / TWO_PI)):
@@ -167,7 +171,7 @@ def sprung(point, w, start, end, impacts):
         tau, at, v = end_of_piece(sprung_piece, point, w, brief, (mode, tau, xi, dxi), end)
         if tau > end:
             return count
-        if mode != 0 and v * mode >= 0.0:  # through the surface of the obstacle
+        if mode != 0 and v * mode >= 0.0:  # ξ passes 0, the surface of the obstacle
             if at < 0.0:
                 count = note(impacts, count, tau, -v, start)
             xi, dxi = (min(at, -5e-324) if mode < 0 else 0.0), v

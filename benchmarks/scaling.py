@@ -1,8 +1,9 @@
-"""Scaling of a sweep: time as a function of the number of points, periods, threads and of 1/Δτ; memory of the points.
+"""Scaling of a sweep: time over the number of points, periods and threads and over 1/Δτ; memory over the number of
+points.
 
 A straight line of slope 1 means that the time is proportional. If grid points are skipped, the time should not depend
-on 1/Δτ. Memory is the peak of a separate process that runs the command line, which writes blocks to a file as they
-finish.
+on 1/Δτ. Memory is the peak of a separate process. This process runs the command line, which writes each block to a file
+as soon as the block is complete.
 """
 
 import os
@@ -47,7 +48,7 @@ print(peak)
 
 
 def seconds(runs: dict[Any, dict[str, Any]], repeats: int, wall: bool = False) -> dict[str, float]:
-    """Return the median seconds of each sweep, all timed in turn."""
+    """Return the median seconds of each sweep. The sweeps are timed alternately."""
     times = paired({str(k): partial(vd.sweep, **run) for k, run in runs.items()}, repeats)
     return {k: t.wall_seconds if wall else t.seconds for k, t in times.items()}
 
@@ -103,7 +104,7 @@ def peak_memory(points: int, periods: int) -> float:
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder, "memory.toml")
         config.write_text(CONFIG.format(points=points, periods=periods), encoding="utf-8")
-        # the process reports its own peak, because the value seen by its parent includes memory of the parent
+        # the process reports its peak itself, because the value for its parent includes memory of the parent
         command = [
             sys.executable, "-c", CHILD, "sweep", str(config), "-o", str(Path(folder, "memory.h5")),
             "--threads", "1",
@@ -114,7 +115,7 @@ def peak_memory(points: int, periods: int) -> float:
 
 def memory(quick: bool) -> dict[str, float]:
     counts = (500, 2000) if quick else (2000, 6000, 20_000, 60_000)
-    peak_memory(8, 1)  # compiles, which would add to the memory of the first measurement
+    peak_memory(8, 1)  # compile first: compilation would increase the memory of the first measurement
     return {str(n): peak_memory(n, 250) for n in counts}
 
 

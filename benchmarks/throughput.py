@@ -29,14 +29,15 @@ EPS = (0.0, 2e-4)
 POINTS, PERIODS = 1000, 500
 RANGE_COMPUTED = (3.0525, 3.06)
 COMPUTED, ONE_BY_ONE = "certified, where nothing repeats", "certified, one motion at a time"
-"""Values of A with stable motions that never rest and approach their orbit so slowly that none repeats its bits within
-PERIODS periods."""
+"""Values of A with stable motions that never rest. They approach their orbit so slowly that no motion repeats bit for
+bit within PERIODS periods."""
 
 
 def rivals(eps: float) -> dict[str, tuple[str, dict[str, Any], int, int]]:
-    """Return the solvers of the set that take part: module, setting, motions and periods, for some tenths of a second.
+    """Return the solvers of the set that take part: module, setting, number of motions and number of periods.
 
-    Settings are the fastest that are right: the step of the scan is below the closest pair of zeros.
+    Each needs some tenths of a second. Its setting is the fastest right setting: the step of the scan is below the
+    distance of the closest pair of zeros.
     """
     if eps == 0.0:
         return {
@@ -52,7 +53,7 @@ def rivals(eps: float) -> dict[str, tuple[str, dict[str, Any], int, int]]:
 
 
 def values(n: int) -> np.ndarray:
-    """Return n values of A: all POINTS of the sweep, or fewer for slow contestants."""
+    """Return n values of A: all POINTS of the sweep, or fewer values for slow contestants."""
     return np.linspace(*RANGE, POINTS)[:: max(1, POINTS // n)]
 
 
@@ -76,7 +77,7 @@ class Contestant:
 
 
 def ours(**settings: Any) -> Callable[[np.ndarray, int], Any]:
-    """Return a sweep of the package, which records section points."""
+    """Return a sweep of the package that records section points."""
     settings = {"threads": 1, **settings}
     return lambda A, periods: vd.sweep(A=A, transient=0, periods=periods, **settings).section
 
@@ -97,7 +98,7 @@ def by_solver(events: Callable[..., Any], eps: float, **setting: Any) -> Callabl
 
 @jit
 def locate_obvious(point, setting, state, t0, xi, dxi, end):
-    """Return the first point of the grid at which the state has ended, and visit every point."""
+    """Visit every grid point. Return the first point at which the state has ended."""
     sign = 1.0 if state == UP else -1.0
     k, tau, s = round(t0 / setting[0]), t0, constants(point, sign, t0, xi, dxi)
     while tau <= end:
@@ -118,7 +119,7 @@ obvious_loop = event_loop(locate_obvious, compiled=True)
 
 
 def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[str]]:
-    """Return all contestants on one thread, each with work for some tenths of a second."""
+    """Return all contestants. Each runs on one thread for some tenths of a second."""
     n, p = (100, 100) if quick else (POINTS, PERIODS)
     paper = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
     few = values(50)
@@ -152,10 +153,11 @@ def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[st
 
 
 def off(contestant: Contestant, eps: float) -> float:
-    """Return the share of motions whose switches in the first 10 periods differ from certified ones by more than 1e-3.
+    """Return the share of motions whose switches in the first 10 periods differ from certified switches by more than
+    1e-3.
 
     Only the first periods are compared, because many of these motions are irregular, and any two computations of an
-    irregular motion diverge. A missed switch appears in the first periods.
+    irregular motion diverge. The first periods are sufficient to detect a missed switch.
     """
     first, wrong = min(contestant.periods, 10), 0
     for a, found in zip(contestant.A, contestant.work(contestant.A, first), strict=True):
@@ -212,7 +214,8 @@ def threads(quick: bool, busy: float) -> dict[str, Any]:
 
 
 def busy_share() -> float:
-    """Return the share of the cores busy over the last minute: speed-ups are unreliable on a busy machine."""
+    """Return the share of the cores that were busy in the last minute. On a busy machine measured speed-ups are
+    unreliable."""
     return min(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
 
 

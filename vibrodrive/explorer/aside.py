@@ -1,8 +1,8 @@
 """Long exact searches (orbits, bifurcations, limits) in a separate process, which is killed to cancel them.
 
-These searches are Python loops that do not check a flag. The process handles one call at a time and then waits for the
-next one. After a kill a new process starts immediately and loads its modules while the page is drawn. A process that is
-still loading or compiling is not killed: otherwise each click would restart the compilation.
+These searches are Python loops that do not check a flag. The process handles one call at a time. After a kill a new
+process starts immediately and loads its modules while the page is drawn. A process that is still loading or compiling
+is not killed. Otherwise each click would restart the compilation.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LOOK_SECONDS = 0.02  # interval between checks of the flag while the other proce
 
 
 class Aside:
-    """Separate process, started at the first call. It first calls `warm`."""
+    """Separate process, started at the first call. Its first action is a call of `warm`."""
 
     def __init__(self, warm: Callable[[], object]) -> None:
         self._warm = warm
@@ -34,7 +34,7 @@ class Aside:
     def call(self, halt: Halt, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return the result of a function, which the process imports by name.
 
-        Raises the exception of the function, or Halted once the flag is set.
+        If the function raises an exception, this exception is raised here. Raises Halted as soon as the flag is set.
         """
         self.start()
         if self._warming:
@@ -74,7 +74,7 @@ class Aside:
             self._process = subprocess.Popen(
                 [sys.executable, "-c", f"from {__name__} import serve; serve({other.fileno()})"],
                 stdin=subprocess.DEVNULL,
-                stdout=2,  # prints of libraries go to stderr
+                stdout=2,  # print output of libraries to stderr
                 pass_fds=[other.fileno()],
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
                 start_new_session=True,  # so that Ctrl-C reaches the parent only
@@ -96,13 +96,13 @@ class Aside:
 
     def _send(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         if self._pipe is not None:
-            with suppress(OSError):  # the process has ended, as `_answer` will notice
+            with suppress(OSError):  # the process has ended; `_answer` reports this
                 self._pipe.send((function, arguments))
 
 
 def serve(file: int) -> None:
     """Main function of the separate process: answer calls from a pipe until it closes or the parent ends."""
-    os.nice(10)  # pictures come first
+    os.nice(10)  # low priority, so that pictures are computed first
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     pipe = Connection(file)
     with suppress(EOFError, OSError):

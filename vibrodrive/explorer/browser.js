@@ -1,12 +1,12 @@
 // Script of the page: it requests the next view when the last picture is painted, and updates the address. The server
 // does everything else.
-const PATIENCE = 250; // ms that a newer view waits for the running request, at first
+const PATIENCE = 250; // initial time in ms that a newer view waits for the running request
 const page = {
-  busy: false, // a view has been requested and no picture of it is painted yet
-  pending: false, // the view has changed since that request
-  tapped: false, // another motion has been selected since that request
+  busy: false, // a view has been requested, and its picture is not yet painted
+  pending: false, // the view has changed since the last request
+  tapped: false, // another motion has been selected since the last request
   settled: false, // the picture of the last request is painted and complete
-  begun: false, // the address contains the first view; from now on each change is a step of "back"
+  begun: false, // the address contains the first view; each later change is a step of "back"
   over_plane: false, // true if the ranges belong to a map; after a change of mode they still belong to the old mode
   waiting: 0, // timer that will update the address; 0 if none
   patience: PATIENCE, // the present value of PATIENCE (ms), which grows on a slow machine
@@ -18,33 +18,33 @@ const page = {
   document: Bokeh.documents[0],
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0, // number of the last message; times of requests
   scales: {}, // scales of both axes as drawn: linear or log
-  kept: {}, // ends of ranges as the server sent them, until they are moved
+  kept: {}, // ends of ranges that the server sent, until they are moved
   last: "", // the last view requested
   extra: {}, // fields without widget and range: at, and the ends of the colours (map) or of y (diagram)
   frames: [], latencies: [], // times at which pictures were painted, and their delay after the movement (ms)
   file: null, // the last file downloaded
   words: "", // description of the selected motion
-  followed: NaN, // coordinate of that motion on the abscissa
+  followed: NaN, // coordinate of the selected motion on the abscissa
   marks: [], // coordinates of the marks on the abscissa
-  pinged: 0, // time at which the server was asked for a sign of life; 0 after its answer
-  played: "", // field whose slider runs
-  judging: false, // the slider waits until the selected motion has been compared with its limits
+  pinged: 0, // time of the last ping of the server; 0 after the answer
+  played: "", // field whose slider is moved by its button
+  judging: false, // true until the selected motion has been compared with its limits; meanwhile the slider does not move
   fit: false, // the ordinate follows the values, until the user moves the ordinate
   refused: "", // error message of the last request
-  good: {}, // values of fields that the server has accepted, used in place of a refused one
+  good: {}, // accepted values of fields; they replace refused values
   pixels: null, // width and height of the frame in pixels of the screen, for which pictures are computed
   status: "", // status line below the diagrams, without COMPILING
   slow: 0, // timer that will show COMPILING
 };
 window.explorer = page;
-const STEADY = 100; // ms for which axes and lines wait, so that they move together with the picture
+const STEADY = 100; // delay of axes and lines in ms, so that they move together with the picture
 const COMPILING = "computing …; the first use of a kernel after an installation compiles it (up to a minute)";
 const SLOW = 1500; // ms without an answer until COMPILING is shown
-const SILENCE = 8000; // ms without an answer of the server until that is reported
+const SILENCE = 8000; // ms without an answer of the server until a message is shown
 const REST = 300; // ms without a change after which a view becomes a step of "back"
 
-// If the mouse rests after the button is pressed, or the page is busy then, Bokeh would detect a "press" gesture. The
-// following movement would then be neither a drag nor a tap.
+// Disable the "press" gesture. Bokeh would detect it if the mouse rests after the button is pressed, or if the page is
+// busy. Then the following movement would be neither a drag nor a tap.
 Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const {MessageSentEvent} = Bokeh.require("document/events");
@@ -72,7 +72,7 @@ const shown = (u, name) => (log(name) ? Math.pow(10, u) : u);
 const drawn = (v, name) => (log(name) ? Math.log10(v) : v);
 const unmoved = ({id, start, end}) => page.kept[id]?.[0] === start && page.kept[id]?.[1] === end;
 const span = (range, name, low, high) => {
-  // for unmoved ends return the numbers that the server sent: 10 ** log10(v) may differ from v in its last bits
+  // for ends that were not moved, return the numbers from the server: 10 ** log10(v) may differ from v in its last bits
   if (unmoved(range)) return {[low]: page.kept[range.id][2], [high]: page.kept[range.id][3]};
   return {[low]: shown(range.start, name), [high]: shown(range.end, name)};
 };
@@ -97,7 +97,7 @@ const accept = (field) => {
   element(field.name + "-hint").textContent = field.hint;
 };
 
-// Mark the field that an error message begins with. The other fields continue to act, with its last accepted value.
+// Mark the field whose name begins an error message. All other fields still act; the marked field has its last accepted value.
 const refuse = (text) => {
   page.played = "";
   say(page.refused = text, "notice");
@@ -121,7 +121,7 @@ page.send = () => {
 // Let Bokeh paint a diagram once for each picture and not for each movement of the mouse, which would be slower.
 const hold = () => {
   if (page.due) return;
-  for (const plot of [first, second]) plot.hold_render = plot.visible; // on a hidden one this would trigger a layout
+  for (const plot of [first, second]) plot.hold_render = plot.visible; // for a hidden diagram this would start a layout
   clearTimeout(page.held);
   page.held = setTimeout(release, STEADY);
 };
@@ -136,7 +136,7 @@ const release = () => {
 const but_for_motion = (view) => JSON.stringify({...view, at: null, pixels: page.pixels});
 
 const tell = (message) => {
-  if (!("file" in message || message.ping)) page.seq += 1; // these do not replace the running request
+  if (!("file" in message || message.ping)) page.seq += 1; // files and pings do not replace the running request
   const asked = JSON.stringify({seq: page.seq, ...message});
   page.document._trigger_on_change(new MessageSentEvent(page.document, "asked", asked));
 };
@@ -158,7 +158,7 @@ const request_picture = (again) => {
   page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.sent)));
 };
 
-// Replace the running request. Its successor gets twice the time, since a slow machine would otherwise finish none.
+// Replace the running request. The next request gets twice the time; otherwise a slow machine would finish no request.
 const insist = () => {
   if (!page.pending) return;
   page.patience *= 2;
@@ -201,7 +201,7 @@ const REARRANGE = ["x", "y", "mode", "quantity", "shade", "scale", "y_scale", "s
 page.enter = (field) => {
   const {name, value} = field;
   accept(field);
-  if (name === "mode") say("", "story"); // clear the story: it describes the previous picture
+  if (name === "mode") say("", "story"); // clear the text that describes the previous picture
   if (REARRANGE.includes(name)) return page.command({changed: name});
   follow(name);
   arrange();
@@ -214,7 +214,7 @@ page.fit_now = () => {
   page.ask(true);
 };
 
-// Write a complete view from the server into all widgets and ranges, with a single request at the end.
+// Write a complete view from the server into all widgets and ranges. Then send one request.
 page.apply = (view) => {
   for (const [name, field] of Object.entries(fields)) {
     set_field(name, view[name] === null ? "" : String(view[name]));
@@ -276,7 +276,7 @@ const arrange = () => {
   }
 };
 
-// Letters and borders of the figures have the size of those of the page.
+// Letters and borders of the figures have the same size as letters and borders of the page.
 const scale_letters = () => {
   const size = parseFloat(getComputedStyle(document.documentElement).fontSize);
   const [large, usual] = [1.1 * size, 0.9 * size].map((pixels) => `${pixels.toFixed(1)}px`);
@@ -288,7 +288,7 @@ const scale_letters = () => {
   for (const plot of [first, second]) plot.min_border_left = Math.round((innerWidth > 720 ? 4.6 : 3.8) * size);
 };
 
-// Pictures are computed for the pixels of the frame; this runs after each painting of the first diagram.
+// Send the size of the frame in pixels, after each painting of the first diagram: pictures are computed for this size.
 const measure = () => {
   const {width, height} = pictures[first.id].view.frame.bbox;
   const pixels = [width, height].map((length) => Math.round(length * devicePixelRatio));
@@ -322,7 +322,7 @@ page.paint = (sent) => {
 };
 
 const settle = () => {
-  const latest = page.last === but_for_motion(page.state()); // also of the present size
+  const latest = page.last === but_for_motion(page.state()); // the size must also be the present size
   page.settled = page.whole === page.asked && !page.pending && latest;
   if (page.settled && page.played && !page.judging) play_on();
 };
@@ -344,7 +344,7 @@ const remember = (address) => {
 };
 window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));
 
-// Save a file, or show its text, to copy or to save.
+// Save a file, or show its text, which can be copied or saved.
 const offer = (name, content, text = "") => {
   const link = element("keep");
   URL.revokeObjectURL(link.href);
@@ -430,11 +430,11 @@ setInterval(() => {
   tell({ping: true});
 }, SILENCE / 4);
 
-// A browser may keep a page that was left, for "back". On return it is reloaded, and its address restores the view.
+// A browser may keep a page for "back". When the user returns, the page is reloaded, and its address restores the view.
 window.addEventListener("pagehide", () => tell({left: true}));
 window.addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
 
-// While the second diagram is visible, both move together.
+// While the second diagram is visible, both diagrams move together.
 const mirror = (from, to) => {
   const moved = to.start !== from.start || to.end !== from.end;
   if (second.visible && moved) to.setv({start: from.start, end: from.end});
@@ -473,15 +473,15 @@ const toggle = (button) => {
   return on;
 };
 
-// Let a slider run from its least value, one complete picture for each step, until the structure of the selected motion
-// is lost. If none is selected in this window of a diagram, select the motion in the middle.
+// Move a slider upwards from its least value, with one complete picture for each step, until the structure of the selected
+// motion is lost. If no motion is selected in the window of a diagram, select the motion in the middle.
 const STEPS = 50;
 const run = (name, place) => {
   const {start, end} = x_range;
   if (!page.over_plane && !(page.followed >= start && page.followed <= end)) select((start + end) / 2);
   sliders[name].value = place;
   Object.assign(page, {played: name, judging: !page.over_plane});
-  page.slide(name, true); // also where the value is the least already
+  page.slide(name, true); // also if the slider is already at its least value
 };
 const play_on = () => {
   const {value, min, max} = sliders[page.played];
@@ -532,7 +532,7 @@ element("start").addEventListener("change", () => {
 scale_letters();
 for (const plot of [first, second]) {
   picture_of(plot);
-  for (const kind of ["tap", "doubletap"]) plot.on_event(kind, page.tap); // one of two quick clicks on two columns
+  for (const kind of ["tap", "doubletap"]) plot.on_event(kind, page.tap); // the second of two quick clicks is a double tap
   page.document.event_manager.subscribed_models.add(plot);
 }
 measure();

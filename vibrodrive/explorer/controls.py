@@ -1,4 +1,4 @@
-"""Controls of the page: one row for each field of a view that is not a range, with its label and its sentence."""
+"""Controls of the page: one row for each field of a view that is not a range, with its label and its explanation."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
 from vibrodrive.model.plan import Plan
 
 EXPONENTS = ("dtau",)  # sliders over the decimal logarithm of their value
-SLIDER_STEPS = 400  # of a slider that has the range of an axis
+SLIDER_STEPS = 400  # number of steps of a slider over the range of an axis
 
 
 class Control(NamedTuple):
-    """Control of one field, shown only in the mode or scene `only`; `slider` has the ends and the step of a slider."""
+    """Control of one field. It is shown only in the mode or scene `only`. `slider` contains the ends and the step of a
+    slider."""
 
     name: str
     label: str
@@ -25,7 +26,7 @@ class Control(NamedTuple):
 
 
 def unit(name: str) -> str:
-    """Return the unit of a parameter as pages show it: SI units, where figures may show mm."""
+    """Return the unit of a parameter on the page. It is always an SI unit; figures may use mm."""
     row = NAMES[name]
     return row.unit if row.scale != 1.0 else row.shown
 
@@ -47,7 +48,8 @@ def part_shown(view: View, plan: Plan) -> str:
 
 
 def _number(name: str, only: str = "") -> Control:
-    """Return the control of a parameter, with the slider of the table of names or one over the range of its axis."""
+    """Return the control of a parameter. Its slider is given in the table of names, or it covers the range of the
+    axis."""
     row = NAMES[name]
     slider = row.slider
     if slider is None and row.axis and row.axis[2] == LINEAR:
@@ -67,10 +69,10 @@ GROUPS: dict[str, tuple[Control, ...]] = {
     "Picture": (
         _choice("mode", "Picture", "A diagram shows many motions over one parameter, a map one number over two.",
                 {DIAGRAM: "diagram", MAP: "map"}),
-        _choice("quantity", "Upwards", "The quantity drawn upwards: one dot for each section point or impact.",
+        _choice("quantity", "Upwards", "The quantity on the vertical axis: one dot for each section point or impact.",
                 {q: symbol(q) if q not in ("xi", "dxi") else f"{symbol(q)} at the section"
                  for q in DIAGRAM_QUANTITIES}, DIAGRAM),
-        _choice("shade", "Colour", "The quantity that the colours of the map show.",
+        _choice("shade", "Colour", "The quantity shown by the colours of the map.",
                 {q: q.replace("_", " ") for q in OF_MAPS}, MAP),
         _choice("x", "Across", "The parameter along the horizontal axis.", _PARAMETERS),
         _choice("scale", "Axis across", "Equal steps, or equal ratios, along the horizontal axis.", _SCALES),
@@ -84,21 +86,21 @@ GROUPS: dict[str, tuple[Control, ...]] = {
         _number("eps"), _number("eta"),
     ),
     "Method": (
-        _choice("method", "Switches found by", "Certified: the first zero, proved. Muller: the paper's iteration on "
-                "a grid. Fixed: the next grid point.", {m: m for m in METHODS}),
+        _choice("method", "Switches found by", "Certified: the proved first zero. Muller: the paper's iteration on a "
+                "grid. Fixed: the next grid point.", {m: m for m in METHODS}),
         _number("dtau"), _number("tol"),
-        _choice("compare", "Certified motions", "Show the certified motions beside those of the method, or the "
-                "difference between the two.",
+        _choice("compare", "Certified motions", "Also show the certified motions, or the difference between the two "
+                "methods.",
                 {ALONE: "not shown", BESIDE: "below", DIFFERENCE: "as a difference"}, DIAGRAM),
     ),
     "Run": (
         _number("section_phase"), _number("transient"), _number("periods"),
-        Control("orbits", "Exact orbits up to period", "Draw periodic orbits of the undisturbed motion up to this "
-                "period, and their bifurcations; 0: none."),
-        Control("columns", "Motions across", "Number of motions across, 2 to 4000; empty: one for each pixel."),
-        Control("rows", "Motions upwards", "Number of motions upwards, 2 to 4000; empty: as many as suit the size.",
+        Control("orbits", "Exact orbits up to period", "Draw the periodic orbits of the undisturbed motion up to this "
+                "period, and their bifurcations. 0 means none."),
+        Control("columns", "Motions across", "Number of motions in a row, 2 to 4000. If empty, one for each pixel."),
+        Control("rows", "Motions upwards", "Number of motions in a column, 2 to 4000. If empty, it suits the page.",
                 only=MAP),
     ),
     "Start": (_number("xi0"), _number("dxi0"), _number("tau0")),
 }  # fmt: skip
-"""All controls, in the order of the page; the first group is above the picture, the others beside it."""
+"""All controls, in the order of the page. The first group is above the picture, the other groups are beside it."""

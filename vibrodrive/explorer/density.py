@@ -1,4 +1,4 @@
-"""Count of the recorded values in each pixel, compiled because a frame contains up to a quarter of a million."""
+"""Number of recorded values in each pixel. The function is compiled, because a frame contains up to 250 000 values."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from vibrodrive.jit.compile import jit
 
 @jit(_nrt=False)
 def paint(values, columns, low, high, table, counts, image):
-    """Darken the pixels of an image that contain values, and the pixel above each: a line of one row is too thin.
+    """Darken the pixels that contain values, and the pixel above each of them: a line of one row is too thin.
 
     values : float64 (n, k)
         values of n columns; NaN and values outside [low, high) are ignored.

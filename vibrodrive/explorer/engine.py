@@ -1,6 +1,6 @@
-"""Resources that all pages of a server share: the worker thread, the process for exact results, and the pace.
+"""Resources that all pages of a server share: the worker thread, the process for exact results, and the measured speed.
 
-Numba is imported after the first page has been built: while the browser loads that page, the worker loads the kernels.
+Numba is imported after the first page has been built. While the browser loads this page, the worker loads the kernels.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import available_memory, human
 
-WARMING = Slot(-1, Rank.EXPORT)  # page -1 does not exist
+WARMING = Slot(-1, Rank.EXPORT)  # slot of no page: the pages are numbered from 0
 
 
-FEWEST = 64  # points of a level, at least; as many as a kernel advances together
-LARGEST = 2 * 10**9  # bytes of the results of one view
+FEWEST = 64  # least number of points of a level; the number of lanes of a kernel
+LARGEST = 2 * 10**9  # most bytes of the results of one view
 
 
 class Pace:
     """Measured number of excitation periods computed per second, for each kind of motion."""
 
-    FIRST = 5e5  # before the first measurement
+    FIRST = 5e5  # value before the first measurement
 
     def __init__(self) -> None:
         self._measured: dict[tuple[int, bool, bool], float] = {}
@@ -53,7 +53,8 @@ def length(plan: Plan) -> int:
 
 
 class Engine:
-    """Computation for all pages, by their numbers. `tasks` imports the module tasks, and thereby Numba."""
+    """Computation for all pages, which are identified by numbers. `tasks` imports the module tasks, and thereby
+    Numba."""
 
     def __init__(self, threads: int | None, tasks: Callable[[], Any]) -> None:
         self.threads = threads
@@ -65,7 +66,7 @@ class Engine:
         self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, by their arguments
 
     def warm(self) -> None:
-        """Load everything for the first picture."""
+        """Load all modules and kernels that the first picture needs."""
         self.worker.request(WARMING, lambda halt: self.tasks().warm_picture(self, halt))
 
     def _failed(self, slot: Slot, error: BaseException) -> None:
@@ -74,10 +75,11 @@ class Engine:
             page.failed(slot.rank, error)
 
     def make_room(self, need: int, what: str) -> None:
-        """Free results of pages, the oldest page first, until all results and `need` fit into half of the memory.
+        """Delete results of pages, the oldest page first, until all results and `need` fit into half of the free
+        memory.
 
-        `need` is the number of bytes of a new view. Raises TooLarge, with `what` as the first words, if they exceed
-        LARGEST or half of the memory.
+        `need` is the number of bytes of a new view. Raises TooLarge if `need` exceeds LARGEST or half of the free
+        memory; the message begins with `what`.
         """
         holders = [page for page in self.pages.values() if page.work is not None]
         used = sum(page.work.bytes for page in holders)

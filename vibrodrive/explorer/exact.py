@@ -17,8 +17,8 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.questions import limit
 
-VALUES = 60  # number of A in a window at which orbits are computed; more are added near bifurcations
-SAME = 1e-6  # largest difference in impact phase between a motion and an orbit that count as equal
+VALUES = 60  # number of values of A in a window at which orbits are computed; near bifurcations more are added
+SAME = 1e-6  # largest difference of impact phases at which a motion counts as the orbit
 
 
 STABLE, UNSTABLE = "stable orbit", "unstable orbit"
@@ -42,7 +42,7 @@ def warm() -> None:
 def orbit_lines(
     low: float, high: float, B: float, max_period: int, quantity: str, phase: float
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return all orbits and bifurcations between two values of A, in terms of a quantity of diagrams."""
+    """Return all orbits and bifurcations between two values of A, with a quantity of diagrams as the ordinate."""
     found = family(np.linspace(low, high, VALUES), B, max_period)
 
     def values(orbit: Orbit) -> np.ndarray:
@@ -63,13 +63,14 @@ def orbit_lines(
 def plane_curves(
     A: tuple[float, float], B: tuple[float, float], max_period: int, across: str
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return the bifurcation curves of these orbits in a plane with the abscissa `across`, and no points."""
+    """Return the bifurcation curves of orbits up to `max_period` in the plane of A and B with the abscissa `across`,
+    and no points."""
     found = curves(A=A, B=B, max_period=max_period)
     return [Curve(*((c.A, c.B) if across == "A" else (c.B, c.A)), c.kind, c.period) for c in found], []
 
 
 def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
-    """Return the multiplier of the orbit with this period and these impact phases; NaN if there is none."""
+    """Return the multiplier of the orbit with this period and these impact phases; NaN if there is no such orbit."""
     for orbit in orbits_of(ImpactMap(A, B), period):
         if orbit.period == period and len(phases):
             apart = np.abs(orbit.phases[:, None] - phases[None, :])
@@ -79,8 +80,8 @@ def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
 
 
 def limit_at(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return the limit k₂ with these arguments of `limit`; the others have their defaults."""
+    """Return the limit k₂ with these arguments of `limit`; all other arguments have their defaults."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # no warning of slip: the page shows the motion itself
+        warnings.simplefilter("ignore")  # warnings of likely mistakes; the page shows the motion
         k = limit(**arguments, threads=1)
     return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "last_kept": k.last_kept}

@@ -29,12 +29,12 @@ from vibrodrive.store.writer import open_writer
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-POINTS = 100  # of the motion in a CSV file, per excitation period
-LARGEST_FILE = 200_000_000  # bytes of data that a page downloads
+POINTS = 100  # points of a motion in a CSV file, per excitation period
+LARGEST_FILE = 200_000_000  # largest number of bytes that a page downloads
 
 
 def file_name(view: View, kind: str) -> str:
-    """Return a name that says what the file holds: "dxi_over_A_2.4_3.25.png", "motion_at_A_3.04.csv"."""
+    """Return a file name that describes the content: "dxi_over_A_2.4_3.25.png", "motion_at_A_3.04.csv"."""
     if kind == "csv":
         return f"motion_at_{view.x}_{view.at:.6g}.csv"
     parts = [view.shade if view.mode == MAP else view.quantity, "over", view.x, f"{view.low:.6g}", f"{view.high:.6g}"]
@@ -50,16 +50,16 @@ DPI = 100
 LEFT, RIGHT, BELOW, ABOVE = 80, 20, 55, 25  # pixels around each diagram
 BAR = 110  # pixels for the scale of a map
 LINE = 20  # pixels for a line of text
-MOTION_ROWS = 220  # pixels upwards of the curves of a motion
-CELL = 500  # cells of a map become blocks of pixels, so that the map has at least so many pixels across
+MOTION_ROWS = 220  # height in pixels of the curves of a motion
+CELL = 500  # least width of a map in pixels; each cell becomes a block of pixels
 
 
 def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
-    """Return what the page shows as "png", "pdf" or "svg": each pixel of the picture, the exact curves, the motion.
+    """Return the picture, the exact curves and the motion of a page as "png", "pdf" or "svg".
 
     In a PNG the picture has its own pixels. In the other formats the picture is an embedded image of these pixels.
     """
-    from matplotlib import rc_context  # imported here so that the page does not wait for it
+    from matplotlib import rc_context  # imported here so that the page appears sooner
     from matplotlib.colors import to_rgb
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -137,7 +137,7 @@ def _show(ax: Axes, view: View, picture: Picture, image: np.ndarray) -> None:
 
 
 def _lay_over(ax: Axes, page: Page) -> None:
-    """Draw the exact orbits, curves and bifurcations that the page shows."""
+    """Draw the exact orbits, curves and bifurcations of the page."""
     window = ax.axis()
     names = "x", "y", "colour", "width", "dash"
     for x, y, colour, width, dashes in zip(*(page.lines.data[name] for name in names), strict=True):
@@ -163,11 +163,11 @@ def result_file(view: View, results: Results) -> bytes:
 
 
 def python(view: View) -> str:
-    """Return a program that computes the sweep of this view, with the same bits, and draws it."""
+    """Return a program that computes the sweep of this view, equal bit for bit, and draws it."""
     settings = config.parse(view.toml())
     scene, imports = settings.physical, ["import numpy as np"]
     lines = [] if scene is None else [f"scene = vd.{scene!r}"]
-    if {*settings.arguments} & {*SCENE}:  # `sweep` has no axes in SI units, but its command has
+    if {*settings.arguments} & {*SCENE}:  # the command `sweep` has axes in SI units, `vd.sweep` has none
         imports = ["import subprocess", "import sys", "from pathlib import Path"]
         lines += [f'Path("view.toml").write_text("""{view.toml()}""")']
         lines += ['subprocess.run([sys.executable, "-m", "vibrodrive", "sweep", "view.toml"], check=True)']

@@ -1,4 +1,4 @@
-"""Diagrams and maps as images: one index per pixel, which the page colours by a palette.
+"""Diagrams and maps as images: each pixel is an index into a palette.
 
 Each column of a diagram is a point of the sweep. The rows divide the range of the ordinate evenly. A column that is not
 yet computed repeats the last computed column to its left. Maps have the colours of the package's figures.
@@ -21,14 +21,14 @@ from vibrodrive.model.results import Results
 if TYPE_CHECKING:
     from matplotlib.colors import Normalize
 
-SHADES = 64  # of ink; shade 0 is blank. The palette of a difference has three such scales in succession
+SHADES = 64  # number of shades of a scale; shade 0 is blank. The palette of a difference has three scales in succession
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
 MARGIN = 0.04
 
 
 def values_of(results: Results, quantity: str) -> np.ndarray:
-    """Return the recorded values of a quantity: float64 (columns, values), NaN where there is none."""
+    """Return the recorded values of a quantity: float64 (columns, values), with NaN for a missing value."""
     if quantity in ("xi", "dxi"):
         found = results.section[..., ("xi", "dxi").index(quantity)]
     else:
@@ -60,7 +60,7 @@ def palette_of(colours: np.ndarray) -> np.ndarray:
 
 
 def ink_palette() -> np.ndarray:
-    """Return the scales from white to each of INKS, concatenated."""
+    """Return the concatenated scales from white to each of INKS."""
     share = np.arange(SHADES)[:, None] / (SHADES - 1)
     return palette_of(np.concatenate([255 + share * (np.array(ink) - 255) for ink in INKS]))
 
@@ -81,7 +81,8 @@ def _near(there: np.ndarray) -> np.ndarray:
 
 
 def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
-    """Merge two images of shades. The scale of a pixel shows which of the two has ink there."""
+    """Merge two images of shades. The scale of a pixel shows which of the images have ink there: the first, the second,
+    or both."""
     alone = (chosen > 0) & ~_near(certified > 0)
     missing = (certified > 0) & ~_near(chosen > 0)
     out = np.maximum(chosen, certified)
@@ -109,13 +110,15 @@ def pictures(level: Level, quantity: str, low: float, high: float, rows: int = P
 
 
 def _repeated(there: np.ndarray) -> np.ndarray:
-    """Return for each column the last available column up to it, or the first available column if there is none."""
+    """Return for each column the last available column at or before it. If there is none, return the first available
+    column."""
     at = np.maximum.accumulate(np.where(there, np.arange(len(there)), -1))
     return np.where(at < 0, np.argmax(there), at)
 
 
 class Key(NamedTuple):
-    """Key of colours, "#rrggbb": `swatches` with a name each, and a `scale` with numbers at shares of its length."""
+    """Key of colours ("#rrggbb"). Each of the `swatches` has a name. `scale` has numbers at given shares of its
+    length."""
 
     swatches: Sequence[tuple[str, str]] = ()
     scale: Sequence[str] = ()
@@ -145,9 +148,9 @@ def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
 def painted(
     level: Level, quantity: str, limits: tuple[float, float] | None = None
 ) -> tuple[np.ndarray, np.ndarray, Key]:
-    """Return the image of a quantity, with coarse cells where points are missing, its palette and its key.
+    """Return the image of a quantity, its palette and its key. Where points are missing, the image has larger cells.
 
-    The image has palette indices uint16 (rows, columns), with y upwards. `limits`: see `map_figure`.
+    The image contains palette indices, uint16 (rows, columns), with y upwards. For `limits` see `map_figure`.
     """
     from matplotlib.colors import to_hex, to_rgb  # imported here so that the page does not wait for it
 

@@ -1,4 +1,4 @@
-"""Page of the explorer: template, figures, and the few sources through which it and the server exchange data."""
+"""Page of the explorer: template, figures, and the data sources through which page and server exchange data."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
-CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of the states of LASTING, the excitation
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # states of LASTING; excitation
 LOOKS = {"stable orbit": ("#0072B2", 1.5, "solid"), "unstable orbit": ("#D55E00", 1.2, "dashed")} | {
     kind: (b.colour, 2.0, "solid") for kind, b in BIFURCATIONS.items()
 }
 """Colour, width and dashes of exact curves."""
-ODD = "#CC3311"  # of ticks at columns whose status is not OK
+ODD = "#CC3311"  # colour of ticks at columns whose status is not OK
 KINDS = {
     "png": "picture (PNG)",
     "pdf": "figure for print (PDF)",
@@ -39,12 +39,12 @@ KINDS = {
     "csv": "selected motion (CSV)",
 }
 OPENED = ("Parameters", "Method")  # groups of controls that are open at first
-PLAYED = ("eps", "dtau")  # sliders that can run by themselves
+PLAYED = ("eps", "dtau")  # sliders with a button that moves them
 
 
 @dataclass
 class Page:
-    """Models that the server changes."""
+    """Bokeh models that the server changes."""
 
     motion: ColumnDataSource
     lines: ColumnDataSource
@@ -52,14 +52,15 @@ class Page:
 
 
 SCRIPTS = "picture.js", "browser.js", "reading.js", "mechanism.js"
-LOADING = "loading the kernels; the first run of a version compiles them, for a minute or a few"
+LOADING = "loading the kernels; the first run of a version compiles them, which takes some minutes"
 NO_CURVES: dict[str, Any] = {name: [] for name in ("x", "y", "A", "kind", "period", "colour", "width", "dash")}
 NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour")}
 
 
 def build(document: Document, view: View, token: str) -> Page:
-    """Fill a document with the models for a view, and with the scripts that join them in the browser."""
-    # the second diagram has ranges of its own: one that is hidden would still be laid out again whenever these move
+    """Add to a document the models for a view, and the scripts that connect these models in the browser."""
+    # the second diagram has separate ranges: with common ranges it would be laid out after each move, even if it is
+    # hidden
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))
     one, two = _diagram("first", x_range, y_range), _diagram("second", x2, y2)
     lines, marks, motion = (ColumnDataSource(nothing) for nothing in (NO_CURVES, NO_CURVES, NO_MOTION))
@@ -69,7 +70,7 @@ def build(document: Document, view: View, token: str) -> Page:
     one.add_tools(HoverTool(renderers=[points], tooltips=tips), HoverTool(renderers=[curves], tooltips=tips[:1]))
     phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom", y_axis_label="ξ′", x_axis_label="ξ")
     time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom", x_axis_label="τ/2π", y_axis_label="ξ")
-    moment = Span(dimension="height", line_color="#888888", line_width=1)  # shown by the drawing of the mechanism
+    moment = Span(dimension="height", line_color="#888888", line_width=1)  # the line in the time series
     time.add_layout(moment)
     args: dict[str, Any] = {
         "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
@@ -97,14 +98,14 @@ def build(document: Document, view: View, token: str) -> Page:
 
 
 def _diagram(name: str, x_range: Range1d, y_range: Range1d) -> Any:
-    """Return an empty diagram, for whose axes browser.js sets the scale."""
+    """Return an empty diagram. browser.js sets the scales of its axes."""
     p = figure(
         name=name, sizing_mode="stretch_both", x_range=x_range, y_range=y_range, tools="pan,wheel_zoom,box_zoom",
         active_drag="pan", active_scroll="wheel_zoom", toolbar_location="above", lod_interval=0, min_border_left=70,
         min_border_right=20, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     p.toolbar.logo = None
-    p.grid.visible = False  # a grid is drawn again with every picture
+    p.grid.visible = False  # because the grid is drawn again with every picture
     p.grid.grid_line_alpha = 0.6
     numbers, ticks = ((HERE / name).read_text() for name in ("numbers.js", "ticks.js"))
     minor, scale = ticks.replace("MOST = 8", "MOST = 40"), {"scale": "linear"}
@@ -119,9 +120,9 @@ def _curve(name: str, motion: ColumnDataSource, x: str, y: str, **options: Any) 
     p = figure(name=name, sizing_mode="stretch_both", toolbar_location=None, **options)
     p.toolbar.active_scroll = p.tools[1]
     p.js_on_event(DoubleTap, CustomJS(args={"p": p}, code="p.reset.emit()"))
-    p.yaxis.major_label_orientation = "vertical"  # labels of constant width: otherwise the page is laid out again
+    p.yaxis.major_label_orientation = "vertical"  # constant width, so that the page is not laid out again
     p.axis.minor_tick_line_color = None
-    p.center.clear()  # grids take a tenth of the time to the curves
+    p.center.clear()  # grids would take a tenth of the time until the curves appear
     p.multi_line(x, y, source=motion, color="colour", line_width=1.5)
     return p
 

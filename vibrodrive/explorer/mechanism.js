@@ -1,15 +1,15 @@
-// The mass on the shaking incline: a drawing with labels if no motion is selected, else the selected motion above its
-// forces.
-const SLOPE = 0.22; // radians, for the eye: the angle of the incline is not drawn to scale
-const SPAN = 2; // excitation periods of the forces
+// Drawing of the mass on the vibrating incline. If a motion is selected, the drawing shows this motion and its forces,
+// otherwise the mass with labels.
+const SLOPE = 0.22; // angle of the drawn incline in radians; the true angle is not used
+const SPAN = 2; // excitation periods in the picture of the forces
 const drawn_motion = {at: 0, playing: false, last: 0, time: [], xi: [], most: 1, forces: null};
 
-// Join the curves of the states, each of which is NaN during the others.
+// Join the curves of the states. Each curve is NaN during all other states.
 page.moves = () => {
   const data = motion.data, curves = data.xi.slice(0, -1), m = drawn_motion;
   m.time = data.time.length ? Array.from(data.time[0]) : [];
   m.xi = [];
-  m.time.forEach((_, i) => { // at a jump no curve has a value: keep the place before it
+  m.time.forEach((_, i) => { // at a jump no curve has a value: use the position before the jump
     m.xi.push(curves.map((curve) => curve[i]).find(Number.isFinite) ?? m.xi.at(-1) ?? 0);
   });
   m.most = Math.max(1e-9, ...m.xi);
@@ -22,10 +22,10 @@ page.forces = (sent) => {
   drawn_motion.forces = {...forces, most: Math.max(1.2, ...Array.from(forces.H, Math.abs))};
 };
 
-// Index of the last time at or before the present one.
+// Index of the last time at or before the present time.
 const index_in = (times) => Math.max(0, times.findLastIndex((t) => t <= drawn_motion.at));
 
-// Clear a canvas; return its context, its size in pixels of the page, the size of its letters, and its ink.
+// Clear a canvas. Return its context, its size in pixels of the page, the size of its letters, and its ink.
 const cleared = (id) => {
   const canvas = element(id), {width, height} = canvas.getBoundingClientRect(), style = getComputedStyle(canvas);
   const c = canvas.getContext("2d"), scale = devicePixelRatio, size = parseFloat(style.fontSize), ink = style.color;
@@ -116,7 +116,7 @@ page.play = (on = !drawn_motion.playing) => {
   if (on) requestAnimationFrame(play);
 };
 
-// Go to the next switch, or after the last one to the beginning.
+// Go to the next switch, or after the last switch to the beginning.
 page.step = () => {
   page.play(false);
   drawn_motion.at = drawn_motion.forces?.begins.find((begin) => begin > drawn_motion.at) ?? 0;

@@ -20,12 +20,12 @@ from vibrodrive.model.states import LASTING
 
 SHOWN = 12  # largest number of excitation periods drawn
 POINTS = 100  # per excitation period
-FAST = 8  # points per period of the disturbance; with fewer its ripple disappears or is drawn as a slow wave
+FAST = 8  # points per period of the disturbance; with fewer points its waves disappear or look like a slow wave
 MOST_POINTS = 20_000  # per curve; with many points per period fewer periods are drawn
 
 
 class Motion(NamedTuple):
-    """Motion at `x`, with its plan, and its summary by the names of records.py."""
+    """Motion at `x`, with its plan and its summary. The summary has the names of records.py."""
 
     x: float
     plan: Plan
@@ -36,14 +36,14 @@ class Motion(NamedTuple):
 def nearest(view: View) -> tuple[float, Plan]:
     """Return the x of the column nearest to `view.at`, and the plan of the motion of that column."""
     plan = view.plan()
-    across = plan.axes[view.x]  # the only axis of a diagram
+    across = plan.axes[view.x]  # a diagram has only this axis
     column = int(np.argmin(np.abs(across - view.at)))
     arguments = plan.arguments(column)
     return float(across[column]), make_plan({name: value for name, value in arguments.items() if value is not None})
 
 
 def motion_at(view: View, halt: Halt) -> Motion:
-    """Return the motion at `view.at`, equal to that of `simulate`. Raises Halted."""
+    """Return the motion at `view.at`, equal to the result of `simulate`. Raises Halted."""
     x, whole = nearest(view)
     few = replace(whole, settings=replace(whole.settings, periods=min(SHOWN, view.periods)))
     trajectory = follow(few, halt)
@@ -51,12 +51,13 @@ def motion_at(view: View, halt: Halt) -> Motion:
 
 
 def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
-    """Return the curves as time (periods since the transient), ξ and ξ', one curve for each state of LASTING.
+    """Return time (periods since the transient), ξ and ξ' for each state of LASTING.
 
-    A curve is NaN during the other states. One further curve contains, as ξ, sin τ scaled to the lowest third of the
-    range of ξ.
+    The values are NaN during all other states.
+
+    One more curve contains sin τ in place of ξ, scaled to the lowest third of the range of ξ.
     """
-    from vibrodrive.figures.curves import curve  # imports Matplotlib; the page does not wait for it
+    from vibrodrive.figures.curves import curve  # imports Matplotlib; imported here so that the page appears sooner
 
     drawn = curve(trajectory, _density(trajectory))
     if len(drawn.tau) > MOST_POINTS:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Explored:
-    """Running explorer. A notebook shows it in a frame, a browser opens its `address`, a URL on this machine."""
+    """Running explorer. A notebook shows its page in a frame. A browser opens its `address`, a URL on this machine."""
 
     def __init__(self, view: View, threads: int | None) -> None:
         started: Future[Explorer] = Future()
@@ -80,7 +80,7 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
 
 
 def _serve(view: View, threads: int | None, started: Future[Explorer]) -> None:
-    """Serve in this thread, with a separate event loop, since a notebook has its own."""
+    """Serve in this thread, with a separate event loop, because a notebook already runs an event loop."""
     from vibrodrive.explorer.server import Explorer
 
     try:

@@ -1,4 +1,4 @@
-"""Numbers as people type them: `0,0002`, `1/5000`, `pi/2`, `10*sqrt(102)`."""
+"""Numbers and expressions that users type: `0,0002`, `1/5000`, `pi/2`, `10*sqrt(102)`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FUNCTIONS = {"sqrt": math.sqrt}
 def number_of(text: str) -> float:
     """Return the value of a number or of an expression of numbers, + - * / ** ^ ( ), pi and sqrt. Raises ValueError.
 
-    A comma is a decimal point. The text is parsed, never evaluated by Python.
+    A comma is a decimal point. The text is only parsed; Python never evaluates it.
     """
     with suppress(ValueError):
         return float(text)

@@ -1,6 +1,6 @@
-// Pictures are separate canvases below Bokeh's canvas, which is transparent there. Bokeh glyphs would be slower: each
+// Pictures are separate canvases below Bokeh's transparent canvas. Bokeh glyphs would be slower: each
 // new picture would repaint axes, lines and tools, and each move of an axis would repaint the picture.
-const pictures = {}; // by diagram: a box over its frame with a canvas and a line, and the rectangle of the last picture
+const pictures = {}; // for each diagram: a box over its frame with a canvas and a line, and the rectangle of the last picture
 
 const picture_of = (plot) => {
   if (pictures[plot.id]) return pictures[plot.id];
@@ -12,7 +12,7 @@ const picture_of = (plot) => {
   line.style.cssText = "position: absolute; left: 0; top: 0; height: 100%; border-left: 1px dotted #888";
   box.append(canvas, line, odd);
   view.canvas_view.underlays_el.append(box);
-  view.canvas_view.events_el.style.outline = "none"; // a click gives it the focus
+  view.canvas_view.events_el.style.outline = "none"; // without an outline, although a click sets the focus
   view.repainted.connect(() => {
     page.due = false;
     move_picture(plot);
@@ -22,7 +22,7 @@ const picture_of = (plot) => {
   return pictures[plot.id] = {view, box, canvas, lines: [line], odd, context, drawn: null, frame: ""};
 };
 
-// Move each picture to its data coordinates in the window shown, and the lines to the selected motion and the marks.
+// Move each picture to its data coordinates in the visible window. Move the lines to the selected motion and the marks.
 const move_picture = (plot) => {
   const picture = picture_of(plot), {view, box, canvas, lines, odd, drawn} = picture;
   const places = [page.over_plane ? NaN : page.followed, ...page.marks];
@@ -49,7 +49,7 @@ const draw_picture = (plot, image, data, odd) => {
   if (!picture.pixels || canvas.width !== columns || canvas.height !== rows) {
     Object.assign(canvas, {width: columns, height: rows});
     picture.pixels = context.createImageData(columns, rows);
-    canvas.style.imageRendering = columns < picture.view.frame.bbox.width ? "pixelated" : "auto"; // cells stay sharp
+    canvas.style.imageRendering = columns < picture.view.frame.bbox.width ? "pixelated" : "auto"; // so that cells have sharp edges
   }
   const colours = new Uint32Array(picture.pixels.data.buffer), {palette} = data;
   for (let row = 0, k = 0; row < rows; row++) {

@@ -1,14 +1,14 @@
-// Values under the mouse, and marks that clicks set while "Mark" is pressed.
+// Values at the mouse, and the marks that clicks set while "Mark" is on.
 const reading = {on: false, under: ""};
 
-// Value at a coordinate, with the digits that one of so many pixels resolves.
+// Value at a coordinate, with as many digits as the width of a pixel justifies.
 const read_off = (u, range, pixels, name) => {
   const v = shown(u, name), step = Math.abs(shown(u + (range.end - range.start) / pixels, name) - v);
   const digits = Math.ceil(Math.log10(Math.max(Math.abs(v), step) / step)) + 1;
   return Number(v.toPrecision(Math.min(17, Math.max(1, digits))));
 };
 
-// Differences and ratios of the marks: of three doublings (A₂ - A₁) / (A₃ - A₂) is near Feigenbaum's δ.
+// Differences and ratios of the marks. For three period doublings (A₂ - A₁) / (A₃ - A₂) is near Feigenbaum's δ.
 const marks_text = () => {
   const [a, b, c] = page.marks.map((u) => shown(u, "scale")), digits = (v) => Number(v.toPrecision(5));
   if (a === undefined) return reading.on ? "click to set marks" : "";

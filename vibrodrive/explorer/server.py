@@ -2,9 +2,9 @@
 
 Bokeh checks only the origin of a websocket. This server checks every request before any handler sees it:
 
-- The Host header must be a name of this machine. Otherwise a foreign page could gain access by a foreign name that
-  resolves to this machine.
-- The Origin header, if present, must be this server.
+- The Host header must be a name of this machine.   Otherwise a foreign page could gain access through a foreign host
+  name that resolves to this machine.
+- The Origin header, if there is one, must name this server.
 - Every request except those for static files must contain the token. A websocket must also present the signed
   session that the page with the token has received.
 """
@@ -38,7 +38,7 @@ from vibrodrive.explorer.view import View
 ADDRESS = "127.0.0.1"
 HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
-"""Port of the page unless it is in use (1000 · 2π). At a fixed port a browser reuses the scripts that it stored."""
+"""Default port of the page, 1000 · 2π. With the same port in each run a browser reuses stored scripts."""
 
 
 class Refusal(RequestHandler):
@@ -54,16 +54,16 @@ class Refusal(RequestHandler):
 
 
 HEADERS = {
-    "Referrer-Policy": "no-referrer",  # the address has the token
+    "Referrer-Policy": "no-referrer",  # because the address contains the token
     "X-Content-Type-Options": "nosniff",
-    # a notebook on this machine, at any port, and the web view of an editor may show the page in a frame
+    # frames are allowed in a notebook on this machine, at any port, and in the web view of an editor
     "Content-Security-Policy": "frame-ancestors http://localhost:* http://127.0.0.1:* vscode-webview: "
     "https://*.vscode-cdn.net",
 }
 
 
 class Headers(OutputTransform):
-    """Add HEADERS to each response, and forbid storage of all but static files."""
+    """Add HEADERS to each response, and allow browsers to store static files only."""
 
     def __init__(self, request: HTTPServerRequest) -> None:
         super().__init__(request)
@@ -95,7 +95,7 @@ class Guarded(BokehTornado):
         return super().find_handler(request, **kwargs)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """Return the scripts of the page, without Bokeh's widgets, tables, formulas and WebGL."""
+        """Return the scripts of the page. They omit Bokeh's widgets, tables, formulas and WebGL."""
         return super().resources(absolute_url).clone(components=["bokeh"])
 
     def refusal(self, request: HTTPServerRequest) -> str:
@@ -126,7 +126,7 @@ class Prompt(HTTPServer):
 
 
 def _tasks() -> Any:
-    from vibrodrive.explorer import tasks  # imports Numba; the page does not wait for it
+    from vibrodrive.explorer import tasks  # imports Numba; imported here so that the page appears sooner
 
     return tasks
 
@@ -139,17 +139,20 @@ def _listening(port: int | None) -> socket.socket:
 
 
 class Explorer:
-    """Running explorer. `address` is its URL; `run` serves until `close` is called or the program is interrupted.
+    """Running explorer. `address` is its URL. `run` serves until `close` is called or the program is interrupted.
 
-    A page shows `view` unless its address contains a view. `port` 0 means any free port; None means PORT, or any
-    free port if PORT is in use. Raises OSError if the port is not available, ValueError for too many threads.
+    The address of a page may contain a view; otherwise the page shows `view`. `port` 0 means any free port; None means
+    PORT, or any free port if PORT is in use. Raises OSError if the port is not available, and ValueError for too many
+    threads.
     """
 
     def __init__(self, view: View, port: int | None = None, threads: int | None = None) -> None:
         for chatty in ("bokeh", "tornado"):  # errors appear on the page; a traceback here would contain the token
             logging.getLogger(chatty).setLevel(logging.CRITICAL)
         if threads is not None:
-            from vibrodrive.batch.sweep import check_threads  # imports Numba; the page does not wait for it
+            from vibrodrive.batch.sweep import (
+                check_threads,
+            )  # imports Numba; imported here so that the page appears sooner
 
             check_threads(threads)
         listening = _listening(port)
@@ -192,7 +195,7 @@ class Explorer:
     def run(self) -> None:
         """Serve until `close` is called."""
         self.server.io_loop.start()
-        self.server.io_loop.close(all_fds=True)  # closes the connections, so that open pages notice
+        self.server.io_loop.close(all_fds=True)  # closes the connections, so that open pages notice the end
 
     def close(self) -> None:
         """End the computation and the server. May be called from any thread."""

@@ -1,4 +1,4 @@
-"""Session of one open page: it passes the requests of the page to the worker and sends messages to the page."""
+"""Session of one open page. It passes the requests of the page to the worker, and sends messages to the page."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NUMBERS = itertools.count()
 class Session:
     """Session of a page, from opening to closing.
 
-    `base` is the view that "Reset" restores. `address` is the query of the address of the page, without the token.
+    "Reset" restores the view `base`. `address` is the query part of the address of the page, without the token.
     """
 
     def __init__(self, document: Document, engine: Engine, base: View, address: str, token: str) -> None:
@@ -40,7 +40,7 @@ class Session:
         self.work: Work | None = None
         self.made_from: list[str] = []
         self.view, self.seq = base, 0
-        self.pixels = COLUMNS, PICTURE_ROWS  # of the frame of the page
+        self.pixels = COLUMNS, PICTURE_ROWS  # width and height of the picture in the page
         self.refused = ""
         self.unpainted = 0
         self.overlay: Overlay | None = None
@@ -59,7 +59,8 @@ class Session:
         self.engine.pages.pop(self.number, None)
 
     def _left(self) -> None:
-        """Cancel the work of a page that is left. Its session may stay open, since browsers keep pages for "back"."""
+        """Cancel the work of a page that the user has left. Its session may stay open, because browsers keep pages for
+        "back"."""
         self.engine.worker.cancel(self.number)
         self.work = None
 
@@ -71,7 +72,7 @@ class Session:
             self.pixels = width, height
         try:
             self._answer(asked)
-        except Exception as error:  # otherwise the page would wait for an answer
+        except Exception as error:  # report every error: otherwise the page would wait for an answer
             self.tell({"refused": _one_line(error), "done": self.seq})
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
@@ -116,11 +117,11 @@ class Session:
         return view.sized(*self.pixels)
 
     def request(self, rank: Rank, *arguments: Any, instead_of: tuple[Rank, ...] = ()) -> None:
-        """Request the task of this rank with these arguments, and cancel those of the ranks in `instead_of`."""
+        """Request the task of this rank with these arguments, and cancel the tasks of the ranks in `instead_of`."""
         self.engine.worker.request(Slot(self.number, rank), self._task(rank, arguments), instead_of)
 
     def follow(self, halt: Halt, rank: Rank, *arguments: Any) -> None:
-        """Request, from the running task, a task that runs after it."""
+        """Request a task that runs after the running task, which calls this function."""
         self.engine.worker.follow(halt, Slot(self.number, rank), self._task(rank, arguments))
 
     def _task(self, rank: Rank, arguments: tuple[Any, ...]) -> Task:
@@ -129,16 +130,16 @@ class Session:
     def failed(self, rank: Rank, error: BaseException) -> None:
         """Show the error of a task of this page, in one line."""
         self.later(partial(self.tell, {"refused": _one_line(error), "done": self.seq}))
-        if rank != Rank.EXPORT:  # the exact curves would have followed this task
+        if rank != Rank.EXPORT:  # the failed task would have requested the exact curves
             self.later(self.nothing_sought)
 
     def later(self, change: Callable[[], None]) -> None:
-        """Run a change of the page in the thread of the server, if the page is still open."""
+        """Call `change` in the thread of the server, if the page is still open."""
         with suppress(RuntimeError, AttributeError):  # raised by Bokeh if the document has been destroyed
             self.document.add_next_tick_callback(change)
 
     def tell(self, news: Mapping[str, Any]) -> None:
-        """Send news to the scripts of the page."""
+        """Send these values to the scripts of the page."""
         self.send("news", json.dumps(news))
 
     def send(self, kind: str, content: object) -> None:
@@ -146,12 +147,12 @@ class Session:
         self.document.callbacks.trigger_on_change(MessageSentEvent(self.document, kind, content))
 
     def laid_over(self, overlay: Overlay | None) -> None:
-        """Record that the page shows these exact curves; their data have been sent before."""
+        """Record that the page shows these exact curves. Their data have already been sent."""
         self.overlay = overlay
         self.nothing_sought()
 
     def belongs(self, overlay: Overlay | None) -> bool:
-        """Return True if the latest view shows the same exact curves, possibly in another window."""
+        """Return True if the latest view has the same exact curves. Its window may be different."""
         wanted = overlay_of(self.view)
         return overlay is not None and wanted is not None and wanted[0] == overlay[0]
 
@@ -168,7 +169,7 @@ If only the window changes, the older curves remain valid.
 
 
 def overlay_of(view: View) -> Overlay | None:
-    """Return the exact curves of a view, or None if they are switched off or do not exist for its axes."""
+    """Return the exact curves of a view, or None if the view shows none or none exist for its axes."""
     if not view.orbits:
         return None
     if view.mode != MAP:
@@ -195,7 +196,7 @@ OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN  # fields that return to
 def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
     """Adapt the scene to a changed axis, or the axes to a changed scene.
 
-    With a scene B is not allowed as an axis; without one the quantities of a scene are not.
+    In a scene B cannot be an axis. Without a scene the quantities of a scene cannot be axes.
     """
     if known.get(changed) in SCENE_AXES:
         known["scene"] = SI
@@ -211,7 +212,8 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 
 
 def adapted(state: Mapping[str, Any], changed: str) -> View:
-    """Return the view after a change of one choice. Fields that depend on it return to defaults. Raises ValueError."""
+    """Return the view after a change of one choice. Fields that depend on this choice get their defaults. Raises
+    ValueError."""
     drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)

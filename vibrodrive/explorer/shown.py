@@ -1,4 +1,4 @@
-"""Picture of a view, as the page shows it and as files hold it, with its title, its key and its status line."""
+"""Picture of a view for the page and for files, with its title, its key and its status line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LOG, SCENE
 
 INK = ink_palette()
-DOTS = ("#000000", "values that the motion takes often"), ("#b3b3b3", "values that it takes rarely")
+DOTS = ("#000000", "values that occur often"), ("#b3b3b3", "values that occur rarely")
 
 STATUS_WORDS = {
     Status.TOO_CLOSE: "undecided by rounding",
@@ -27,8 +27,8 @@ STATUS_WORDS = {
 class Picture(NamedTuple):
     """Images of a view, one for each diagram, with y upwards; their common palette, place and key.
 
-    The coordinates are those that are drawn: decimal logarithms along a logarithmic axis. `fit`: the ordinate has the
-    range of the values. `odd`: columns of a diagram with each status of STATUS_WORDS.
+    Along a logarithmic axis the coordinates are decimal logarithms. If `fit`, the ordinate has the range of the values.
+    `odd` contains the columns of a diagram with each status of STATUS_WORDS.
     """
 
     images: list[np.ndarray]
@@ -43,7 +43,7 @@ class Picture(NamedTuple):
 
 
 def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> Picture:
-    """Return the picture of the computed part of a view. `height`: rows of a diagram."""
+    """Return the picture of the computed part of a view. `height` is the number of rows of a diagram."""
     columns, rows = view.grid
     left, right = _edges(view, SPAN, columns)
     fit, odd = False, {}
@@ -67,7 +67,9 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> Picture:
 
 
 def counted(level: Level, odd: dict[str, list[int]]) -> str:
-    """Return the number of motions, and how many have a status other than OK: as buttons if `odd` has their columns."""
+    """Return as text the number of motions, and the numbers of motions with a status other than OK.
+
+    If `odd` contains the columns of these motions, the numbers are buttons."""
     status = level.sweep.results[0].status
     counts = {words: int((status == s).sum()) for s, words in STATUS_WORDS.items()}
     said = {words: f"{count} {words}" for words, count in counts.items() if count}
@@ -76,7 +78,7 @@ def counted(level: Level, odd: dict[str, list[int]]) -> str:
 
 
 def title_of(view: View) -> tuple[str, str]:
-    """Return what the picture shows, and the conditions that all its motions share."""
+    """Return the title of the picture, and the conditions common to all its motions."""
     over = f"{symbol(view.quantity)} over {symbol(view.x)}"
     if view.mode == MAP:
         over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"

@@ -1,6 +1,6 @@
 """Tasks of the worker for a page, one for each rank, and the display of their results.
 
-Tasks run in the worker thread. They pass every change of the page to the server thread (`Session.later`).
+Tasks run in the worker thread. Every change of the page runs in the server thread (`Session.later`).
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ SOUGHT = "exact curves are being computed"
 
 
 def work_of(session: Session, view: View) -> Work:
-    """Return the work of this sweep: the last one of the session if it is the same sweep, else a new one."""
+    """Return the work of this sweep. It is the last work of the session if that has the same sweep, otherwise a new
+    work."""
     views = [view, view.certified()] if view.compared else [view]
     made_from = [v.toml().partition("\n[figure]")[0] for v in views]
     work = session.work
@@ -53,11 +54,11 @@ def work_of(session: Session, view: View) -> Work:
 def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
     """Draw the diagram or map of a view, first coarse, then finer."""
     for count, level in enumerate(work_of(session, view).levels(session.engine.pace, halt)):
-        if count == 0 or level.complete or not session.unpainted:  # no queue of unsent frames
+        if count == 0 or level.complete or not session.unpainted:  # so that unsent pictures do not form a queue
             _draw(session, view, seq, level)
         if count == 0 and not level.complete:
             session.engine.worker.pause(halt, REST_SECONDS)
-    latest = session.sized(session.view)  # differs from `view` at most by `at`, after a click
+    latest = session.sized(session.view)  # after a click it differs from `view`, but only in `at`
     if latest.follows:
         session.follow(halt, Rank.MOTION, latest, seq)
     else:
@@ -81,7 +82,7 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     if p.fit:
         head["fit"] = [p.y, p.y + p.dh]
     if view.mode != MAP and not any(image.any() for image in p.images):
-        said = "No value lies in this window: press Follow. " + said
+        said = "No value is in this window: press Follow. " + said
     if view.compared and view.compare == BESIDE:
         said += f" · above: {view.method}, below: certified"
     head["status"] = said + meaning
@@ -119,16 +120,16 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
 def show_exact(session: Session, view: View, motion: Motion | None, said: list[str], halt: Halt) -> None:
     """Compute the exact results for a view and its motion, in the background."""
     call = partial(session.engine.aside.call, halt)
-    if motion is None:  # load the kernels of a motion in both processes before the first click
-        with suppress(RuntimeError):  # the other process may fail to run; the error is shown after a click
-            call(warm)  # compile there, since compilation here would delay the next picture
+    if motion is None:  # before the first click, load the kernels of a motion in both processes
+        with suppress(RuntimeError):  # if the other process fails, the error is shown after the next click
+            call(warm)  # compile in the other process: compilation here would delay the next picture
         warm()
     else:
         show_limits(session, motion, said, halt)
     wanted = overlay_of(view)
     if wanted is None:
         return
-    if wanted == session.overlay:  # already shown, possibly since the picture was drawn
+    if wanted == session.overlay:  # these curves are already shown
         session.later(session.nothing_sought)
         return
     if view.mode == MAP:
@@ -193,18 +194,18 @@ TASKS: dict[Rank, Callable[..., None]] = {
     Rank.EXPORT: send_file,
     Rank.EXACT: show_exact,
 }
-"""Task of each rank. Arguments: the session, those of the request, and the flag that halts the task."""
+"""Task of each rank. Its arguments are the session, the arguments of the request, and the flag that halts the task."""
 
 
 def warm_picture(engine: Engine, halt: Halt) -> None:
-    """Load everything that the first picture needs, by a small sweep."""
+    """Run a small sweep to load all modules and kernels that the first picture needs."""
     view = View.read({"columns": 200})
     for level in Work([view.plan()], engine.threads).levels(engine.pace, halt):
         pictures(level, view.quantity, *fitting_range(level, view.quantity))
 
 
 def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[str, bool]]:
-    """Yield the exact results for a motion, one line each, with True if the line reports that the structure is lost.
+    """Yield lines with the exact results for a motion, each with True if it reports that the structure is lost.
 
     The results are its multiplier, its limits, and the comparison of its disturbances with these limits.
     """
@@ -234,7 +235,7 @@ def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[st
 
 
 def compared_with_limit(name: str, value: float, k2: float, last_kept: float) -> tuple[str, bool]:
-    """Return a sentence on a disturbance and the limit of its motion, and True if the structure is lost."""
+    """Return a sentence that compares a disturbance with the limit of its motion, and True if the structure is lost."""
     if value < k2:
         return f"your {name} = {value:.3g} is {value / k2:.2g} of the limit: the structure is kept", False
     lost = value > last_kept

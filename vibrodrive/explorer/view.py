@@ -1,7 +1,8 @@
 """View: the complete state of a page as one value, which can be written as an address and as a configuration.
 
-A view is computed from its own configuration, which is parsed and checked like a file. Therefore the complete picture
-equals, bit for bit, the sweep of the exported file, and the page gives the same error messages as the program.
+The picture of a view is computed from this configuration, which is parsed and checked like a file. Therefore the
+complete picture equals, bit for bit, the sweep of the exported file, and the page gives the same error messages as the
+program.
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ from vibrodrive.model.physical import Scene, check_scene, incline
 from vibrodrive.model.plan import Plan, idle
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
-DIAGRAM = "diagram"  # mode with a quantity over one parameter; the mode MAP has two parameters
+DIAGRAM = "diagram"  # mode with one parameter; the mode MAP has two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
 COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # of the chosen and the certified method
 UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
-COLUMNS, ROWS = 1000, 250  # of a view without a page
-PICTURE_ROWS = 360  # pixels upwards of a diagram without a page
-CELLS = 250_000  # of a map whose numbers of columns and rows follow from the size of the page
+COLUMNS, ROWS = 1000, 250  # numbers for a view without a page
+PICTURE_ROWS = 360  # height in pixels of a diagram without a page
+CELLS = 250_000  # number of cells of a map if it follows from the size of the page
 LONGEST = 10**6  # largest `transient` and `periods`
 NOWHERE = math.nan
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
@@ -151,7 +152,8 @@ class View:
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:
-        """Return the view with these fields; the others have their defaults. Numbers may be text. Raises ValueError."""
+        """Return the view with these fields. All other fields have their defaults. Numbers may be text. Raises
+        ValueError."""
         known = {f.name: f for f in fields(cls)}
         values: dict[str, Any] = {}
         for key, value in written.items():
@@ -170,7 +172,7 @@ class View:
         return view
 
     def _check(self) -> None:
-        """Reject empty and too large ranges, and everything that the checks of a configuration reject."""
+        """Reject a range that is empty or too large, and each value that the checks of a configuration reject."""
         for low, high in (("low", "high"), ("y_low", "y_high"), ("bottom", "top")):
             a, b = getattr(self, low), getattr(self, high)
             if math.isnan(a) != math.isnan(b):
@@ -199,9 +201,10 @@ class View:
         return self.columns or COLUMNS, self.rows or ROWS
 
     def sized(self, width: int, height: int) -> View:
-        """Return the view with the columns and rows that suit a frame of so many pixels, where none are given.
+        """Return the view with numbers of columns and rows, which follow from the size of a frame in pixels if they are
+        not given.
 
-        A diagram gets one column for each pixel. A map gets square cells of whole pixels, at most CELLS in all.
+        A diagram has one column for each pixel. A map has at most CELLS square cells, each of a whole number of pixels.
         """
         cell = math.ceil(math.sqrt(width * height / CELLS)) if self.mode == MAP else 1
         columns, rows = (max(2, length // cell) for length in (width, height))
@@ -209,7 +212,7 @@ class View:
 
     @property
     def incline(self) -> float:
-        """Value of B where it is not an axis."""
+        """Value of B if B is not an axis."""
         return incline(self.mu, self.alpha) if self.scene == SI else self.B
 
     @property
@@ -240,7 +243,7 @@ class View:
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Range (bottom, top) of the ordinate or of the colours; None if the range follows from the computed values."""
+        """Range (bottom, top) of the ordinate or of the colours. None means the range of the computed values."""
         return None if math.isnan(self.top) else (self.bottom, self.top)
 
     @property
@@ -250,11 +253,11 @@ class View:
 
     @property
     def follows(self) -> bool:
-        """True if the motion at `at` is shown, that is, if `at` is inside the window of a diagram."""
+        """True if the motion at `at` is shown. It is shown if `at` is inside the window of a diagram."""
         return self.mode == DIAGRAM and self.low <= self.at <= self.high
 
     def toml(self) -> str:
-        """Return the configuration of this view for `vibrodrive sweep`. It contains every number, defaults included."""
+        """Return the configuration of this view for `vibrodrive sweep`. It contains every number, also the defaults."""
         columns, rows = self.grid
         over = {self.x: (self.low, self.high, columns, self.scale)}
         if self.mode == MAP:
@@ -296,10 +299,10 @@ class View:
 
 
 def view_of(settings: config.Config) -> View:
-    """Return the view of a configuration. Its abscissa is the x of the figure or else the longest axis.
+    """Return the view of a configuration. Raises ValueError for a configuration that the explorer cannot show.
 
-    A sweep over two axes that records a summary becomes a map. Every further axis contributes its first value. Raises
-    ValueError for a configuration that the explorer cannot show.
+    The abscissa is the x of the figure, or by default the longest axis. A sweep over two axes that records a summary
+    becomes a map. Of every further axis the first value is used.
     """
     plan = settings.plan()
     for name in plan.axes:

@@ -1,9 +1,12 @@
-"""Computation of a view in levels: the first has as many points as a frame allows, the last completes the sweep.
+"""Computation of a view in levels.
+
+The first level has as many points as the time of a frame allows; the last level completes the sweep.
 
 Every level computes points of the sweep that the configuration of the view describes. The result at a point does not
-depend, to the last bit, on which other points are computed. So the results at all points equal those of that sweep. If
-even a coarse grid takes too long for a frame, the first picture is a sketch: the coarse grid with fewer periods. Later
-levels replace the sketch.
+depend, to the last bit, on the other points. So the results equal the results of the complete sweep.
+
+If even a coarse grid takes too long for a frame, the first picture is a sketch: the coarse grid with fewer periods.
+Later levels replace the sketch.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 from vibrodrive.model.size import result_bytes
 
-FRAME_SECONDS = 0.03  # time for the first level; with the drawing it allows about 15 frames per second
+FRAME_SECONDS = 0.03  # time for the first level; together with the drawing about 15 frames per second are possible
 LEVEL_SECONDS = 0.15  # time for each later level
 STRIDES = (16, 8, 4, 2, 1)
 COARSEST_DIAGRAM = 4  # largest stride of a diagram; a larger stride would break up its lines
@@ -31,7 +34,7 @@ SHORTEST = 8  # least number of transient and of recorded periods of a sketch
 
 
 class Part(NamedTuple):
-    """Results of each method; `done` (bool, flat) marks the computed points."""
+    """Results of each method. `done` (bool, flat) marks the computed points."""
 
     results: list[Results]
     done: np.ndarray
@@ -83,7 +86,7 @@ class Work:
                 compute_into(results, plan, waiting[:count], self.threads, halt, pace)
             done[waiting[:count]] = True
             waiting = waiting[count:]
-            # scale by the time of this level: the pace of a small level contains fixed costs, which would keep it small
+            # scale by the time of this level: the measured pace of a small level contains fixed costs and is too slow
             longer = LEVEL_SECONDS / max(perf_counter() - began, 1e-4)
             count = max(FEWEST, int(count * min(GROWTH, longer)))
             yield Level(self.part, sketch)
@@ -94,7 +97,7 @@ class Work:
         return max(1, int(seconds / each))
 
     def _sketch(self, pace: Pace, halt: Halt) -> Part | None:
-        """Return the results of the coarsest grid, computed with fewer periods.
+        """Return the results of the coarsest grid with fewer periods.
 
         Return None if all periods of this grid can be computed within the time of one frame.
         """
@@ -114,7 +117,8 @@ class Work:
 
 
 def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points of a product of axes, coarse grids first, as (indices, number of points of each finer grid)."""
+    """Return (indices, counts): the points of a product of axes, coarse grids first, and the number of points of each
+    grid."""
     strides = STRIDES if len(shape) > 1 else [s for s in STRIDES if s <= COARSEST_DIAGRAM]
     finest = np.zeros(shape, np.int64)
     for k, stride in enumerate(reversed(strides)):

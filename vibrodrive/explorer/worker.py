@@ -1,9 +1,10 @@
-"""Thread that runs one task at a time. More urgent kinds of work come first; within a kind, the newest request.
+"""Thread that runs one task at a time. More urgent kinds of work run first; within one kind, the newest request runs
+first.
 
-There is one slot for each kind of work of each page. A new request replaces the request in its slot, which may be
-waiting or running. A request also halts the running task of another slot if its rank is equal or more urgent. The
-halted task is started again later and continues from its stored results (`Work`). A request that a task makes itself
-(`follow`) runs after that task and halts nothing.
+There is one slot for each kind of work of each page. A new request replaces the waiting or running request in its slot.
+It also halts the running task of another slot if the new request is at least as urgent. The halted task is started
+again later and continues from its stored results (`Work`). A task itself may make a request (`follow`). Such a request
+runs after the task, and halts no other task.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Slot(NamedTuple):
 
 
 Task = Callable[[Halt], None]
-"""Function that returns early or raises Halted once the flag is set. It can then be called again."""
+"""Function that returns early or raises Halted as soon as the flag is set. It can be called again later."""
 
 
 class Worker:
@@ -41,7 +42,7 @@ class Worker:
 
     def __init__(self, failed: Callable[[Slot, BaseException], None]) -> None:
         self._failed = failed
-        self._waiting: dict[Slot, Task] = {}  # the newest last
+        self._waiting: dict[Slot, Task] = {}  # the newest request is the last
         self._current: tuple[Slot, Task, Halt] | None = None
         self._changed = threading.Condition()
         self._closed = False
@@ -53,12 +54,12 @@ class Worker:
 
         Cancel the tasks of the same page whose rank is in `instead_of`.
         """
-        with self._changed:  # in one step, so that a task halted here can no longer add requests
+        with self._changed:  # in one step, so that a halted task cannot add requests
             if instead_of:
                 self.cancel(slot.page, *instead_of)
             if self._current is not None:
                 running, halted, halt = self._current
-                if slot.rank <= running.rank and not halt.called:  # do not restart a cancelled task
+                if slot.rank <= running.rank and not halt.called:  # a cancelled task is not restarted
                     self._waiting.setdefault(running, halted)
                     halt.call()
             self._waiting.pop(slot, None)
