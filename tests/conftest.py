@@ -1,6 +1,6 @@
 """Settings for all tests: compile kernels once before the workers start, use two threads, and set marks.
 
-The tests are a package, so `from tests.support.reference import scene` works from the repository root.
+The tests are a package, so that `from tests.support.reference import scene` works in the root of the repository.
 """
 
 import os
@@ -16,7 +16,7 @@ import numpy.testing  # noqa: F401  NumPy 1.26 starts a process when it is impor
 import pytest
 from hypothesis import settings
 
-settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples in every run, on any machine
+settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples in every run
 settings.load_profile("tests")
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "2")  # set before Numba is imported; tests use two threads
@@ -80,7 +80,7 @@ UNIT = (
     "store/test_place.py", "store/test_scene_axes.py", "store/test_store.py", "test_model_page.py", "test_pages.py",
     "validation/",
 )  # fmt: skip
-"""Files and folders whose tests are `unit` if they have none of these marks:"""
+"""Files and folders of unit tests. A test with one of these marks is no unit test:"""
 
 NO_UNIT = ("jit", "slow", "browser", "integration")
 
@@ -89,7 +89,7 @@ HERE = Path(__file__).parent
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the unit tests, check the reasons of slow ones, and skip tests marked `jit` if Numba does not compile.
+    """Mark the unit tests, check the reasons of slow tests, and skip tests marked `jit` if Numba does not compile.
 
     Without compiled kernels, tests marked `jit` would run for hours.
     """
@@ -177,7 +177,7 @@ def _signal_handlers():
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
-    """Run a command of the program in an empty directory; returns (exit code, stdout, stderr)."""
+    """Return a function that runs a command in an empty directory and returns (exit code, stdout, stderr)."""
     from vibrodrive import cli
 
     monkeypatch.chdir(tmp_path)
@@ -193,7 +193,7 @@ def run(tmp_path, monkeypatch, capsys):
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Replace the computation by invented values; return the list of the blocks that a test "computes"."""
+    """Replace the computation by artificial values. Return the list of the blocks that a test "computes"."""
     from tests.support import fake
 
     computed = []

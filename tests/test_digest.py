@@ -1,8 +1,9 @@
-"""One digest over all switching paths. A change of the code that keeps all results keeps the digest.
+"""One digest of results of all switching methods. If a change of the code does not change the results, the digest is
+the same.
 
 Sines, roots and fused products are implemented in the package (trig.py, branchless.py), so the bits are the same on
-every machine. A correction that changes results changes the digest; the commit says which results, and why. See
-CONTRIBUTING.md.
+every machine. A correction that changes results also changes the digest. The commit then states which results change,
+and why. See CONTRIBUTING.md.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""Examples in the docstrings of public names run, and print the output that they show."""
+"""Examples in the docstrings of public names run and print the documented output."""
 
 import doctest
 import inspect
@@ -39,7 +39,7 @@ LONG = {
     "sweep",
     "unique_limit",
 } | {name for name in NAMES if name.startswith("plot.") and name not in PLAIN}
-"""Names whose examples take minutes without compiled kernels."""
+"""Names with examples that take minutes without compiled kernels."""
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.jit] if n in LONG else []) for n in sorted(NAMES)])
@@ -63,7 +63,7 @@ def test_figures_are_called_by_their_public_names():
 
 
 def _write_sweep(path):
-    """Write a file of the configuration of Fig. 7 with few points."""
+    """Write a result file for the configuration of Fig. 7 with few points."""
     few = ["A={start = 3.0, stop = 3.25, num = 2}", "transient=0", "periods=1"]
     with open("fig07.toml", "w") as file:
         file.write("[sweep]\nA = 3.0\neps = [0.0, 2e-4]\n")
@@ -77,7 +77,7 @@ def _write_limits(path):
 
 
 def _write_failures(path):
-    """Write a failure map without judged switches."""
+    """Write a failure map without compared switches."""
     found = config.parse("[sweep]\nA = [2.0, 3.0]\ndtau = [0.01, 0.1]\n[switching]\nmethod = 'fixed'\n")
     with new_file(Path(path)) as file:
         lay_out(file, found)
@@ -106,7 +106,7 @@ def section_of(thing, title):
 
 
 def entries(thing, *titles):
-    """Return the names of the entries of sections; several names may share an entry."""
+    """Return the names of the entries of sections. Several names may have one entry."""
     heads = re.findall(r"^(\S.*)$", "\n".join(section_of(thing, title) for title in titles), re.MULTILINE)
     return {name.strip(" *") for head in heads for name in head.split(" : ")[0].split(",")}
 

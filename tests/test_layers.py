@@ -41,7 +41,7 @@ def test_breaches_of_the_contracts_are_noticed(tmp_path):
 
 
 def test_no_module_imports_what_imports_it():
-    """This includes imports within functions, and imports for types only, which the contracts ignore."""
+    """The contracts ignore imports within functions and imports for types only; this test includes them."""
     files = {".".join(p.relative_to(ROOT).with_suffix("").parts): p for p in (ROOT / "vibrodrive").rglob("*.py")}
     paths = {name.removesuffix(".__init__"): path for name, path in files.items()}
     imported: dict[str, set[str]] = {}

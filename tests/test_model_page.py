@@ -11,7 +11,8 @@ PAGE = ROOT / "docs" / "model.md"
 TEXT = PAGE.read_text()
 
 LINK = re.compile(r"\[`([\w.]+)`\]\(\.\./([\w/]+\.py)\)((?:[:,]\s`\w+`)*)")
-"""Link to a file, by name and path, with the names used in it: [`file.py`](../path/file.py): `one`, `another`."""
+"""Link to a file, with its name, its path and names of its functions: [`file.py`](../path/file.py): `one`,
+`another`."""
 
 
 def named(text: str) -> list[tuple[str, str]]:

@@ -31,7 +31,7 @@ each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.rel
 
 
 def blocks(text, language):
-    """Return fenced blocks of a page: of a language, or cells of the site."""
+    """Return the fenced blocks of a page in this language. The language "{code-cell}" means cells of the site."""
     found = re.findall(r"^```(\S+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     return [content for name, content in found if name == language]
 

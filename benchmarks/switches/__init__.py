@@ -1,1 +1,2 @@
-"""The set of switches: cases with answers of 30 digits, for any program that finds zeros or events, and its maker."""
+"""The set of switches: cases with answers of 30 digits for any program that finds zeros or events, and the code that
+makes them."""

@@ -1,6 +1,6 @@
-"""Numbers drawn for the cases: splitmix64 from a fixed seed, the same on any machine and with any library.
+"""Random numbers for the cases: splitmix64 from a fixed seed. They do not depend on machine and libraries.
 
-Each case has a generator of its own, so that one case can be made without the others.
+Each case has a separate generator, so that one case can be made without the others.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,8 @@ Item = TypeVar("Item")
 
 
 class Draw:
-    """splitmix64 (Steele, Lea and Flood, 2014), begun from the seed, a level, a family's number and a case's number."""
+    """splitmix64 (Steele, Lea and Flood, 2014). Its start depends on the seed, the level, the family and the number of
+    the case."""
 
     def __init__(self, level: int, family: int, case: int) -> None:
         self.state = SEED
@@ -29,7 +30,7 @@ class Draw:
         return z ^ (z >> 31)
 
     def uniform(self, low: float, high: float, places: int = 4) -> float:
-        """Return a number of [low, high) rounded to `places` decimals: short to read, and exact as a double."""
+        """Return a number of [low, high) as a double, rounded to `places` decimals so that its text is short."""
         return round(low + (high - low) * ((self.bits() >> 11) * 2.0**-53), places)
 
     def choice(self, items: Sequence[Item]) -> Item:

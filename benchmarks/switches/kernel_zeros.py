@@ -1,8 +1,8 @@
-"""Level 0 through the kernels of the package: the three paths search g as they search a switching function.
+"""Level 0 with the kernels of the package. The three methods search g in the same way as a switching function.
 
-The kernels know a function as a shape in h = τ − t, with bounds of its derivatives. Here g is written as a shape, and
-its fast wave as the disturbance. As in the computation of a motion, the shape is set up with a new origin t after each
-zero, and after at most two excitation periods without one. After a zero, the certified method and Muller's method
+In the kernels a function is a shape: its coefficients in h = τ − t, and bounds of its derivatives. Here g is written as
+a shape, with its fast wave as the disturbance. As in the computation of a motion, the shape gets a new origin t after
+each zero, and otherwise after at most two excitation periods. After a zero, the certified method and Muller's method
 search a function that is 0 at its start. The method `fixed` reports the grid point after the zero, so it searches g
 unchanged.
 """
@@ -22,11 +22,11 @@ from vibrodrive.kernels.single import follow_certified, follow_on_grid
 
 @jit
 def shape(f, t, on_zero, sign, limit):
-    """Return ±g in h = τ − t as the kernels search it; the sign is that of g' if g = 0 at t, else `sign`."""
+    """Return the shape of ±g in h = τ − t. The sign is that of g' if g = 0 at t, and `sign` otherwise."""
     sin, cos = math.sin(t), math.cos(t)
     p = f.a * (math.cos(f.alpha) * cos - math.sin(f.alpha) * sin)
     q = f.a * (math.sin(f.alpha) * cos + math.cos(f.alpha) * sin)
-    turned, rest = two_product(f.eta, t)  # phases of 10⁹ lose no digit: angles are added by their sines and cosines
+    turned, rest = two_product(f.eta, t)  # add angles by sines and cosines, so that phases of 10⁹ lose no digit
     sin, cos = math.sin(turned) + rest * math.cos(turned), math.cos(turned) - rest * math.sin(turned)
     pf = f.b * (math.cos(f.beta) * cos - math.sin(f.beta) * sin)
     qf = f.b * (math.sin(f.beta) * cos + math.cos(f.beta) * sin)
@@ -46,7 +46,8 @@ def shape(f, t, on_zero, sign, limit):
 
 @jit
 def first_cursor(search, on_zero, method, dtau, limit):
-    """Return the position at which the search begins: after a zero at the start, which must not be found again."""
+    """Return the position at which the search begins. It is after a zero at the start, so that this zero is not found
+    again."""
     if method == CERTIFIED:
         return first_zero.first_cursor(search, limit) if on_zero else 0.0
     return first_zero.first_grid_point(search, dtau, limit) if on_zero else 1.0
@@ -54,7 +55,8 @@ def first_cursor(search, on_zero, method, dtau, limit):
 
 @jit
 def search_all(w, k, f, T, sign, method, dtau, found):
-    """Fill `found` with the zeros of g in (0, T] in order; return their number. `sign`: that of g after 0."""
+    """Fill `found` with the zeros of g in (0, T] in order, and return their number. `sign` is the sign of g just after
+    0."""
     count, t, on_zero = 0, 0.0, f.c0 + f.a * math.sin(f.alpha) + f.b * math.sin(f.beta) == 0.0
     point = 0  # index of the grid point at t
     while t < T and count < len(found):
@@ -86,7 +88,8 @@ def search_all(w, k, f, T, sign, method, dtau, found):
 
 
 def find(f, T, method, dtau, tol):
-    """Return the zeros of g in (0, T] by a path, a number of the package's `Method`; `dtau` is 1 without a grid."""
+    """Return the zeros of g in (0, T] by a method (an integer of `vd.Method`). For a method without a grid `dtau` is
+    1."""
     w, k = np.zeros(r.ROWS_W * r.STRIDE), np.zeros(r.ROWS_K * r.STRIDE, np.int64)
     w[r.ETA], w[r.INVERSE], w[r.DTAU], w[r.TOL] = f.eta, 1.0 / f.eta, dtau, tol
     found = np.empty(100_000)

@@ -51,10 +51,11 @@ def smooth(draw: Draw) -> Inputs:
 
 
 def tuned(draw: Draw, height: Callable[[Any], Any], make: Callable[[Draw], tuple[Inputs, float]]) -> tuple[Inputs, Any]:
-    """Return inputs whose first approach to zero from above is a minimum of g of a given height.
+    """Return inputs whose first approach to zero from above is a minimum of g, and the position of this minimum.
 
-    `make` draws inputs and a place near a minimum; c0 is then chosen, and rounded to a double. `height` gets g''.
-    Inputs with an earlier zero, or with no minimum there, are drawn again. Also returns the place of the minimum.
+    `make` draws inputs and a position near a minimum. Then c0 is chosen so that the minimum has the height
+    `height(g'')`, and is rounded to a double. Inputs with an earlier zero, or without a minimum near this position, are
+    drawn again.
     """
     mp.dps = DIGITS
     for _ in range(2000):
@@ -81,7 +82,7 @@ def tuned(draw: Draw, height: Callable[[Any], Any], make: Callable[[Draw], tuple
 
 
 def smooth_place(draw: Draw) -> tuple[Inputs, float]:
-    """Return smooth inputs and a place to look for a minimum of g."""
+    """Return smooth inputs and a position near which g may have a minimum."""
     return smooth(draw), draw.uniform(2.0, 9.0)
 
 
@@ -91,11 +92,12 @@ def plain(draw: Draw, i: int) -> Drawn:
 
 
 def close_pair(draw: Draw, i: int) -> Drawn:
-    """Two zeros 10⁻ᵏ apart: in a smooth g, in a fast ripple, and soon after the start."""
+    """Draw functions with two zeros 10⁻ᵏ apart: in a smooth g, in a fast ripple, or soon after the start."""
     if i < 14:
         k = 1 + i // 2
         x, _ = tuned(draw, lambda ddg: -ddg * mp.mpf(10) ** (-2 * k) / 8, smooth_place)
-        return x, ["smooth"], f"The first two zeros are about 1e-{k} apart; a step over both sees no change of sign."
+        return x, ["smooth"], f"The first two zeros are about 1e-{k} apart; a step that contains both shows no change "
+        "of sign."
     if i < 23:
         k = i - 12
         eta = draw.uniform(0.4, 0.9, 3) * float(f"1e{k}")
@@ -109,7 +111,7 @@ def close_pair(draw: Draw, i: int) -> Drawn:
             return inputs(c0=1.0, c1=c1, c2=0.01, a=0.05, alpha=1.0, b=b, eta=eta, beta=float(phase), T=T), near
 
         x, _ = tuned(draw, lambda ddg: -ddg * mp.mpf(10) ** (-2 * k) / 8, make)
-        return x, ["ripple"], f"A ripple dips below zero for about 1e-{k} before the crossing that everyone sees."
+        return x, ["ripple"], f"A ripple is below zero for about 1e-{k}, long before an obvious change of sign."
     k = i - 19
     place = mp.mpf(10) ** (2 - k) * draw.uniform(1.0, 5.0)
     distance = mp.mpf(10) ** -k
@@ -118,31 +120,32 @@ def close_pair(draw: Draw, i: int) -> Drawn:
     a = float(share * slope)
     x = inputs(c1=float(slope - a * mp.cos(place)), c2=c2, a=a, T=1.0)
     x["c0"] = float(-function(x).at(place)[0] - c2 * distance**2 / 4)
-    return x, ["soon"], f"Two zeros about 1e-{k} apart lie a few hundred times that distance behind the start."
+    return x, ["soon"], f"Two zeros are about 1e-{k} apart, and a few hundred times this distance after the start."
 
 
 def near_miss(draw: Draw, i: int) -> Drawn:
-    """A minimum of height ±10⁻ᵏ: the same g is drawn for both signs."""
+    """Draw functions with a minimum of height ±10⁻ᵏ. For both signs g is the same except for c0."""
     k = 1 + i // 2
     sign = 1 if i % 2 == 0 else -1
     x, _ = tuned(Draw(0, 102, k), lambda ddg: sign * mp.mpf(10) ** -k, smooth_place)
     if sign > 0:
-        return x, ["above"], f"A minimum stays 1e-{k} above zero: no zero is there."
-    return x, ["below"], f"A minimum reaches 1e-{k} below zero: two zeros are there."
+        return x, ["above"], f"A minimum is 1e-{k} above zero: there is no zero near it."
+    return x, ["below"], f"A minimum is 1e-{k} below zero: there are two zeros near it."
 
 
 def double_zero(draw: Draw, i: int) -> Drawn:
-    """A minimum as close to zero as doubles allow; the last four touch zero exactly."""
+    """Draw functions with a minimum as close to zero as doubles allow. The last four have an exact double zero."""
     if i < 16:
         x, _ = tuned(draw, lambda ddg: mp.zero, smooth_place)
-        return x, ["rounded"], "A minimum touches zero but for the rounding of c0: one ulp decides if zeros exist."
+        return x, ["rounded"], "A minimum is zero within the rounding of c0: one ulp decides if zeros exist."
     place, c2 = ((1.0, 1.0), (2.5, 0.5), (0.75, -4.0), (6.0, -0.125))[i - 16]
     x = inputs(c0=c2 * place**2, c1=-2 * c2 * place, c2=c2, T=10.0)
-    return x, ["exact"], "The parabola c2 (τ - r)² touches zero exactly; one ulp makes two zeros of it, or none."
+    return x, ["exact"], "The parabola c2 (τ - r)² has an exact double zero; a change of one ulp gives two zeros or no "
+    "zero."
 
 
 def start(draw: Draw, i: int) -> Drawn:
-    """g(0) = 0, then the next zero about 10⁻ᵏ later; the second half has g'(0) = 0, too."""
+    """Draw functions with g(0) = 0 and the next zero at about 10⁻ᵏ. The second half has g'(0) = 0, too."""
     if i < 12:
         k = i // 2
         rise = draw.uniform(1.0, 3.0, 2) * float(f"1e-{k}") * (1 if i % 2 else -1)
@@ -150,25 +153,25 @@ def start(draw: Draw, i: int) -> Drawn:
         c2 = -draw.uniform(0.3, 0.9) if rise > 0 else draw.uniform(0.3, 0.9)
         c1 = float(mp.mpf(rise) - a - mp.mpf(b) * eta)
         x = inputs(c1=c1, c2=c2, a=a, b=b, eta=eta, T=draw.uniform(4.0, 9.0, 1))
-        return x, ["simple"], f"g(0) = 0, a zero that does not count; {following(x)}."
+        return x, ["simple"], f"g(0) = 0 does not count as a zero; {following(x)}."
     k = (i - 12) // 2
     a = draw.choice([0.5, 0.75, 1.25, 1.5, 2.0])
     c2 = float(mp.mpf(draw.uniform(0.1, 0.3, 3)) * a * mp.mpf(10) ** -k) * (1 if i % 2 else -1)
     x = inputs(c1=-a if c2 > 0 else a, c2=c2, a=a if c2 > 0 else -a, T=draw.uniform(4.0, 9.0, 1))
-    return x, ["double"], f"g(0) = g'(0) = 0, a zero that does not count; {following(x)}."
+    return x, ["double"], f"g(0) = g'(0) = 0 does not count as a zero; {following(x)}."
 
 
 def following(x: Inputs) -> str:
     """Return a clause about the first zero after the start."""
     zeros = solve(x)
-    return f"the next one is at {mp.nstr(zeros[0].at, 2)}" if zeros else "no other follows"
+    return f"the next zero is at {mp.nstr(zeros[0].at, 2)}" if zeros else "there is no other zero"
 
 
 STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
 
 
 def two_in_a_step(draw: Draw, i: int) -> Drawn:
-    """Two zeros within a step; nothing follows, so that a method that misses them finds none."""
+    """Draw functions with two zeros within a step. There is no other zero, so a method that misses both finds none."""
     step = STEPS[i // 3]
 
     def make(draw: Draw) -> tuple[Inputs, float]:
@@ -177,11 +180,12 @@ def two_in_a_step(draw: Draw, i: int) -> Drawn:
 
     x, h = tuned(draw, lambda ddg: -ddg * (mp.mpf(step) * draw.uniform(0.3, 0.9)) ** 2 / 8, make)
     x["T"] = round(float(h) + 0.8, 3)
-    return x, ["even"], f"Two zeros lie within a step of {step}: an even number shows no change of sign."
+    return x, ["even"], f"Two zeros are within a step of {step}: such a step shows no change of sign."
 
 
 def three_in_a_step(draw: Draw, i: int) -> Drawn:
-    """Three zeros within a step: the sign changes over the step, but a method may find another zero than the first."""
+    """Draw functions with three zeros within a step. The sign changes over the step, but a method may miss the
+    first."""
     mp.dps = DIGITS
     step = STEPS[i // 3]
     width = mp.mpf(step) * draw.uniform(0.4, 0.9)
@@ -193,7 +197,8 @@ def three_in_a_step(draw: Draw, i: int) -> Drawn:
     c2 = draw.uniform(-0.01, 0.01)
     x = inputs(c1=c1, c2=c2, a=a, alpha=alpha, b=b, eta=eta, beta=beta, T=round(place + 2.0, 3))
     x["c0"] = float(-function(x).at(mp.mpf(place))[0])
-    return x, ["odd"], f"Three zeros lie within a step of {step}: a bracket holds all three, and the first counts."
+    return x, ["odd"], f"Three zeros are within a step of {step}: a bracket contains all three, and only the first "
+    "counts."
 
 
 PAPER_ETA = float.fromhex("0x1.93fae4461f60fp+6")  # 10 √102
@@ -207,7 +212,8 @@ def ending(x: Inputs, more: float, places: int) -> Inputs:
 
 
 def ripple(draw: Draw, i: int) -> Drawn:
-    """The switching functions of the disturbed mass: ξ' (odd numbers) with a small ripple, 1 - H with a large one."""
+    """Draw switching functions of a disturbed motion: ξ' (odd numbers) with a small ripple, 1 - H with a large
+    ripple."""
     mp.dps = DIGITS
     A, tau = mp.mpf(draw.uniform(1.5, 3.3, 3)), mp.mpf(draw.uniform(-0.4, 0.3))
     eta = draw.choice([PAPER_ETA, draw.uniform(30.0, 200.0, 2)])
@@ -217,40 +223,41 @@ def ripple(draw: Draw, i: int) -> Drawn:
         rise = draw.uniform(0.02, 0.6) + ratio * A
         x |= {"c0": float(A * mp.cos(tau + 1) + rise), "c1": -1.1, "alpha": float(tau + 1 + mp.pi / 2)}
         x["b"] = float(-A * ratio)
-        why = "The velocity of a disturbed slide: its ripple makes the first zero one of several."
+        why = "The function is the velocity of a disturbed slide. Its ripple causes several zeros."
         return ending(x, 0.5, 2), ["velocity"], why
-    level = 1.1 + ratio * A  # the force is below the friction at first
+    level = 1.1 + ratio * A  # at first the force is below the friction
     x |= {"c0": float(level), "alpha": float(tau), "b": float(-A * ratio)}
-    why = "The force that ends a wait: a ripple as large as the slow part crosses the friction many times."
+    why = "The function is the force that ends a wait. Its ripple is as large as its slow part, so there are many "
+    "zeros."
     return ending(x, 0.2, 2), ["force"], why
 
 
 def late(draw: Draw, i: int) -> Drawn:
-    """The first zero after 10² to 10⁶, by a drift, or by a beat of two nearly equal waves."""
+    """Draw functions whose first zero is at 10² to 10⁶, because of a drift or a beat of two nearly equal waves."""
     if i < 18:
         k = 2 + i // 4
         c1 = -draw.uniform(1.0, 4.0, 2) * float(f"1e-{k}")
         c0, a, b = draw.uniform(0.8, 2.0), draw.uniform(0.05, 0.3), draw.uniform(0.01, 0.05)
         x = inputs(c0=c0, c1=c1, a=a, alpha=draw.uniform(0.0, 6.28), b=b, eta=draw.uniform(2.0, 9.0))
         x["T"] = round(c0 / -c1 + 40.0, 1)
-        return ending(x, 30.0, 1), ["drift"], "A slow drift brings the first zero after a long time without any."
+        return ending(x, 30.0, 1), ["drift"], "A slow drift leads to the first zero after a long time."
     k = 2 + (i - 18) // 3
     eta = 1.0 + draw.uniform(0.5, 2.0, 2) * float(f"1e-{k}")
     a, b = draw.uniform(0.5, 1.0), draw.uniform(0.5, 1.0)
-    away = draw.uniform(2.8, 3.5)  # the waves begin in opposition, and agree half a beat later
+    away = draw.uniform(2.8, 3.5)  # the waves begin in opposition, and are in phase half a beat later
     x = inputs(c0=(a + b) * 0.995, a=a, b=b, eta=round(eta, 7), beta=away, T=round(4.0 / (eta - 1.0), 1))
-    why = "Two waves of nearly equal frequency reach zero only where they agree, late in a beat."
+    why = "Two waves of nearly equal frequency reach zero only when they are in phase, late in a beat."
     return ending(x, 30.0, 1), ["beat"], why
 
 
 def large_phases(draw: Draw, i: int) -> Drawn:
-    """Phases of 10² to 10⁹ (the last two: 10¹² and 10¹⁵, where one ulp moves the zeros)."""
+    """Draw functions with phases of 10² to 10⁹. The last two have 10¹² and 10¹⁵, where one ulp moves the zeros."""
     k = 2 + i // 2 if i < 16 else (12, 15)[i - 16]
     x = smooth(draw)
     size = float(f"1e{k}")
     x["alpha"] = round(draw.uniform(1.0, 9.0, 9) * size, 3) * draw.choice([1, -1])
     x["beta"] = round(draw.uniform(1.0, 9.0, 9) * size, 3) * draw.choice([1, -1])
-    return x, [f"1e{k}"], f"Phases of about 1e{k}: τ + alpha loses digits unless alpha is reduced first."
+    return x, [f"1e{k}"], f"Phases of about 1e{k}: τ + alpha loses digits if alpha is not reduced first."
 
 
 FAMILIES: dict[str, tuple[int, Callable[[Draw, int], Drawn]]] = {
@@ -265,4 +272,4 @@ FAMILIES: dict[str, tuple[int, Callable[[Draw, int], Drawn]]] = {
     "late": (24, late),
     "large phases": (18, large_phases),
 }
-"""The number of cases, and what draws case i of them."""
+"""For each family, the number of cases and the function that draws case i."""

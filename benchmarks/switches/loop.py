@@ -1,4 +1,4 @@
-"""The event loop of all solvers that locate one switch at a time, and the loop of those that only step."""
+"""The event loop of all solvers that locate one switch at a time, and the loop of all solvers with fixed steps."""
 
 import math
 from collections.abc import Callable
@@ -9,10 +9,10 @@ import numpy as np
 from benchmarks.switches.model import IMPACT, TWO_PI, decide, force, jit, start
 
 CROWD = 2_000
-"""Switches within one period after which a solver is stopped: the motions of the set have fewer than a hundred."""
+"""Largest number of switches in one period. A solver with more is stopped; motions of the set have fewer than 100."""
 
 MOST = 1 << 20
-"""Switches of a motion after which a solver is stopped."""
+"""Largest number of switches of a motion; a solver with more is stopped."""
 
 Event = tuple[float, int, int]
 """τ, state before and state after a switch."""
@@ -22,7 +22,7 @@ def events_by(run: Callable[..., int]) -> Callable[..., list[Event]]:
     """Return `events(initial, point, **setting)`: the switches from `initial`, which is (ξ, ξ', τ, end).
 
     `run(point, initial, values of the setting, times, before, after)` fills the three arrays with the switches up to
-    the end, and returns their number.
+    the end, and returns the number of switches.
     """
 
     def events(initial: tuple[float, float, float, float], point: Any, **setting: Any) -> list[Event]:
@@ -36,9 +36,10 @@ def events_by(run: Callable[..., int]) -> Callable[..., list[Event]]:
 def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., list[Event]]:
     """Return the function `events` of a method that locates the end of each state.
 
-    `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of a state, True at an impact, ξ there);
-    τ > `end` if the state does not end before. A compiled `locate` needs `compiled=True`; a loop in Python
-    evaluates the formulas itself, since a call of compiled code would take longer.
+    `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of the state, True at an impact, ξ at this
+    τ). If the state does not end before `end`, this τ is greater than `end`. A compiled `locate` needs `compiled=True`.
+    Otherwise the loop runs in Python and evaluates the formulas in Python, because calls of compiled functions would
+    take longer.
     """
     h, first, decided = (force, start, decide) if compiled else (force.py_func, start.py_func, decide.py_func)
 
@@ -68,9 +69,9 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., list
 def step_loop(advance: Callable[..., Any]) -> Callable[..., list[Event]]:
     """Return the function `events` of a method of fixed step, which does not locate switches.
 
-    `advance(point, setting, state, xi, dxi, tau, level, ahead)` returns (ξ, ξ', state, True if the mass has landed)
-    after the step setting[0]; H is `level` before the step and `ahead` after it. A changed state is reported at the
-    end of the step, a landing as the two switches of an impact.
+    `advance(point, setting, state, xi, dxi, tau, level, ahead)` returns (ξ, ξ', state, True after an impact) at the end
+    of a step of length setting[0]. H is `level` before the step and `ahead` after the step. A changed state is reported
+    at the end of the step. An impact is reported as two switches.
     """
 
     def run(point, initial, setting, times, before, after):

@@ -19,14 +19,14 @@ from benchmarks.switches import level0, level1, motions, scenes
 from benchmarks.switches.draw import Draw
 from vibrodrive.validation.reference import mp
 
-VERSION = "1.0"  # README.md names the changes that need a new one
+VERSION = "1.0"  # README.md lists the changes that need a new version
 HERE = Path(__file__).parent
 DRAWN = {0: level0.FAMILIES, 1: level1.FAMILIES, 2: scenes.LEVEL2, 3: scenes.LEVEL3}
-FEWER = 100  # at levels 2 and 3, times must agree to this part of the tolerance: rounding grows over many events
+FEWER = 100  # at levels 2 and 3 times must agree within tolerance / FEWER, because errors grow over many events
 
 
 class Task(NamedTuple):
-    """One case to make: its level, the number of its family, and its number in the family."""
+    """A case that is made: its level, the number of its family, and its number in the family."""
 
     level: int
     family: int
@@ -44,7 +44,7 @@ class Task(NamedTuple):
 
 
 class Sequence(NamedTuple):
-    """Solution of one set of inputs: times, tolerances, states (None at level 0), and the fields as written."""
+    """Solution for one set of inputs: times, tolerances, states (None at level 0), and the fields of the file."""
 
     times: list[Any]
     within: list[Any]
@@ -74,7 +74,7 @@ def tolerance(distance: Any) -> Any:
 
 
 def solve(level: int, x: dict[str, float]) -> Sequence:
-    """Return the zeros or events of these inputs, which are taken as exact numbers."""
+    """Return the zeros or events for these inputs. The inputs are exact numbers."""
     if level == 0:
         zeros = level0.solve(x)
         at = [mp.zero, *(z.at for z in zeros)]
@@ -96,9 +96,9 @@ def solve(level: int, x: dict[str, float]) -> Sequence:
 
 
 def neighbours(x: dict[str, float]) -> Iterator[dict[str, float]]:
-    """Yield the inputs with one input moved by an ulp.
+    """Yield the inputs with one input changed by an ulp.
 
-    An input 0 is not moved, because it means a start at rest or at the obstacle, or no disturbance.
+    An input of 0 is not changed, because it means a start at rest or at the obstacle, or no disturbance.
     """
     for name, value in x.items():
         if value and name != "periods":
@@ -134,7 +134,7 @@ def verdict(level: int, x: dict[str, float], exact: Sequence, start: Any, end: A
         return {"verdict": "certain", "certain_until": text(end)}
     key = "zeros" if level == 0 else "events"
     answers = [s.fields[key] for s in several]
-    if level > 1:  # give the answers from the first difference on; a few events later they are unrelated
+    if level > 1:  # store only a few events from the first difference on; later events are unrelated
         answers = [a for n, s in enumerate(answers) if (a := s[until_index : until_index + 4]) not in answers[:n]]
     return {"verdict": "either", "answers": answers, "certain_until": text(until, 17)}
 
@@ -148,12 +148,12 @@ def smallest_distance(level: int, x: dict[str, float], exact: Sequence) -> Any:
     if not level0.function(x).at(mp.zero)[0]:
         at.insert(0, mp.zero)
     if 2 in exact.fields["multiplicities"]:
-        return mp.mpf(10) ** -30  # the distance of a double zero is 0 to all digits given
+        return mp.mpf(10) ** -30  # the distance of a double zero is 0
     return min((b - a for a, b in pairwise(at)), default=None)
 
 
 def case(task: Task) -> dict[str, Any]:
-    """Draw a case, solve it, and solve it again with each input moved by an ulp. Returns the fields of the case."""
+    """Return the fields of a case: draw its inputs, solve it, and solve it again with each input changed by an ulp."""
     level = task.level
     mp.dps = level0.DIGITS
     x, tags, why = DRAWN[level][task.name][1](Draw(level, task.family, task.number), task.number)
@@ -188,7 +188,7 @@ def dump(case: dict[str, Any]) -> str:
 
 
 def make(task: Task) -> tuple[Task, str]:
-    """Return the text of a case. This is a function of the module, so that a separate process can call it."""
+    """Return the text of a case. (A separate process calls this function.)"""
     return task, dump(case(task))
 
 
@@ -196,7 +196,7 @@ COLUMNS = ("tau", "before", "after", "xi", "dxi")
 
 
 def write_tables(folder: Path) -> None:
-    """Write times, states, ξ and ξ' of the events of levels 1 to 3 as CSV, from the cases, rounded to doubles."""
+    """Write the events of levels 1 to 3 as CSV: times, states, ξ and ξ' from the cases, rounded to doubles."""
     for level in (1, 2, 3):
         paths = sorted((folder / "cases" / f"level{level}").glob("*.json"))
         if not paths:

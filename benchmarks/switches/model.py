@@ -38,7 +38,7 @@ def force_rate(point, tau):
 
 @jit
 def constants(point, sign, t0, xi, dxi):
-    """Return (sign, t0, terms of ξ' and ξ that do not change) of a slide in direction `sign` that starts at t0."""
+    """Return (sign, t0, constant terms of ξ' and ξ) of a slide in direction `sign` that starts at t0."""
     v, x = dxi + point.A * math.cos(t0), xi + point.A * math.sin(t0)
     if point.eps > 0.0:
         v += point.A * point.eps * point.eta * math.cos(point.eta * t0)
@@ -48,7 +48,7 @@ def constants(point, sign, t0, xi, dxi):
 
 @jit
 def velocity(point, slide, tau):
-    """Return ξ' of eqs. (4), (5), (9) at τ; `slide`: its constants."""
+    """Return ξ' of eqs. (4), (5), (9) at τ. `slide` contains the `constants` of the slide."""
     sign, t0, v, _ = slide
     v -= (point.B + sign) * (tau - t0) + point.A * math.cos(tau)
     return v - point.A * point.eps * point.eta * math.cos(point.eta * tau) if point.eps > 0.0 else v
@@ -56,7 +56,7 @@ def velocity(point, slide, tau):
 
 @jit
 def gap(point, slide, tau):
-    """Return ξ of eqs. (4), (5), (9) at τ; `slide`: its constants."""
+    """Return ξ of eqs. (4), (5), (9) at τ. `slide` contains the `constants` of the slide."""
     sign, t0, v, x = slide
     x += (v - 0.5 * (point.B + sign) * (tau - t0)) * (tau - t0) - point.A * math.sin(tau)
     return x - point.A * point.eps * math.sin(point.eta * tau) if point.eps > 0.0 else x
@@ -64,7 +64,7 @@ def gap(point, slide, tau):
 
 @jit
 def start(h, xi, dxi):
-    """Return the state of a motion that starts with ξ, ξ' where H = h."""
+    """Return the first state of a motion that starts with ξ, ξ' and H = h."""
     if dxi != 0.0:
         return UP if dxi > 0.0 else DOWN
     if h > 1.0:
@@ -89,7 +89,8 @@ def decide(before, h, impact):
 
 
 def release(point, state, tau):
-    """Return the end of STICK or REST at ε = 0: H rises to 1, or in STICK falls to −1 if that is earlier; else inf."""
+    """Return the end of STICK or REST at ε = 0: H rises to 1, or in STICK falls to −1 earlier. Return inf if there is
+    no end."""
     end = math.inf
     if point.A >= 1.0 + point.B:
         end = tau + (math.asin((1.0 + point.B) / point.A) - tau) % TWO_PI

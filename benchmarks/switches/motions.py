@@ -1,4 +1,4 @@
-"""Events of a motion, computed with many digits, and the distance of each event to the nearest other zero."""
+"""Events of a motion with many digits, and the distance of each event to the nearest other zero."""
 
 from typing import Any, NamedTuple
 
@@ -17,9 +17,9 @@ Inputs = dict[str, float]
 class Event(NamedTuple):
     """A switch and its neighbourhood.
 
-    slope : slope, at the switch, of the function that ends the state and is positive while it lasts; None at the end of
-    an impact
-    nearest_other_zero : distance to the nearest other zero, None if it is more than a period away
+    slope : slope at the switch of the function whose zero ends the state; the function is positive before the switch.
+    None at the end of an impact nearest_other_zero : distance to the nearest other zero, None if it is more than a
+    period away
     """
 
     tau: Any
@@ -32,7 +32,8 @@ class Event(NamedTuple):
 
 
 def inputs(**given: float) -> Inputs:
-    """Return all inputs in their order. Defaults: η of the paper, B = 0.1, 20 periods, 0 for the others."""
+    """Return all inputs in their order. The defaults are η of the paper, B = 0.1 and 20 periods; for all other inputs
+    0."""
     usual = {"B": 0.1, "eta": 10 * float(mp.sqrt(102)), "periods": 20.0}
     return {name: float(given.get(name, usual.get(name, 0.0))) for name in NAMES}
 
@@ -69,9 +70,9 @@ def slope(model: Oscillator, s: Switch) -> Any:
 
 
 def nearest(model: Oscillator, s: Switch, others: list[Any]) -> Any:
-    """Return the distance from the switch s to the nearest other zero, within a period, or None.
+    """Return the distance from the switch s to the nearest other zero, or None if no zero is within a period.
 
-    This zero is another event, or the next zero of a function that could end the state, if the state continued.
+    This zero is another event, or the next zero of a function that could end the state if the state continued.
     """
     distance = min([2 * mp.pi, *(abs(s.tau - tau) for tau in others)])
     for g in functions(model, s):

@@ -16,7 +16,7 @@ NUDGE = 1e-16
 TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13]
 
 GROUND, SUM = 5, 6
-"""Further kinds of search: a slide down that ends at the obstacle only, and a function of level 0, y' = g'."""
+"""Further kinds of search: a slide down that ends only at the obstacle, and a function of level 0 with y' = g'."""
 
 EVENTS = {
     UP: [(1, 0.0, -1)],
@@ -42,7 +42,7 @@ def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
 
 
 def first_value(function: Any) -> float:
-    """Return g(0), or ±1e-16 where that is 0."""
+    """Return g(0), or ±1e-16 if g(0) = 0."""
     return value(function, 0.0) or departure(function) * NUDGE
 
 

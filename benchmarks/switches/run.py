@@ -1,10 +1,10 @@
 """Run all solvers over the set: `python -m benchmarks.switches.run` writes a file for each solver at each level.
 
-Each solver has a process of its own and answers all cases at every setting. An error, and an answer that takes longer
-than the limit, count as refused. If two successive cases of a family take too long, the setting skips the rest of the
-family. Warm-up questions before each setting keep compilation out of the times. Seconds are CPU time; for a case of
-less than 0.02 s, the shortest of three runs. At level 1 a solver follows the motion for one period, and for all of
-them only if that period has no event.
+Each solver runs in a separate process and answers all cases at every setting. An error and an answer that takes longer
+than the limit count as refused. If two successive cases of a family take too long, the rest of the family is skipped at
+this setting. Warm-up runs before each setting exclude compilation from the times. Seconds are CPU time; for a case of
+less than 0.02 s they are the shortest of three runs. At level 1 a solver computes the first period of the motion. It
+computes all periods only if the first period has no event.
 """
 
 import argparse
@@ -32,16 +32,16 @@ HERE = Path(__file__).parent
 NAMES = sorted(module.name for module in pkgutil.iter_modules(solvers.__path__))
 SHORT = 0.02
 COMPILING = 600.0  # seconds allowed for the warm-up of a setting
-PATIENCE = 2  # cases of a family
+PATIENCE = 2  # number of cases that may take too long, per family
 LATE = "longer than"
-LETTERS = dict(zip(VERDICTS, "rmiw-", strict=True)) | {"all": "R"}  # R: at level 0 the later zeros are right, too
+LETTERS = dict(zip(VERDICTS, "rmiw-", strict=True)) | {"all": "R"}  # "R": at level 0 the later zeros are right, too
 
 WAVES = {"c0": 1.0, "c1": -0.3, "c2": 0.0, "a": 0.5, "alpha": 1.0, "b": 0.1, "eta": 7.0, "beta": 2.0, "T": 8.0}
 MOTION = {"A": 1.5, "B": 0.1, "eps": 0.0, "eta": 100.0, "xi0": 0.3, "dxi0": 0.1, "tau0": 0.0, "periods": 2.0}
 WARM_UP = [(0, WAVES), (2, MOTION), (2, MOTION | {"eps": 1e-4})]
 
 Answer = dict[str, list[Any]]
-Firsts = dict[str, list[list[Any] | None]]  # for each case and setting
+Firsts = dict[str, list[list[Any] | None]]  # first zero or event for each case and setting
 
 
 def cases_of(levels: list[int]) -> list[dict[str, Any]]:
@@ -51,7 +51,7 @@ def cases_of(levels: list[int]) -> list[dict[str, Any]]:
 
 
 def inputs(case: dict[str, Any]) -> dict[str, float]:
-    """Return the inputs of a case, the only part of it that a solver gets."""
+    """Return the inputs of a case. A solver gets only this part of the case."""
     return {key: float.fromhex(value) for key, value in case["inputs_hex"].items()}
 
 
@@ -68,7 +68,8 @@ def answer(module: Any, level: int, x: dict[str, float], setting: dict[str, Any]
 
 
 def timed(module: Any, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
-    """Return the answer, or the error as a text, and the seconds. Beyond the limit the system ends this process."""
+    """Return the answer, or the error as a text, and the seconds. The system ends this process if the limit is
+    exceeded."""
     spent: list[float] = []
     while not spent or (len(spent) < 4 and spent[0] < SHORT):
         signal.setitimer(signal.ITIMER_PROF, 0.0 if spent else limit)  # CPU time is coarse while this timer runs
@@ -83,7 +84,7 @@ def timed(module: Any, level: int, x: dict[str, float], setting: Any, limit: flo
 
 
 def serve(name: str, channel: Any) -> None:
-    """Answer questions in a separate process, and discard the output of libraries."""
+    """Main function of the process of a solver: answer questions, and discard the output of libraries."""
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
@@ -93,7 +94,7 @@ def serve(name: str, channel: Any) -> None:
 
 
 class Solver:
-    """A solver in a process, which is replaced after an answer that takes too long."""
+    """A solver in a process. If an answer takes too long, a new process replaces the old one."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -101,7 +102,7 @@ class Solver:
         self.warm: list[Any] = []
 
     def ask(self, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
-        """Return the answer, or the reason why there is none, and the seconds."""
+        """Return the answer, or the reason why there is no answer, and the seconds."""
         if self.process is None:
             context = get_context("spawn")
             self.channel, other = context.Pipe()
@@ -119,7 +120,7 @@ class Solver:
             return f"{LATE} {limit:g} s" if late else "the process ended", limit
 
     def warm_up(self, setting: Any, levels: list[int]) -> None:
-        """Ask the questions that compile all code of a setting, once in each process."""
+        """Compile all code of a setting, once in each process."""
         if self.process is None or setting not in self.warm:
             for level, x in WARM_UP:
                 if level in levels or (level and max(levels)):
@@ -158,7 +159,7 @@ def run(
 ) -> Iterator[dict[int, tuple[dict[str, Any], Firsts]]]:
     """Yield (result, first zeros or events of its answers) of each level after each setting of a solver.
 
-    The full answers are written into the folder `answers`.
+    The complete answers are written into the folder `answers`.
     """
     name = module.__name__.rpartition(".")[2]
     head = {"solver": module.NAME, "version": importlib.metadata.version(module.PACKAGE) if module.PACKAGE else ""}
@@ -214,7 +215,7 @@ def main(arguments: list[str] | None = None) -> int:
     add("--results", type=Path, default=HERE / "results", help="folder of the results")
     add("--answers", type=Path, metavar="FOLDER", help="folder for the full answers files, which score.py reads")
     options = parser.parse_args(arguments)
-    from benchmarks.common import environment  # here, because the process of each solver imports this module
+    from benchmarks.common import environment  # imported here, because the process of each solver imports this module
 
     version = (HERE / "VERSION").read_text(encoding="utf-8").strip()
     cases = cases_of(options.levels)

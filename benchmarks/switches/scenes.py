@@ -1,4 +1,5 @@
-"""Levels 2 and 3: motions of 20 and 200 periods in scenes of the paper, of the reference, and in drawn scenes."""
+"""Levels 2 and 3: motions of 20 and 200 periods in scenes of the paper, in scenes of the reference, and in random
+scenes."""
 
 from collections.abc import Callable
 
@@ -8,27 +9,27 @@ from benchmarks.switches.motions import Inputs, inputs
 from vibrodrive.validation.reference import SCENES, reference, with_digits
 
 Drawn = tuple[Inputs, list[str], str]
-FEWEST, MOST = 20, 60  # events in 20 periods of a drawn scene: it moves, and its file stays small
+FEWEST, MOST = 20, 60  # number of events in 20 periods of a random scene; more would make its file too large
 
 PAPER = ((1.5, 0.0), (2.2, 0.0), (2.65, 0.0), (3.04, 0.0), (3.15, 0.0), (3.04, 5e-5), (3.04, 2e-4), (3.15, 2e-4))
 KNOWN = ("level plane", "steep", "slides by itself", "barely holds", "slow disturbance", "thrown", "late start")
 
 
 def paper(draw: Draw, i: int) -> Drawn:
-    """Amplitudes and disturbances of the paper, from rest."""
+    """Return a scene with an amplitude and a disturbance of the paper, from rest."""
     A, eps = PAPER[i]
     return inputs(A=A, eps=eps), [], f"The paper's motion at A = {A}, from rest."
 
 
 def known(draw: Draw, i: int) -> Drawn:
-    """Scenes of the reference."""
+    """Return a scene of the reference."""
     scene = SCENES[KNOWN[i]] | {"periods": 20}
-    return inputs(**scene), [], f"A motion beyond the paper: {KNOWN[i]}."
+    return inputs(**scene), [], f"A motion that the paper does not have: {KNOWN[i]}."
 
 
 def hard_spot(draw: Draw, i: int) -> Drawn:
-    """The paper's motion at A = 3.04 with ε = 2e-4."""
-    why = "In period 92 two zeros of ξ' lie 7.25e-4 apart; a method that passes over them is wrong from there on."
+    """Return the scene of the paper's motion at A = 3.04 with ε = 2e-4."""
+    why = "In period 92 two zeros of ξ' are 7.25e-4 apart. A method that misses them is wrong from this period on."
     return inputs(A=3.04, eps=2e-4, periods=200), ["paper"], why
 
 
@@ -72,12 +73,12 @@ def incline(draw: Draw) -> Inputs:
 
 
 def families(periods: int, counts: tuple[int, int, int, int]) -> dict[str, tuple[int, Callable[[Draw, int], Drawn]]]:
-    """Return the four families of drawn scenes."""
+    """Return the four families of random scenes."""
     kinds = {
-        "undisturbed": (undisturbed, "A drawn A without disturbance."),
-        "disturbed": (disturbed, "A drawn A and ε with the paper's η."),
-        "slow disturbance": (slow, "A drawn disturbance of low frequency."),
-        "another incline": (incline, "A drawn incline and start, with or without a fast disturbance."),
+        "undisturbed": (undisturbed, "A is random, and there is no disturbance."),
+        "disturbed": (disturbed, "A and ε are random, and η is that of the paper."),
+        "slow disturbance": (slow, "The disturbance is random and has a low frequency."),
+        "another incline": (incline, "Incline and start are random, with or without a fast disturbance."),
     }
     return {
         name: (count, drawn(periods, scene, why))

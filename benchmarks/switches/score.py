@@ -55,7 +55,8 @@ def number(value: object) -> Decimal:
 
 
 def tolerance(distance: Decimal | None) -> Decimal:
-    """Return the largest distance of a right answer from a zero at this `distance` from the nearest other true zero."""
+    """Return the largest error of a right answer. `distance` is the distance of the true zero from the nearest other
+    true zero."""
     widest = Decimal("1e-6")
     return widest if distance is None else min(widest, distance / 3)
 
@@ -74,7 +75,8 @@ def true_events(events: list[dict]) -> list[tuple[Decimal, Decimal, tuple[str, s
 
 
 def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
-    """Return (verdict, digits) for the answer `given`: the verdict on its first difference, or right and its digits."""
+    """Return (verdict, digits) for the answer `given`. The first difference decides the verdict; digits are for right
+    answers."""
     digits = []
     for (at, within, states), (tau, said) in zip(true, given, strict=False):
         error = abs(tau - at)
@@ -89,7 +91,8 @@ def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
 
 
 def read_answer(case: dict, answer: object) -> list[tuple]:
-    """Return the part of an answer that is judged, as pairs (τ, states). Raises ValueError if its form is wrong."""
+    """Return the part of an answer that is judged as pairs (τ, states). Raises ValueError if the form of the answer is
+    wrong."""
     level = case["level"]
     key = "events" if level else "zeros"
     if not isinstance(answer, dict) or not isinstance(answer.get(key), list):
@@ -106,7 +109,7 @@ def read_answer(case: dict, answer: object) -> list[tuple]:
 
 
 def judge(case: dict, answer: object) -> dict:
-    """Return the verdict on one answer, its digits, and at level 0 whether all zeros are right."""
+    """Return the verdict on one answer, its digits, and at level 0 True if all zeros are right."""
     try:
         given = read_answer(case, answer)
     except ValueError as error:
@@ -126,7 +129,7 @@ def judge(case: dict, answer: object) -> dict:
 
 
 def rows(cases: list[dict], results: dict[str, dict], seconds: dict) -> list[tuple[str, ...]]:
-    """Return the table: a row for each family, and one for each level above its families."""
+    """Return the table: a row for each level, followed by a row for each of its families."""
     groups: dict[tuple[int, str], list[str]] = {}
     for case in cases:
         for family in ("", case["family"]):
@@ -161,7 +164,7 @@ def write_junit(path: Path, cases: list[dict], results: dict[str, dict], seconds
 
 
 def main() -> int:
-    """Read, judge and print; return 2 if a file cannot be read."""
+    """Read the answers, judge them and print the table. Return 2 if a file cannot be read."""
     parser = argparse.ArgumentParser(description=__doc__, epilog=FORM, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("answers", type=Path, help="the answers file")
     parser.add_argument("--cases", type=Path, default=Path(__file__).parent / "cases", help="the folder of the cases")

@@ -9,7 +9,7 @@ from benchmarks.switches.model import jit
 
 
 class Sum(NamedTuple):
-    """Coefficients of ±g, in the names of a case; `sign` is 1 or −1."""
+    """Coefficients of ±g, with the names of a case. `sign` is 1 or −1."""
 
     c0: float
     c1: float
@@ -38,7 +38,8 @@ def slope(f, tau):
 
 @jit
 def bracket(f, T, step, low, high):
-    """Fill `low` and `high` with the grid intervals in which g changes its sign in (0, T]; return their number."""
+    """Fill `low` and `high` with the grid intervals in (0, T] in which g changes its sign. Return the number of
+    intervals."""
     count, k, at, sign = 0, 0, 0.0, 0.0
     while at < T and count < len(low):
         k += 1
@@ -61,7 +62,7 @@ def brackets(f, T, step, most=100_000):
 
 
 def departure(f):
-    """Return the sign of g just after τ = 0: that of g(0) or, if g(0) = 0, of the first derivative that is not 0."""
+    """Return the sign of g just after τ = 0: the sign of g(0) or, if g(0) = 0, of the first nonzero derivative."""
     bend = f.sign * (2.0 * f.c2 - f.a * math.sin(f.alpha) - f.b * f.eta**2 * math.sin(f.beta))
     turn = -f.sign * (f.a * math.cos(f.alpha) + f.b * f.eta**3 * math.cos(f.beta))
     return math.copysign(1.0, next((g for g in (value(f, 0.0), slope(f, 0.0), bend, turn) if g != 0.0), 1.0))

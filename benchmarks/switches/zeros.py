@@ -1,14 +1,14 @@
 """All zeros of g(h) = c0 + c1 h + c2 h² + Σ a sin(w h + phase) in (0, end], with a proof that there are no others.
 
-The interval is covered with windows. On a window of half width r around m, Taylor's formula at m with bounds of the
-third and fourth derivative proves one of three things, or the window is halved:
+The interval is divided into windows. For a window of half width r around m, Taylor's formula at m, with bounds of the
+third and fourth derivative, proves one of three properties. If it proves none, the window is halved.
 
-* g has no zero (`clear`, tried in double precision with an allowance for rounding, then in full precision);
-* g is monotone, so the signs at its ends settle the count;
-* g is convex or concave, so the signs at its ends and at its one extremum settle the count.
+* g has no zero (`clear` first tries double precision with an allowance for rounding, then full precision);
+* g is monotone, so the signs at its ends determine the number of zeros;
+* g is convex or concave, so the signs at its ends and at its one extremum determine the number of zeros.
 
-If g has a zero at h = 0, the search begins after it: with g = … = g⁽ⁿ⁻¹⁾ = 0 at h = 0, g has no other zero as long as
-g⁽ⁿ⁾ does not change its sign.
+If g has a zero at h = 0, the search begins after this zero. If g = … = g⁽ⁿ⁻¹⁾ = 0 at h = 0, g has no other zero as long
+as g⁽ⁿ⁾ does not change its sign.
 """
 
 import math
@@ -21,7 +21,7 @@ ABOVE = 1 + 2.0**-40  # factor that covers the rounding error of a bound in doub
 
 
 class Zero(NamedTuple):
-    """A zero, g' there, and its multiplicity: 1 or 2."""
+    """A zero, g' at this zero, and its multiplicity: 1 or 2."""
 
     at: Any
     slope: Any
@@ -58,7 +58,8 @@ class Function:
         return g
 
     def clear(self, m: float, r: float) -> bool:
-        """Return whether double precision proves that |h - m| <= r has no zero. Fast waves enter by their amplitude."""
+        """Return True if double precision proves that there is no zero in |h - m| <= r. Of a fast wave only the
+        amplitude is used."""
         r = r * ABOVE + abs(m) * ROUNDING
         c0, c1, c2 = self.poly
         g, dg, ddg, third = c0 + (c1 + c2 * m) * m, c1 + 2 * c2 * m, 2 * c2, 0.0
@@ -75,7 +76,7 @@ class Function:
         return False
 
     def beginning(self) -> Any:
-        """Return where the search begins: at 0 or, if g(0) = 0, at the end of an interval without another zero."""
+        """Return the start of the search: 0 or, if g(0) = 0, the end of an interval without another zero."""
         for n, value in enumerate(self.at(mp.zero)):
             if abs(value) > self.tiny * mp.mpf(self.omega) ** n:
                 if n == 0:
@@ -85,7 +86,7 @@ class Function:
         raise ArithmeticError("a zero of order four at the start")
 
     def zeros(self, most: int | None = None) -> list[Zero]:
-        """Return all zeros in (0, end], or the first `most`, in order. Raises ArithmeticError at a triple zero."""
+        """Return all zeros in (0, end] in order, or only the first `most`. Raises ArithmeticError at a triple zero."""
         found: list[Zero] = []
         left, width = self.beginning(), mp.mpf(1 / self.omega)
         while left < self.end and (most is None or len(found) < most):
@@ -110,7 +111,7 @@ class Function:
         if abs(g) > (abs(dg) + (abs(ddg) / 2 + third * r / 6) * r) * r + self.tiny:
             return []
         low, high = self.at(left), self.at(right)
-        if abs(high[0]) <= self.tiny:  # a zero at the end of a window: take another window
+        if abs(high[0]) <= self.tiny:  # there is a zero at the end of the window: use another window
             return None
         crosses = (low[0] > 0) != (high[0] > 0)
         monotone = abs(dg) > (abs(ddg) + third * r / 2) * r + self.tiny * self.omega
@@ -133,13 +134,13 @@ class Function:
         return [self.between(a, b, begin) for a, b, begin, end in parts if (begin > 0) != (end > 0)]
 
     def between(self, left: Any, right: Any, value: Any) -> Zero:
-        """Return the only zero in (left, right), where g begins with the sign of `value`."""
+        """Return the only zero in (left, right). g has the sign of `value` at `left`."""
         sign = 1 if value > 0 else -1
         h = polish(lambda h: [sign * x for x in self.at(h)[:2]], lambda h: sign * self.hurried(h, 0), left, right)
         return Zero(h, self.at(h)[1], 1)
 
     def hurried(self, h: float, n: int) -> float:
-        """Return g or g' (n = 1) in double precision, for the first digits of a zero."""
+        """Return g, or g' if n = 1, in double precision. It is used for the first digits of a zero."""
         c0, c1, c2 = self.poly
         if n:
             return c1 + 2 * c2 * h + sum(a * w * math.cos(phase + w * h) for a, w, phase in self.doubles)

@@ -38,7 +38,8 @@ def test_a_scene_is_made_again_to_the_byte(table):
 @pytest.mark.jit
 @pytest.mark.parametrize("way", ["eps", "dtau"])
 def test_gaps_hold_below_the_limit_and_not_above_it(table, way):
-    """The fast impacts are counted here without the criterion of the package: A = 3.04 lands every second period."""
+    """Fast impacts are counted without the criterion of the package. At A = 3.04 there is one in every second
+    period."""
     row = next(r for r in table if (r["A"], r["B"], r["disturbance"]) == ("3.04", "0.1", way))
 
     def gaps(value):

@@ -1,4 +1,5 @@
-"""Stored results of the problem set "switches" are complete and of this version; the page's tables come from them."""
+"""Stored results of the set of switches are complete and of this version. The tables of the page come from these
+results."""
 
 import json
 import lzma

@@ -1,4 +1,4 @@
-"""The problem set "switches": cases satisfy the schema and are made again to the byte; score.py gives each verdict."""
+"""The set of switches: cases satisfy the schema and can be made again byte for byte; score.py gives each verdict."""
 
 import csv
 import json
@@ -118,7 +118,7 @@ def test_zeros_are_in_order_and_their_slopes_fit():
         assert at[-1] <= Decimal(values(case)["T"]), name
         assert [s == "0" for s in slopes] == [m == 2 for m in multiplicities], name
         signs = [Decimal(s) > 0 for s, m in zip(slopes, multiplicities, strict=True) if m == 1]
-        assert all(a != b for a, b in pairwise(signs)), name  # g cannot cross twice in one direction
+        assert all(a != b for a, b in pairwise(signs)), name  # g cannot cross 0 twice in one direction
         assert case.get("answers", [zeros])[0] == zeros, name
 
 
@@ -236,7 +236,7 @@ def motion_case(events=TWO, level=2, **fields):
         (FAR, [0.9999991, 3], "right", True),
         (FAR, [1], "right", False),
         (FAR, [1, 2, 3], "right", False),
-        (FAR, [1, 3, 4.5], "right", True),  # behind T
+        (FAR, [1, 3, 4.5], "right", True),  # after T
         (FAR, [3], "missed", False),
         (FAR, [1.0000011], "missed", False),
         (FAR, [], "missed", False),
@@ -358,7 +358,7 @@ BOTH = (zero_case(verdict="certain"), motion_case(verdict="certain"))
 
 @pytest.fixture
 def judged(tmp_path, monkeypatch, capsys):
-    """Run score.py on cases and an answers file; returns (exit code, stdout, stderr)."""
+    """Return a function that runs score.py on cases and an answers file and returns (exit code, stdout, stderr)."""
 
     def call(sent, *options, cases=BOTH):
         for case in cases:

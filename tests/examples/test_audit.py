@@ -12,7 +12,7 @@ from examples.audit import MISSED, OTHER, RIGHT, Switch, audit, read, report
 
 
 def certified(A, eps=0.0, periods=6):
-    """Return the switches of a certified motion as another program would list them, each with its new state."""
+    """Return the switches of a certified motion in the form of another program's list, each with its new state."""
     rows = vd.simulate(A, eps=eps, transient=0, periods=periods).switches
     rows = rows[rows["after"] != vd.State.IMPACT]
     landed = rows["before"] == vd.State.IMPACT

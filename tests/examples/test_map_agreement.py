@@ -24,13 +24,14 @@ def test_pixels_off_the_curves_agree_with_the_list():
 
 @pytest.mark.jit
 def test_what_does_not_agree_is_followed_on_for_its_reason(monkeypatch):
-    """The motion at A = 3.0554, 2e-3 below a doubling, settles slowly. At another pixel the list is falsified."""
+    """The motion at A = 3.0554, 2e-3 below a period doubling, settles slowly. At another pixel the list of orbits is
+    falsified."""
     A, B = np.array([2.8, 3.0554]), np.array([0.1, 0.3])
     true = map_agreement.stable_orbits
 
     def listed(a, b, longest):
         orbits = true(a, b, longest)
-        if (a, b) == (2.8, 0.1):  # faster than the true orbit
+        if (a, b) == (2.8, 0.1):  # an impact that is faster than that of the true orbit
             return [SimpleNamespace(**{**vars(orbits[0]), "speeds": orbits[0].speeds + 1.0})]
         return orbits
 

@@ -20,14 +20,14 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits, resting
 
 SEARCHED = 8
-"""The test searches for all orbits up to this period. Orbits with a rest are found up to the length of the record."""
+"""Longest period of the search for orbits. Orbits with a rest are found up to the length of the record."""
 
 
 TRANSIENT = 1500
 
 
 def follows(points: np.ndarray, orbit: Orbit) -> bool:
-    """Return True if section points (n, 2) are on the orbit, up to 1e-7 and the remainder of the transient."""
+    """Return True if section points (n, 2) are on the orbit, within 1e-7 plus the remainder of the transient."""
     left = abs(orbit.multiplier) ** (TRANSIENT / orbit.period)
     apart = np.abs(points[:, None] - section(orbit, 2.0)[None]).max(axis=2)
     visited = np.argmin(apart, axis=1)
@@ -39,10 +39,10 @@ def follows(points: np.ndarray, orbit: Orbit) -> bool:
 
 @pytest.mark.jit
 def test_every_attractor_of_brute_force_is_among_the_orbits():
-    """All attractors for 400 values of A in 1.12-3.25 are orbits of the list.
+    """All attractors for 400 values of A from 1.12 to 3.25 are orbits of the list.
 
-    An orbit that rests is followed for any period; all others are searched up to period SEARCHED. An attractor that
-    does not rest and has a longer period would be listed in `longer`: there is none.
+    Orbits with a rest are found for any period, all other orbits up to the period SEARCHED. `longer` would list each
+    attractor without a rest and with a longer period; it is empty.
     """
     values = np.linspace(1.12, 3.25, 400)
     motion = vd.sweep(A=values, transient=TRANSIENT, periods=160, section_phase=2.0).section
@@ -59,7 +59,8 @@ def test_every_attractor_of_brute_force_is_among_the_orbits():
 
 @pytest.mark.jit
 def test_no_chaos_between_3_15_and_3_19():
-    """98 % of the values of A have a superstable orbit, the others a stable orbit: every exponent is negative."""
+    """98 % of the values of A have a superstable orbit, all other values a stable orbit. So every exponent is
+    negative."""
     answer = chaos(num=1001)
     assert answer.shares["irregular"] == 0.0
     assert answer.shares["superstable"] == pytest.approx(0.98, abs=0.01)
@@ -113,7 +114,7 @@ def test_rank_correlation_and_distance():
 
 @pytest.mark.jit
 def test_the_page_shows_what_the_example_prints():
-    """The bifurcations of docs/orbits.md agree in kind, and in A except the last digits."""
+    """The bifurcations of docs/orbits.md have the right kinds, and the right A except for the last digits."""
     page = (Path(__file__).parents[2] / "docs" / "orbits.md").read_text()
     shown = [
         line.split("|")[1:4]

@@ -1,4 +1,4 @@
-"""Curves of trajectories: the periods shown, the note, and the shading of an irregular motion."""
+"""Curves of trajectories: the periods that are shown, the note, and the shading of an irregular motion."""
 
 import math
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after"
 
 
 def motion(periods, irregular=False, **arguments):
-    """Motion ξ = 2 + sin τ. If it is irregular, each period has another amplitude."""
+    """Return the motion ξ = 2 + sin τ. If it is irregular, each period has a different amplitude."""
     size = 1.0 + (np.arange(periods) * math.sqrt(2) % 1 if irregular else np.zeros(periods))
     switches = np.zeros(2 * periods, SWITCH)
     switches["period"] = np.repeat(np.arange(periods), 2)
@@ -54,7 +54,8 @@ def test_only_what_does_not_repeat_and_is_long_is_drawn_as_ink(periods, irregula
 
 
 def test_a_spot_counts_each_period_once():
-    """A horizontal line, traversed forwards and backwards in period 0, and half of it once in period 1."""
+    """In period 0 the motion passes a horizontal line twice, forwards and backwards. In period 1 it passes half of it
+    once."""
     points = np.array([[0.0, 1.0], [4.0, 1.0], [0.0, 1.0], [np.nan, np.nan], [0.0, 1.0], [2.0, 1.0]])
     counts = count_passes(points, np.array([0, 0, 0, 0, 1, 1]), np.array([0.0, 0.0]), np.array([4.0, 2.0]))
     (row,) = np.flatnonzero(counts.any(axis=1))

@@ -10,7 +10,8 @@ from vibrodrive.store.failures import FailureMap
 
 @pytest.fixture
 def found():
-    """Failure map with 0, 20 or 5000 of 100 000 switches missed at each point; no switch at the last value of A."""
+    """Return a failure map. At each point 0, 20 or 5000 of 100 000 switches are missed; the last value of A has no
+    switches."""
     shape = (len(METHODS), 4, 3)
     judged = np.full(shape, 100_000)
     judged[:, 3] = 0

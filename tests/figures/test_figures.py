@@ -1,4 +1,4 @@
-"""Figures show the data: dark pixels at the values, corners of lines at the switches."""
+"""Figures show the data: pixels are dark at the values, and lines have corners at the switches."""
 
 import math
 from types import SimpleNamespace
@@ -36,7 +36,7 @@ def results(section, status=None, **axes):
 
 @pytest.fixture
 def two_regimes():
-    """Sweep in which ξ' alternates between 1 and 2 for A < 3.1 and else fills [1, 2] evenly; ξ = 10 ξ'."""
+    """Return a sweep. For A < 3.1 ξ' alternates between 1 and 2, otherwise it fills [1, 2] evenly. ξ = 10 ξ'."""
     A = np.linspace(3.0, 3.2, 200)
     dxi = np.where(A[:, None] < 3.1, 1 + np.arange(PERIODS) % 2, 1 + (np.arange(PERIODS) * math.sqrt(2) % 1))
     return results(np.stack([10 * dxi, dxi], axis=-1), A=A)
@@ -57,7 +57,7 @@ def at(ax, value):
 
 
 def inked(column, value):
-    """Return the values marked in a column of the image; a mark is two rows high."""
+    """Return the values that are marked in a column of the image. A mark has a height of two rows."""
     rows = np.flatnonzero(column)
     assert (np.diff(rows)[::2] == 1).all()
     return [round(v, 1) for v in value[rows][::2]]
@@ -166,7 +166,7 @@ def test_a_single_value_among_twenty_thousand_is_seen_in_the_picture(tmp_path, d
 
 
 def test_values_closer_than_a_column_all_show():
-    """The spacing may be uneven: here 300 values are within one thousandth of the axis."""
+    """The spacing of the values may be uneven. In this test 300 values are within one thousandth of the axis."""
     crowd = results(np.ones((302, 16, 2)), A=np.concatenate([[3.0], np.linspace(3.1, 3.1002, 300), [3.2]]))
     crowd.section[1:301, :, :] += np.linspace(0, 1, 300)[:, None, None]
     (ax,) = figures.bifurcation(crowd).axes
@@ -235,7 +235,7 @@ SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after"
 
 @pytest.fixture
 def falling():
-    """One period of a simple motion: ξ = 2 − τ until the impact at τ = 2, then rest."""
+    """Return one period of a simple motion: ξ = 2 − τ until the impact at τ = 2, then a rest."""
     switches = np.array(
         [(0, 2.0, State.DOWN, State.IMPACT, 0.0, -1.0), (0, 2.0, State.IMPACT, State.REST, 0.0, 0.0)], SWITCH
     )

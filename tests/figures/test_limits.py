@@ -1,4 +1,5 @@
-"""The figure of limits shows known limits only, in their own and in common units, and ratios of two known limits."""
+"""The figure of limits shows only known limits, in ε and Δτ and as velocities. It shows ratios only of two known
+limits."""
 
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from vibrodrive.stability.limits import KU, QUANTITIES, Limits
 
 
 def of(axes, k2, factor=100.0, mm_s=None, **options):
-    """Return limits k2 (curve, axes…), all computed; the velocity of a limit in ε is `factor` times its value."""
+    """Return limits k2 (curve, axes…), all computed. The velocity of a limit in ε is `factor` times the limit."""
     scale = np.array([factor, 1.0, 1.0]).reshape(3, *(1,) * (k2.ndim - 1))
     numbers = {name: k2.copy() for name in QUANTITIES["k2"].numbers}
     numbers |= {"last_kept": 2 * k2, "velocity": scale * k2, "velocity_last": 2 * scale * k2}
@@ -64,7 +65,7 @@ def test_a_band_reaches_from_the_first_loss_to_the_last_value_kept(over_A):
 
 
 def test_what_is_not_computed_yet_is_no_reason_for_a_gap():
-    """The period is 0 both for a point not computed yet and for a motion without a period."""
+    """The period is 0 for a point that is not yet computed, and also for a motion without a period."""
     A, done = np.linspace(2.4, 3.2, 9), np.zeros((3, 9), bool)
     blank = of({"A": A}, np.full((3, 9), np.nan), n=np.zeros((3, 9), int), done=done, fine=A, diagram=np.ones((9, 5)))
     top = limits_figure(blank).axes[0].get_title(loc="right")
@@ -140,7 +141,7 @@ def test_a_scene_in_si_units_has_mm_s_on_the_right(axes, tmp_path):
     k2 = 1e-3 * (1.0 + np.arange(3 * np.prod(list(axes.values())))).reshape(3, *axes.values())
     options = {"fine": values["A"], "diagram": np.ones((5, 4))} if list(axes) == ["A"] else {}
     fig = limits_figure(of(values, k2, mm_s=39.16, **options))
-    save(fig, tmp_path / "x.png")  # drawing sets the range of the second axis
+    save(fig, tmp_path / "x.png")  # the range of the second axis is set when the figure is drawn
     second = [child for ax in fig.axes for child in ax.child_axes]
     assert {ax.get_ylabel() for ax in second} == {"$V$ in mm/s"}
     for ax in fig.axes:

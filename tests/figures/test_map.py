@@ -1,4 +1,4 @@
-"""A map shows each point of a sweep once, at its place, in the colour of its value.
+"""A map shows each point of a sweep once, at the right position, with the colour of its value.
 
 A note gives the number of points of each status other than OK.
 """
@@ -273,7 +273,7 @@ def test_curves_lie_over_a_map_of_a_and_b(plane):
 
 
 def scene(x, y):
-    """Return results over two axes of a scene; the other quantities have one value each."""
+    """Return results over two axes of a scene. All other quantities have one value."""
     fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Scene.g}
     ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
     axes = {name: np.linspace(*ranges[name], 3) for name in (x, y)}

@@ -1,4 +1,4 @@
-"""Curves in the plane (A, B): the lines drawn; the limits of the axes do not change."""
+"""Curves in the plane (A, B): the right lines are drawn, and the limits of the axes do not change."""
 
 import itertools
 

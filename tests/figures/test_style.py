@@ -20,7 +20,8 @@ from vibrodrive.model.plan import make_plan
 
 @pytest.fixture
 def swept():
-    """Sweep of irregular motions over 40 values of A and two of ε. At one point the budget is exhausted."""
+    """Return a sweep of irregular motions over 40 values of A and two values of ε. At one point the budget is
+    exhausted."""
     plan = make_plan({"A": np.linspace(3.0, 3.2, 40), "eps": [0.0, 1e-4], "periods": 200})
     section = np.random.default_rng(3).uniform(0.0, 1.0, (40, 2, 200, 2))
     status = np.zeros(plan.shape, np.int8)
@@ -46,7 +47,7 @@ def test_print_is_black_and_white_and_the_screen_is_not(swept, tmp_path):
         assert np.ptp(pixels(figure, tmp_path / "x.png"), axis=-1).max() > 0.4
 
 
-# colours as dichromats see them, in linear RGB: Machado, Oliveira, Fernandes (2009)
+# colours for a dichromat in linear RGB: Machado, Oliveira, Fernandes (2009)
 BLIND = {
     "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
     "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],

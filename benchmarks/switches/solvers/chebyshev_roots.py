@@ -1,6 +1,6 @@
-"""NumPy's Chebyshev series: roots of interpolants on pieces that are halved until the last coefficients are small.
+"""NumPy's Chebyshev series: roots of interpolants on intervals that are halved until the last coefficients are small.
 
-Level 0 only. A piece whose coefficients prove that it has no zero is passed over without an eigenvalue problem.
+Level 0 only. If the coefficients prove that an interval has no zero, no eigenvalue problem is solved.
 """
 
 import numpy as np
@@ -18,7 +18,8 @@ def values(f, tau):
 
 
 def zeros(function, T, tol):
-    """Return the zeros of `function` in (0, T] from interpolants whose last coefficients are `tol` of the largest."""
+    """Return the zeros of `function` in (0, T]. The last coefficients of an interpolant are less than `tol` times the
+    largest."""
     found: list[float] = []
     left, width = 0.0, WIDEST
     while left < T:

@@ -1,6 +1,6 @@
-"""CVODE of SUNDIALS by scikit-sundae: Adams' method and its search for roots, restarted at each switch.
+"""CVODE of SUNDIALS in scikit-sundae: Adams' method and its search for roots, restarted at each switch.
 
-The solver keeps the events of all its restarts: the last row is that of the present one.
+The solver stores the events of all its restarts. The last row belongs to the present one.
 """
 
 from functools import cache
@@ -14,12 +14,12 @@ from benchmarks.switches.odes import EVENTS, SUM, TOLERANCES, first_value, locat
 NAME, PACKAGE = "CVODE", "scikit-sundae"
 SETTINGS = [{"rtol": rtol} for rtol in TOLERANCES]
 ROOT = 2  # CV_ROOT_RETURN
-MOST = 100_000  # zeros of a function
+MOST = 100_000  # largest number of zeros of a function
 
 
 @cache
 def solver(state, rtol):
-    """Return (solver, list of the function that gives its derivatives)."""
+    """Return (solver, list that contains the point or function of its derivatives)."""
     rate: list[Any] = [None]
 
     def right(t, y, dy):
@@ -36,7 +36,7 @@ def solver(state, rtol):
 
 
 def begin(setting, state, of, tau, y):
-    """Return the solver of a state, begun at τ."""
+    """Return the solver of a state, started at τ."""
     cvode, rate = solver(state, *setting)
     rate[0] = rates(state, of)
     cvode.init_step(tau, y)
@@ -44,7 +44,8 @@ def begin(setting, state, of, tau, y):
 
 
 def next_event(cvode, end):
-    """Return the result at the next event, None without one before the end; raise ArithmeticError if a step fails."""
+    """Return the result at the next event, or None if there is no event before the end. Raises ArithmeticError if a
+    step fails."""
     result = cvode.step(end, tstop=end)
     if not result.success:
         raise ArithmeticError(result.message)
@@ -52,7 +53,7 @@ def next_event(cvode, end):
 
 
 def solve(setting, state, point, tau, y, end):
-    """Return (τ, variables, number of the event) at the first event of a state, or None without one."""
+    """Return (τ, variables, number of the event) at the first event of a state, or None if there is no event."""
     met = next_event(begin(setting, state, point, tau, y), end)
     return met and (met.t, met.y.tolist(), int(abs(met.i_events[-1]).argmax()))
 
@@ -61,7 +62,7 @@ events = event_loop(locator(solve, again=True), compiled=False)
 
 
 def zeros(function, T, rtol):
-    """Return the zeros of y' = g'(τ), y(0) = g(0) in (0, T] at a tolerance."""
+    """Return the zeros in (0, T] of the solution of y' = g'(τ), y(0) = g(0), for a relative tolerance."""
     found: list[float] = []
     cvode = begin((rtol,), SUM, function, 0.0, (first_value(function),))
     while len(found) < MOST and (met := next_event(cvode, T)):

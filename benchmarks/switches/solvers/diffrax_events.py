@@ -1,7 +1,7 @@
 """diffrax: adaptive Runge-Kutta methods with an event, compiled by JAX for the processor, restarted at each switch.
 
-Of two events in a step it takes the one listed later, so there is one here: the least of the functions that end a
-state, with bisection to the last bit.
+Of two events in a step diffrax reports the one that is later in the list. So only one event is used here: the minimum
+of the functions that end a state, with bisection to the last bit.
 """
 
 from functools import cache
@@ -23,13 +23,13 @@ jax.config.update("jax_enable_x64", True)
 NAME, PACKAGE = "diffrax", "diffrax"
 SETTINGS = [{"method": method, "rtol": rtol} for method in ("Tsit5", "Dopri8") for rtol in TOLERANCES]
 FIRST_STEP = 1e-4
-MOST = 100_000  # zeros of a function
-BISECTION: Any = optx.Bisection  # whose annotations ask for an argument that it does not take
+MOST = 100_000  # largest number of zeros of a function
+BISECTION: Any = optx.Bisection  # Any, because its annotations require an argument that it does not have
 ROOT = BISECTION(rtol=2.3e-16, atol=1e-16)
 
 
 def rates(state, t, y, of):
-    """Return the derivatives of the variables; `of`: the point, or the function g."""
+    """Return the derivatives of the variables. `of` is the point, or the function g."""
     if state == SUM:
         rate = of.c1 + 2.0 * of.c2 * t + of.a * jnp.cos(t + of.alpha) + of.b * of.eta * jnp.cos(of.eta * t + of.beta)
         return (of.sign * rate,)
@@ -41,15 +41,17 @@ def rates(state, t, y, of):
 
 
 def ends(state, y):
-    """Return the functions that end a state, positive while it lasts."""
+    """Return the functions that end a state; they are positive before its end."""
     return jnp.stack([(y[component] - level) * -(way or -1) for component, level, way in EVENTS[state]])
 
 
 @cache
 def integrator(method, state):
-    """Return the compiled function (τ, end, tolerance, point or g, variables) → (τ, whether, which event, variables).
+    """Return the compiled function of (τ, end, tolerance, point or g, variables).
 
-    Both are single arrays: to hand numbers over one by one takes as long as a slide.
+    Its values are τ, 1 at an event, the number of the event, and the variables.
+
+    Arguments and values are single arrays: to pass the numbers one by one takes as long as a slide.
     """
     kind = Sum if state == SUM else Point
     event = dfx.Event(lambda t, y, args, **_: ends(state, y).min(), ROOT, direction=False)
@@ -67,7 +69,7 @@ def integrator(method, state):
 
 
 def solve(setting, state, of, tau, y, end):
-    """Return (τ, variables, number of the event) at the first event of a state, or None without one."""
+    """Return (τ, variables, number of the event) at the first event of a state, or None if there is no event."""
     method, rtol = setting
     at, met, which, *last = np.asarray(integrator(method, state)(np.array([tau, end, rtol, *of, *y]))).tolist()
     return (at, last, int(which)) if met else None
@@ -77,7 +79,8 @@ events = event_loop(locator(solve, again=False), compiled=False)
 
 
 def zeros(function, T, method, rtol):
-    """Return the zeros of y' = g'(τ), y(0) = g(0) in (0, T] by a method at a tolerance, restarted at each."""
+    """Return the zeros in (0, T] of the solution of y' = g'(τ), y(0) = g(0). The integration is restarted at each
+    zero."""
     g = first_value(function)
     f, tau, y = function._replace(sign=1.0 if g > 0.0 else -1.0), 0.0, abs(g)
     found: list[float] = []

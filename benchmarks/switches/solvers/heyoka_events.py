@@ -1,7 +1,7 @@
-"""heyoka: Taylor integration with terminal events, restarted at each switch; at level 0 events that do not stop it.
+"""heyoka: Taylor integration with terminal events, restarted at each switch. At level 0 the events are not terminal.
 
-Events have a direction, and no slide begins with ξ' exactly 0: from there the next zero of the same step is lost
-without notice, and a departure with ξ' = ξ'' = 0 triggers its own event without end.
+Events have a direction, and no slide begins with ξ' exactly 0. From ξ' = 0 heyoka misses the next zero of the same step
+without a message, and a departure with ξ' = ξ'' = 0 triggers its own event endlessly.
 """
 
 from functools import cache
@@ -18,7 +18,8 @@ SETTINGS = [{"tol": tol} for tol in (*TOLERANCES, 1e-15, 2.220446049250313e-16)]
 
 @cache
 def integrators(tol, disturbed):
-    """Return for each state (integrator, its variables, its parameters A, B, and with a disturbance ε, η)."""
+    """Return for each state (integrator, its variables, its parameters). The parameters are A, B and, with a
+    disturbance, ε, η."""
     xi, dxi, level = hy.make_vars("xi", "dxi", "level")
     a, b, eps, eta = (hy.par[k] for k in range(4))
     h, rate = a * hy.sin(hy.time) - b, a * hy.cos(hy.time)
@@ -32,14 +33,14 @@ def integrators(tol, disturbed):
         events = [hy.t_event(function, direction=way) for function, way in passing]
         pars = [0.0] * (4 if disturbed else 2)
         ta = hy.taylor_adaptive([*system], [0.0] * len(system), pars=pars, tol=tol, t_events=events)
-        return ta, ta.state, ta.pars  # live views
+        return ta, ta.state, ta.pars  # views of the integrator's data
 
     slides = {s: integrator(s, (xi, dxi), (dxi, h - sign)) for s, sign in ((UP, 1.0), (DOWN, -1.0))}
     return slides | {s: integrator(s, (level, rate)) for s in (STICK, REST) if disturbed}
 
 
 def solve(setting, state, point, tau, y, end):
-    """Return (τ, variables, number of the event) at the first event of a state, or None without one."""
+    """Return (τ, variables, number of the event) at the first event of a state, or None if there is no event."""
     ta, variables, pars = integrators(*setting, point.eps > 0.0)[state]
     pars[:] = point[: len(pars)]
     ta.time = tau
@@ -67,7 +68,7 @@ def counter(tol):
 
 
 def zeros(function, T, tol):
-    """Return the zeros of `function` in (0, T] at a tolerance of the Taylor series."""
+    """Return the zeros of `function` in (0, T] for a tolerance of the Taylor series."""
     FOUND.clear()
     ta = counter(tol)
     ta.pars[:] = function[1:8]

@@ -1,9 +1,11 @@
-"""Hand-written Numba: friction as a ramp over velocities up to v_s, the obstacle as a spring with a dashpot.
+"""Hand-written Numba: smoothed friction, linear in the velocity up to v_s, and a spring with a dashpot as the obstacle.
 
-The dashpot has critical damping, the least at which the spring does not throw the mass back. It may pull: one that only
-pushes gives back 13.5 % of the speed of a blow, however stiff the spring is, and the impact would not become plastic.
-Steps are explicit (RK4), where they are stable: step <= v_s and step <= 1/√k. Or they are implicit (backward Euler,
-which holds a stiff contact at any step; solved exactly, as its equation is linear in pieces).
+The dashpot has critical damping, the least damping at which the spring does not return velocity to the mass. The force
+of the dashpot may also be a pull. If it were not, 13.5 % of the speed would remain after each impact for any stiffness
+of the spring, so that the impact would not become plastic.
+
+Steps are explicit (RK4) or implicit (backward Euler). Explicit steps are stable only if step <= v_s and step <= 1/√k.
+Implicit steps are stable for any stiffness. Their equation is piecewise linear and is solved exactly.
 """
 
 import math
@@ -24,7 +26,7 @@ SETTINGS = [
 
 @jit
 def acceleration(setting, xi, dxi, level):
-    """Return ξ'' where H = `level`."""
+    """Return ξ'' for H = `level`."""
     _, v_s, k, _ = setting
     friction = max(-1.0, min(1.0, dxi / v_s))
     return level - friction - (k * xi + 2.0 * math.sqrt(k) * dxi if xi < 0.0 else 0.0)
@@ -60,13 +62,14 @@ def euler(setting, xi, dxi, ahead):
         if xi + h * held < 0.0:
             v = held
         elif xi + h * v < 0.0:
-            v = -xi / h  # in contact it would leave, without it would enter: it ends between the two
+            v = -xi / h  # neither with nor without contact is consistent: the step ends at ξ = 0
     return xi + h * v, v
 
 
 @jit
 def classify(state, v_s, xi, dxi, level):
-    """Return the state; slow is stuck where friction can hold, and a mass that has landed rests until it departs."""
+    """Return the state. A slow mass sticks if friction can hold it. After an impact the mass rests until it leaves the
+    obstacle."""
     if state == REST:
         return UP if dxi > v_s and (level > 1.0 or xi > 0.0) else REST
     if xi > 0.0 and (dxi < -v_s or (dxi <= 0.0 and level < -1.0)):
@@ -78,7 +81,7 @@ def classify(state, v_s, xi, dxi, level):
 
 @jit
 def advance(point, setting, state, xi, dxi, tau, level, ahead):
-    """Return ξ, ξ', the state, and whether the mass has landed, after one step."""
+    """Return (ξ, ξ', state, True after an impact) after one step."""
     xi, dxi = euler(setting, xi, dxi, ahead) if setting[3] else rk4(point, setting, xi, dxi, tau, level, ahead)
     if state == DOWN and xi <= 0.0:
         return xi, dxi, UP if ahead > 1.0 else REST, True

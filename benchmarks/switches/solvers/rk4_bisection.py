@@ -1,4 +1,5 @@
-"""Hand-written Numba without the closed form: RK4 of fixed step, a check of signs, bisection of the last step."""
+"""Hand-written Numba without the closed form: RK4 with fixed steps, a check of signs, and bisection of the last
+step."""
 
 import numpy as np
 
@@ -49,7 +50,7 @@ events = event_loop(locate, compiled=True)
 
 @jit
 def integrate(f, T, step, found):
-    """Fill `found` with the zeros of g, integrated from g(0) by steps of g'; return their number."""
+    """Fill `found` with the zeros of g, and return their number. g is integrated from g(0) and g'."""
     count, k, g, tau = 0, 0, value(f, 0.0), 0.0
     while tau < T and count < len(found):
         k += 1
@@ -68,6 +69,6 @@ def integrate(f, T, step, found):
 
 
 def zeros(function, T, step):
-    """Return the zeros of `function` in (0, T] at steps of `step`."""
+    """Return the zeros of `function` in (0, T] for the step `step`."""
     found = np.empty(100_000)
     return found[: integrate(function, T, step, found)].tolist()

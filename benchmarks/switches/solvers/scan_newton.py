@@ -10,7 +10,7 @@ SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-
 
 @jit
 def value(which, point, s, tau):
-    """Return a switching function, positive while its state lasts: ξ' up and down, ξ, 1 − H, 1 + H."""
+    """Return a switching function: ±ξ', ξ, 1 − H or 1 + H. It is positive before the end of its state."""
     if which < 2:
         v = velocity(point, s, tau)
         return v if which == 0 else -v
@@ -32,7 +32,8 @@ def slope(which, point, s, tau):
 
 @jit
 def newton(value, slope, function, low, high):
-    """Return the zero in a bracket with value(low) > 0: Newton's method, bisecting where it leaves the bracket."""
+    """Return the zero in a bracket with value(low) > 0, by Newton's method. If an iterate leaves the bracket,
+    bisect."""
     tau = 0.5 * (low + high)
     for _ in range(60):
         g = value(*function, tau)

@@ -1,6 +1,7 @@
-"""The three paths of the package: `vd.simulate` for events, and its kernels at level 0.
+"""The three methods of the package: `vd.simulate` for events, and its kernels at level 0.
 
-The answer ends where the package says that a decision may be wrong; if that is the first one, it is refused.
+The answer ends before the first decision that the package reports as uncertain. If this is the first decision, the case
+is refused.
 """
 
 import vibrodrive as vd
@@ -17,14 +18,14 @@ SETTINGS = [
 
 
 def events(start, point, method, **grid):
-    """Return the switches by one of the paths, with its grid step and its tolerance."""
+    """Return the switches by one of the methods, with its grid step and its tolerance."""
     xi0, dxi0, tau0, end = start
     disturbed = {"eps": point.eps, "eta": point.eta} if point.eps else {}
     initial = {"xi0": xi0, "dxi0": dxi0, "tau0": tau0, "transient": 0, "periods": round((end - tau0) / TWO_PI)}
     motion = vd.simulate(point.A, B=point.B, method=method, **disturbed, **initial, **grid)
     s = motion.switches
     if motion.status == vd.Status.TOO_CLOSE:
-        s = s[~(s["period"] >= motion.certain_until)]  # NaN on the fixed path, which bounds no error
+        s = s[~(s["period"] >= motion.certain_until)]  # NaN for the method fixed, which has no error bounds
         if not len(s):
             raise ArithmeticError(motion.status.advice)
     tau = TWO_PI * s["period"] + s["phase"]
@@ -32,5 +33,5 @@ def events(start, point, method, **grid):
 
 
 def zeros(function, T, method, dtau=1.0, tol=1e-7):
-    """Return the zeros of `function` in (0, T] by one of the paths."""
+    """Return the zeros of `function` in (0, T] by one of the methods."""
     return find(function, T, vd.Method[method.upper()], dtau, tol)
