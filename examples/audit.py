@@ -1,11 +1,11 @@
-"""Check the switching times of your own program: compare each with the certified one from the same state.
+"""Check the switching times of your own program: compare each with the certified switch from the same state.
 
     python -m examples.audit mine.csv --A 3.04   # in the root of a clone
 
 The first line of `mine.csv` has the names of the columns: tau, xi, dxi, state. Each further line has one switch.
-`state` is the state that begins at this switch (UP, DOWN, STICK or REST), with ξ and ξ' at its beginning: 0 and 0 after
-an impact. Each line is judged separately: the certified motion starts from the state of the previous line, so that each
-error counts only at the line where it occurs.
+`state` is the state that begins at this switch (UP, DOWN, STICK or REST). `xi` and `dxi` are ξ and ξ' at its beginning;
+after an impact both are 0. Each line is judged separately: the certified motion starts from the state of the previous
+line. So each error counts only at the line at which it occurs.
 """
 
 import argparse
@@ -21,12 +21,13 @@ import vibrodrive as vd
 from vibrodrive import State
 
 RIGHT, MISSED, OTHER = "right", "missed", "another state"
-"""Verdicts: the right switch, late or early; an earlier switch was missed; another state begins or ends."""
+"""Verdicts: the right switch (possibly late or early); an earlier switch was missed; a different state begins or
+ends."""
 
 
 @dataclass(frozen=True)
 class Switch:
-    """The beginning of a state: its time τ, and ξ and ξ' there (dimensionless)."""
+    """The beginning of a state: its time τ, and ξ and ξ' at this time (dimensionless)."""
 
     tau: float
     xi: float
@@ -36,7 +37,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class Judged:
-    """A switch, its verdict, and its lateness (NaN unless it is right; negative: too early)."""
+    """A switch, its verdict, and its delay (negative if the switch is too early, NaN if the verdict is not RIGHT)."""
 
     switch: Switch
     verdict: str
@@ -49,11 +50,12 @@ def audit(switches: Sequence[Switch], A: float, B: float = 0.1, eps: float = 0.0
 
 
 def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
-    """Compare the switch found with the certified switch after `start`.
+    """Compare the switch `found` with the certified switch after `start`.
 
-    The certified motion is computed beyond the switch found. An error of `start` counts on its own line: if it is
-    below the obstacle, or its state has not begun yet, the motion starts at the obstacle and waits until the state
-    begins.
+    The certified motion is computed beyond `found`.
+
+    An error of `start` counts only at the line of `start`. If `start` is below the obstacle, or its state has not begun
+    yet, the certified motion starts at the obstacle and rests until this state begins.
     """
     periods = 2 + int((found.tau - start.tau) / (2.0 * np.pi))
     scene = {**model, "xi0": max(start.xi, 0.0), "dxi0": start.dxi, "tau0": start.tau}
@@ -62,7 +64,7 @@ def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
         rows = rows[1:]
     if not len(rows) or State(rows["before"][0]).name != start.state:
         return Judged(found, OTHER, np.nan)
-    rows = rows[rows["after"] != State.IMPACT]  # instantaneous: the next row is the switch
+    rows = rows[rows["after"] != State.IMPACT]  # an impact is instantaneous: the next row is the switch
     times = 2.0 * np.pi * rows["period"] + rows["phase"]
     if len(rows) > 1 and times[1] <= found.tau:
         return Judged(found, MISSED, np.nan)
@@ -81,7 +83,7 @@ def read(path: str) -> list[Switch]:
 
 
 def report(judged: Iterable[Judged]) -> str:
-    """Return the counts, the lateness of the right switches, and the first wrong switch, as text."""
+    """Return as text the number of each verdict, the delay of the right switches, and the first wrong switch."""
     judged = list(judged)
     counts = Counter(j.verdict for j in judged)
     lines = [f"{len(judged)} switches: " + ", ".join(f"{counts[v]} {v}" for v in (RIGHT, MISSED, OTHER))]
@@ -95,7 +97,7 @@ def report(judged: Iterable[Judged]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Compare your switching times with certified ones.")
+    parser = argparse.ArgumentParser(description="Compare your switching times with certified switching times.")
     parser.add_argument("file", help="CSV file with the columns tau, xi, dxi, state, and one line per switch")
     parser.add_argument("--A", type=float, required=True)
     parser.add_argument("--B", type=float, default=0.1)

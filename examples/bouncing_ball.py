@@ -63,7 +63,8 @@ in 1/B, with slope −1.*
 
 @styled
 def figure(found: Sequence[Approach]) -> Figure:
-    """Draw the relative error of each law over B, and for each law a line of slope -1: its derived first-order term."""
+    """Draw the relative error of each law over B. For each law a line of slope -1 shows the derived first-order
+    term."""
     fig, axes = new(height=4.2)
     ax = axes[0, 0]
     for a, mark in zip(sorted(found, key=lambda a: -a.error[0]), MARKS, strict=True):

@@ -4,8 +4,9 @@
 
 writes docs/certainty.md and docs/certainty.png. Both compare error bounds with true errors, which come from a reference
 with 50 digits. The figure shows four motions. The page has random scenes from the bands of
-`vibrodrive.validation.certainty`. A scene is the parameters and the start of a motion, a band a set of ranges of them.
-`--scenes N` sets the number of scenes, `--workers N` the number of processes, `--docs DIR` the output folder.
+`vibrodrive.validation.certainty`. A scene contains the parameters and the start of a motion. A band is a set of ranges
+of these numbers. `--scenes N` sets the number of scenes, `--workers N` the number of processes, `--docs DIR` the output
+folder.
 """
 
 import argparse
@@ -161,7 +162,8 @@ and the 90 % quantile of this ratio.
 
 
 def held(drawn: tuple[str, dict[str, Any]]) -> tuple[str, Held]:
-    """Compare a named scene (band, arguments) with the reference, in a separate process; return its name, too."""
+    """Compare a scene (name of its band, arguments) with the reference in a separate process. Return the name and the
+    result."""
     name, scene = drawn
     return name, hold(scene)
 

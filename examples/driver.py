@@ -24,8 +24,8 @@ class Course:
     omega0 : frequency of the excitation, rad/s.
     power : mean power of the impacts, W.
     speed : speed of the fastest impact, m/s.
-    blows : impacts a second, including touches.
-    period : period of the motion in periods of the excitation; 0 if none up to 64.
+    blows : number of impacts a second, including slow touches.
+    period : period of the motion in periods of the excitation; 0 if the motion does not repeat within 64 periods.
     """
 
     omega0: np.ndarray
@@ -37,7 +37,7 @@ class Course:
 
 def course(omega0: Sequence[float] | np.ndarray) -> Course:
     """Compute a motion from rest at each frequency (rad/s), all in one sweep."""
-    scenes = [vd.Scene.quiet(omega0=float(w), **DRIVER) for w in omega0]  # some are too slow to leave the obstacle
+    scenes = [vd.Scene.quiet(omega0=float(w), **DRIVER) for w in omega0]  # at low frequencies the mass never leaves
     r = vd.sweep(points={"A": [s.A for s in scenes], "B": [s.B for s in scenes]}, record="summary", periods=64)
     each = list(zip(scenes, r.energy, r.impact_speed_max, r.impacts, strict=True))
     return Course(
@@ -50,13 +50,14 @@ def course(omega0: Sequence[float] | np.ndarray) -> Course:
 
 
 def stands(omega0: float) -> float:
-    """Return the limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s; NaN without a limit."""
+    """Return the limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s. Return NaN if there is no
+    limit."""
     scene = vd.Scene(omega0=omega0, **DRIVER)
     return float(scene.velocity(vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200).velocity))
 
 
 def figure(found: Course, frequencies: Sequence[float] | np.ndarray, limits: Sequence[float]) -> Figure:
-    """Draw power, impacts a second and limit (m/s, at each of `frequencies`) over the frequency."""
+    """Draw power, impacts a second and limit over the frequency. `limits` (m/s) belong to `frequencies`."""
     drawing = Figure(figsize=(7.0, 6.0), layout="constrained")
     power, blows, limit = drawing.subplots(3, 1, sharex=True)
     power.plot(found.omega0, found.power, "k-")

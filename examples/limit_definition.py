@@ -1,10 +1,10 @@
-"""Show the dependence of k₂ on arbitrary choices, for several criteria: the reason to use the main impacts.
+"""Show for several criteria how k₂ depends on arbitrary choices. The result is the reason to use the main impacts.
 
     python -m examples.limit_definition   # in the root of a clone
 
-prints the tables of docs/stability.md: k₂ over the phase of the section; over the share of the slowest main impact
-below which an impact is a touch, with a prescribed and with a free dividing speed; over the length of the record and
-the solution reached.
+prints the tables of docs/stability.md. They contain k₂ over three choices: the phase of the section; the share of the
+speed of the slowest main impact below which an impact is a touch, with a prescribed and with a free dividing speed; the
+length of the record together with the start.
 """
 
 import math
@@ -86,7 +86,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
 
 
 def over_window(disturbance: str, amplitudes: Sequence[float] = A) -> dict[str, np.ndarray]:
-    """Return k₂ over the length of the record and the solution reached, with the last value kept."""
+    """Return k₂ for two lengths of the record and two starts, and the last value at which the structure is kept."""
     windows = {"1500 periods": {}, "20 000 periods": {"periods": 20_000}, "from τ0 = 2π": {"tau0": 2 * math.pi}}
     rows = {}
     for name, window in windows.items():

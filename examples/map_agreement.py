@@ -11,8 +11,9 @@ A pixel agrees if its period, its impacts a period and its largest impact speed 
 If the list is empty, a pixel agrees in two cases: it has no period up to MAX_PERIOD, or the mass never leaves the
 obstacle.
 
-Pixels next to a curve of bifurcations are not judged: a motion there has not settled, or belongs to the other side.
-Each other pixel that disagrees is examined further for the reason.
+If the list is empty, a pixel agrees if its motion has no period up to the longest of the list, or never leaves the
+obstacle. Pixels next to a curve of bifurcations are not judged: their motions may not have settled, or may belong to
+the other side of the curve. For each other pixel that disagrees the reason is determined.
 """
 
 import argparse
@@ -83,7 +84,8 @@ REASONS = (CLOSE, SLOW, COEXISTING, UNEXPLAINED)
 
 @dataclass(frozen=True)
 class Disagreement:
-    """A pixel that disagrees with the list: A, B, its period (0: none), the periods of the list, and the reason."""
+    """A pixel that disagrees with the list: A, B, its period (0 for no period), the periods of the list, and the
+    reason."""
 
     A: float
     B: float
@@ -94,8 +96,8 @@ class Disagreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Counts of pixels: of the map, far from every curve, judged, showing an orbit of the list; and the
-    pixels that disagree."""
+    """Numbers of pixels: of the map, far from every curve, judged, and with an orbit of the list; and the pixels that
+    disagree."""
 
     pixels: int
     far: int
@@ -126,8 +128,8 @@ def compare_map(
 ) -> Agreement:
     """Compare the pixels of a map over the axes A and B (ascending, even, B > 0) with the list of orbits.
 
-    `curves` are the bifurcations of orbits of up to `max_period` periods. `sample` of the pixels far from them are
-    judged, selected with `seed`; by default all are.
+    `curves` are the bifurcations of orbits of up to `max_period` periods. By default all pixels far from the curves are
+    judged; otherwise a random sample of `sample` pixels, selected with `seed`.
     """
     swept = vd.sweep(A=A, B=B, transient=TRANSIENT, periods=PERIODS, record="summary")
     far = np.argwhere(~near_curves(A, B, curves))
@@ -172,7 +174,8 @@ def stable_orbits(A: float, B: float, max_period: int) -> list[Orbit]:
 
 
 def agrees(pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> bool:
-    """Return True if a motion is one of the stable orbits or, without any, has no period up to the longest."""
+    """Return True if a motion is one of the stable orbits. If there is none, return True if the motion has no period up
+    to `max_period`."""
     period = 0 if pixel["status"] == vd.Status.NEVER_LEAVES else int(pixel["period"])
     if not stable:
         return not 1 <= period <= max_period

@@ -2,8 +2,8 @@
 
     python -m examples.parabola   # in the root of a clone
 
-writes parabola.png. The mass rests at the obstacle and waits for H = 1 under a fast disturbance: g = 1 − H. The bounds
-and the steps are those of the page, implemented here independently of the kernels.
+writes parabola.png. With a fast disturbance the mass rests at the obstacle until H = 1, so g = 1 − H. The bounds and
+the steps of the page are implemented here independently of the kernels.
 """
 
 import math
@@ -32,7 +32,7 @@ class Step:
 
 
 def g(tau: np.ndarray | float, order: int = 0, slow: float = 1.0, fast: float = 1.0) -> np.ndarray:
-    """Return g = 1 − H or a derivative; `slow` and `fast` are the factors of its parts, 1 or 0."""
+    """Return g = 1 − H or a derivative. `slow` and `fast` are factors (1 or 0) of its slow and fast part."""
     constant = slow * (1.0 + B) if order == 0 else 0.0
     turn = 0.5 * math.pi * order
     own = slow * A * np.sin(np.asarray(tau) + turn)
@@ -40,14 +40,14 @@ def g(tau: np.ndarray | float, order: int = 0, slow: float = 1.0, fast: float = 
 
 
 def below_all(start: float, reach: float) -> Step:
-    """Return the parabola from the bound of |g'''|, up to `reach` or its root."""
+    """Return the parabola that follows from the bound of |g'''|, up to its root but not beyond `reach`."""
     m3 = A + A * EPS * ETA**5
     bend = float(g(start, 2)) - m3 * reach / 3.0
     return _until_root(start, reach, float(g(start)), float(g(start, 1)), bend)
 
 
 def below_slow(start: float, reach: float) -> Step:
-    """Return the same for the slow part minus the amplitude of the fast part."""
+    """Return the parabola of `below_all` for the slow part minus the amplitude of the fast part."""
     bend = float(g(start, 2, fast=0.0)) - A * reach / 3.0
     value = float(g(start, fast=0.0)) - A * EPS * ETA**2
     return _until_root(start, reach, value, float(g(start, 1, fast=0.0)), bend)
@@ -60,7 +60,8 @@ def _until_root(start: float, reach: float, value: float, slope: float, bend: fl
 
 
 def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[Step]:
-    """Return the steps from τ to within `closest` of the first zero, each the longer of the two parabolas."""
+    """Return the steps from τ until a step is shorter than `closest`. Each step is the longer of those of the two
+    parabolas."""
     steps: list[Step] = []
     while not steps or steps[-1].length > closest:
         slow, own = below_slow(tau, 0.5), below_all(tau, reach)
@@ -71,7 +72,7 @@ def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[
 
 
 def figure() -> Figure:
-    """Draw the complete search above, the last steps below."""
+    """Draw the complete search in the upper panel, and the last steps in the lower panel."""
     steps = search()
     zero = steps[-1].start + steps[-1].length
     drawing = Figure(figsize=(7.2, 6.4), layout="constrained")

@@ -35,7 +35,7 @@ class Chaos:
     """Answer to (a): the final motion from rest on a grid of A.
 
     A, exponent : the grid, and the Lyapunov exponent per period at each of its values; -inf if the mass rests again,
-        because the state after a rest does not depend on the state before.
+        because the state after a rest does not depend on the earlier motion.
     """
 
     A: np.ndarray
@@ -43,7 +43,8 @@ class Chaos:
 
     @property
     def shares(self) -> dict[str, float]:
-        """Shares of the grid: "superstable" if the mass rests, "stable", "irregular" if close motions diverge."""
+        """Shares of the values of A: "superstable" if the mass rests, "irregular" if neighbouring motions diverge, else
+        "stable"."""
         rests, stable = np.isneginf(self.exponent), self.exponent < 0.0
         kinds = {"superstable": rests, "stable": stable & ~rests, "irregular": ~stable}
         return {kind: float(where.mean()) for kind, where in kinds.items()}
@@ -61,14 +62,14 @@ MEASURES = ("multiplier", "unstable", "border", "grazing", "nearest")
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Distances from the most stable orbit to its neighbours at each of A (n,); NaN without an orbit or neighbour.
+    """Distances from the most stable orbit to its neighbours at each of A (n,). NaN means no orbit or no neighbour.
 
-    period : its period, int64; 0 if none is stable within the periods searched.
-    multiplier : its modulus.
+    period : period of the most stable orbit, int64; 0 if no orbit up to the longest period of the search is stable.
+    multiplier : modulus of its multiplier.
     unstable : distance in phase from one of its impacts to the nearest impact of an unstable orbit.
     border : distance from one of its impacts to the nearest end of the window.
     grazing : distance from one of its launches to the nearest grazing.
-    nearest : the smallest of the existing ones of the three distances.
+    nearest : the smallest of the three distances, without those that are NaN.
     """
 
     A: np.ndarray
@@ -84,7 +85,8 @@ class Surroundings:
 
 
 def surroundings(A: Iterable[float], B: float = 0.1, max_period: int = 6) -> Surroundings:
-    """Return the distances, in phase, of the most stable orbit (smallest multiplier) to its neighbours at each of A."""
+    """Return the distances in phase from the most stable orbit (with the smallest multiplier) to its neighbours at each
+    of A."""
     values = np.array(list(A), dtype=np.float64)
     rows = np.array([_around(a, B, max_period) for a in values.tolist()]).reshape(-1, 5)
     return Surroundings(values, rows[:, 0].astype(np.int64), *rows[:, 1:].T)
@@ -121,9 +123,9 @@ def distance(some: Sequence[float] | np.ndarray, others: Sequence[float] | np.nd
 def what_sets_limit(
     A: Sequence[float] | np.ndarray, k2: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 6
 ) -> dict[str, tuple[float, int]]:
-    """Answer question (b): rank correlation of k₂ with the period and each of MEASURES, and the number of A used.
+    """Answer question (b): rank correlation of k₂ with the period and each of MEASURES, and the number of values of A.
 
-    `k2` holds the limit at each of A; NaN and infinite values (no limit found) are ignored.
+    `k2` contains the limit at each of A. NaN and infinite values are ignored; they mean that no limit was found.
 
     Raises
     ------
@@ -144,7 +146,7 @@ def what_sets_limit(
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> float:
-    """Return Spearman's rank correlation; equal values share their rank; NaN if one array is constant."""
+    """Return Spearman's rank correlation. Equal values have equal ranks. The result is NaN if one array is constant."""
     if len(x) < 2:
         return math.nan
     a, b = (_ranks(v) - 0.5 * (len(v) - 1) for v in (x, y))
@@ -158,7 +160,7 @@ def _ranks(values: np.ndarray) -> np.ndarray:
 
 
 def kinds_of(seen: Iterable[float], found: Sequence[Bifurcation]) -> dict[float, Bifurcation]:
-    """Answer question (c): for every A at which a diagram changes, the closest bifurcation visible in it.
+    """Answer question (c): for every A at which a diagram changes, return the closest bifurcation that a diagram shows.
 
     A diagram shows no unstable orbit, and no bifurcation at which a stable orbit only begins to rest or to stick.
     """
@@ -176,7 +178,7 @@ def _shows(b: Bifurcation) -> bool:
 
 
 SEEN = (1.1, 2.604, 2.69, 3.057, 3.154, 3.19, 3.203)
-"""Values of A at which the bifurcation diagram of the paper (Fig. 3) changes, as read off it."""
+"""Values of A at which the bifurcation diagram of the paper (Fig. 3) changes, read from the figure."""
 
 
 def chaos_table(num: int) -> Iterator[str]:

@@ -17,9 +17,9 @@ Inputs = dict[str, float]
 class Event(NamedTuple):
     """A switch and its neighbourhood.
 
-    slope : slope at the switch of the function whose zero ends the state; the function is positive before the switch.
-    None at the end of an impact nearest_other_zero : distance to the nearest other zero, None if it is more than a
-    period away
+    slope : slope at the switch of the function whose zero ends the state, which is positive before the switch; None at
+        the end of an impact
+    nearest_other_zero : distance to the nearest other zero, None if it is more than a period away
     """
 
     tau: Any

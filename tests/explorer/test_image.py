@@ -36,13 +36,13 @@ def test_every_value_has_its_spot_and_the_one_above():
         there = counts > 0
         there[1:] |= counts[:-1] > 0
         assert ((image[:, column] > 0) == there).all()
-    assert image[:, columns[4]].max() == SHADES - 1  # all values at one pixel: the darkest shade
+    assert image[:, columns[4]].max() == SHADES - 1  # all values are in one pixel, which has the darkest shade
     assert not image[:, np.setdiff1d(np.arange(40), columns)].any()
 
 
 def test_a_difference_says_whose_each_spot_is():
     chosen, certified = np.zeros((2, PICTURE_ROWS, 3), np.uint8)
-    chosen[10, 0] = certified[11, 0] = 5  # half a pixel apart: equal
+    chosen[10, 0] = certified[11, 0] = 5  # values half a pixel apart count as equal
     chosen[100, 1] = 7
     certified[200, 2] = 9
     found = difference(chosen, certified)
@@ -69,7 +69,8 @@ def test_what_is_not_there_yet_repeats_what_is_left_of_it():
 
 @pytest.mark.jit
 def test_a_motion_that_was_given_up_is_not_drawn():
-    """The values before the end of the budget are not drawn either, because a shorter record gives another picture."""
+    """The values before the budget was exhausted are not drawn, either: a shorter record would give a different
+    picture."""
     given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)
     kept = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30)
     assert (given_up.status == vd.Status.BUDGET).all()

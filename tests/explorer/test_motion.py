@@ -1,4 +1,5 @@
-"""Curves of one motion: one for each state, with enough points for a disturbance; and motions that are not computed."""
+"""Curves of one motion: one curve for each state, with enough points for a disturbance. Some motions are not
+computed."""
 
 import math
 import warnings

@@ -1,4 +1,4 @@
-"""Numbers as people type them into the page."""
+"""Numbers and expressions that users type into the page."""
 
 import math
 

@@ -45,7 +45,7 @@ pytestmark = [
 SMALL = "&columns=200&transient=100&periods=40"
 
 DRAG_SECONDS = 3.0
-NOTE = "document.getElementById('note').textContent"  # on exact curves that are being computed
+NOTE = "document.getElementById('note').textContent"  # the note that exact curves are being computed
 
 
 @pytest.fixture(autouse=True)
@@ -54,7 +54,7 @@ def one_browser_at_a_time(tmp_path_factory):
     if "PYTEST_XDIST_WORKER" not in os.environ:
         yield
         return
-    with open(tmp_path_factory.getbasetemp().parent / "browser.lock", "w") as file:  # shared by all workers
+    with open(tmp_path_factory.getbasetemp().parent / "browser.lock", "w") as file:  # all workers use this file
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -74,7 +74,7 @@ def opened():
 
 @pytest.fixture
 def tab(opened):
-    """Return a browser; its console must be empty after the test."""
+    """Return a browser. Its console must be empty after the test."""
     opened.complaints()
     yield opened
     assert opened.complaints() == []
@@ -89,9 +89,10 @@ def image(tab):
 
 
 def canvas(tab, figure=0):
-    """Return the pixels of the canvas of a diagram, uint8 (rows, columns, 3), the lowest row first, and its position.
+    """Return the pixels of the canvas of a diagram and its position.
 
-    The position is its left and right end as shares of the frame.
+    The pixels are uint8 (rows, columns, 3) with the lowest row first. The position contains the left and the right end
+    of the canvas as shares of the width of the frame.
     """
     found = tab.model(
         "const figures = all.filter((m) => m.type === 'Figure' && m.x_range.type === 'Range1d');"
@@ -241,7 +242,7 @@ def test_the_page_fits_its_window_and_has_a_value_for_each_pixel(tab, explorer, 
         assert tuple(window) == size
         assert page[0] <= size[0]
         assert page[1] <= size[1]
-        assert own <= size[0]  # on a phone the controls below the diagram scroll, but nothing is out of sight sideways
+        assert own <= size[0]  # on a phone the page scrolls vertically only
         assert 0 <= left < left + width <= size[0]
         assert 0 <= top < top + height <= size[1]
         assert width * height > 0.4 * size[0] * size[1]
@@ -271,7 +272,7 @@ def test_the_ordinate_follows_until_it_is_moved(tab, explorer):
     tab.settle()
     assert shown(tab).limits == moved
     tab.ask("page.command({address: arguments[0]})", SMALL + "&low=3.0&bottom=50&top=60")
-    tab.until(lambda: "No value lies in this window" in page_text(tab), "a notice")
+    tab.until(lambda: "No value is in this window" in page_text(tab), "a notice")
     tab.driver.execute_script("document.getElementById('follow').click()")
     tab.until("page.fit", "to follow")
     tab.settle()
@@ -356,7 +357,7 @@ def test_a_slow_machine_shows_pictures_while_the_mouse_moves(tab, explorer, monk
     tab.open(explorer.address + SMALL)
 
     def slowly(results, plan, which, threads, halt, pace):
-        for _ in range(40):  # longer than the usual delay of a newer view
+        for _ in range(40):  # wait longer than the usual delay of a newer view
             sleep(0.01)
             if halt.called:
                 raise Halted
@@ -399,7 +400,7 @@ def test_twenty_box_zooms_and_back(tab, explorer):
     tab.model("const f = all.find((m) => m.type === 'BoxZoomTool'); f.active = true; return 1")
     for _ in range(20):
         addresses.append(shown(tab))
-        # one third of the width each time: 3**20 = 3.5e9
+        # each step reduces the width to a third: 3**20 = 3.5e9
         left, _, width, _ = tab.frame()
         tab.drag((left + width // 3, 150), [(450, 250), (left + 2 * width // 3, 380)])
         tab.settle()
@@ -550,7 +551,8 @@ def test_a_motion_is_forgotten_where_its_column_is_no_longer_shown(tab, explorer
 
 
 def followed(tab):
-    """Return the position of the line at the followed motion as a share of the width; None if it is hidden."""
+    """Return the position of the line at the selected motion as a share of the width. Return None if the line is
+    hidden."""
     return tab.model("""
         const plot = all.find((m) => m.name === 'first');
         const canvas = Bokeh.index.find_one_by_id(plot.id).canvas_view.underlays_el.querySelector('canvas');
@@ -616,7 +618,7 @@ def test_a_choice_brings_its_axes_and_windows_and_locks_what_lies_along_them(tab
         along = "Object.values(page.fields).filter((f) => f.control.title.includes('on an axis')).map((f) => f.name)"
         return shown(tab), sorted(tab.ask(along))
 
-    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # its ordinate begins below 0; B must not
+    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # the ordinate begins below 0, but B must not
     tab.open(explorer.address + small + "&y_low=0.05&y_high=0.2&quantity=xi&bottom=-0.5&top=2.5")
     view, locked = choose("mode", "map")
     assert (view.mode, view.y_low, view.y_high, view.limits) == ("map", 0.05, 0.2, None)
@@ -720,7 +722,7 @@ def test_what_is_saved_is_what_is_shown(tab, explorer):
     (height, width, _) = on_page.shape
     part = saved[:, export.LEFT : export.LEFT + width]
     same = [(part[top : top + height] == on_page).all(axis=2).mean() for top in range(len(part) - height)]
-    assert max(same) > 0.9  # exact orbits and the frame of the axes cover the rest
+    assert max(same) > 0.9  # exact orbits and the frame of the axes cover the other pixels
     blue = (saved == (0, 114, 178)).all(axis=2).sum()
     assert blue > (on_page == (0, 114, 178)).all(axis=2).sum()  # stable orbits
 

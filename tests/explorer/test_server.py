@@ -69,7 +69,7 @@ def test_pages_are_not_stored_and_only_framed_by_this_machine(explorer):
         assert headers["Content-Security-Policy"].startswith("frame-ancestors http://localhost:* http://127.0.0.1:*")
     base = explorer.address.partition("?")[0]
     with urllib.request.urlopen(base + "static/js/bokeh.min.js", timeout=LIMIT) as response:
-        assert response.headers["Cache-Control"] != "no-store"  # a browser may keep these: the first picture is earlier
+        assert response.headers["Cache-Control"] != "no-store"  # browsers may store these
 
 
 def test_a_page_waits_for_neither_numba_nor_matplotlib():
@@ -86,7 +86,7 @@ def test_a_page_waits_for_neither_numba_nor_matplotlib():
 
 
 def test_a_notebook_and_its_explorer_do_not_import_numba_at_once():
-    """In Python, one of two simultaneous imports in threads may fail."""
+    """If two threads import modules at the same time, one of the imports may fail in Python."""
     script = """if True:
         import sys
         import vibrodrive as vd
@@ -151,7 +151,7 @@ def test_only_this_machine_is_listened_to(explorer):
 
 
 def started(*arguments):
-    """Return the process of the command, and the address that it prints."""
+    """Return the process of the command and the address that it prints."""
     process = subprocess.Popen(
         [sys.executable, "-m", "vibrodrive", "explore", "--no-browser", *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

@@ -1,4 +1,4 @@
-"""Views: address, configuration and state are equivalent, and errors are refused in one line."""
+"""Views: address, configuration and state are equivalent, and an invalid view gives an error message of one line."""
 
 import io
 from pathlib import Path
@@ -76,7 +76,8 @@ def test_stable_and_unstable_orbits_have_the_lines_of_their_own():
 
 
 def test_exact_curves_stay_while_only_the_window_moves():
-    """All other settings that they depend on give new curves, including the scale of the axis."""
+    """If any other setting of the exact curves changes, new curves are computed. The scale of the axis is such a
+    setting."""
     over = {"low": 2.0, "high": 3.0, "orbits": 2}
     (what, window), other = overlay_of(View.read(over)), {"high": 3.1}
     assert overlay_of(View.read(over | other)) == (what, (2.0, 3.1)) != (what, window)
@@ -388,7 +389,7 @@ def test_results_of_all_pages_take_at_most_half_of_the_memory(monkeypatch):
     monkeypatch.setattr("vibrodrive.explorer.engine.available_memory", lambda: 700)
     first, second, third = (SimpleNamespace(work=work and SimpleNamespace(bytes=work)) for work in (200, 100, None))
     engine = SimpleNamespace(pages={1: first, 2: second, 3: third})
-    Engine.make_room(engine, 150, "periods = 5")  # of (700 + 300) / 2 together
+    Engine.make_room(engine, 150, "periods = 5")  # the limit is (700 + 300) / 2 for all views together
     assert (first.work is None, second.work is None) == (False, False)
     Engine.make_room(engine, 250, "periods = 5")
     assert (first.work is None, second.work is None) == (True, False)

@@ -1,4 +1,4 @@
-"""The worker runs one computation at a time, the latest request first. It also has a second process."""
+"""The worker runs one computation at a time, the latest request first. A second process runs exact searches."""
 
 import os
 import threading
