@@ -96,8 +96,7 @@ def close_pair(draw: Draw, i: int) -> Drawn:
     if i < 14:
         k = 1 + i // 2
         x, _ = tuned(draw, lambda ddg: -ddg * mp.mpf(10) ** (-2 * k) / 8, smooth_place)
-        return x, ["smooth"], f"The first two zeros are about 1e-{k} apart; a step that contains both shows no change "
-        "of sign."
+        return x, ["smooth"], f"The first two zeros are about 1e-{k} apart; a step over both shows no change of sign."
     if i < 23:
         k = i - 12
         eta = draw.uniform(0.4, 0.9, 3) * float(f"1e{k}")
@@ -140,8 +139,7 @@ def double_zero(draw: Draw, i: int) -> Drawn:
         return x, ["rounded"], "A minimum is zero within the rounding of c0: one ulp decides if zeros exist."
     place, c2 = ((1.0, 1.0), (2.5, 0.5), (0.75, -4.0), (6.0, -0.125))[i - 16]
     x = inputs(c0=c2 * place**2, c1=-2 * c2 * place, c2=c2, T=10.0)
-    return x, ["exact"], "The parabola c2 (τ - r)² has an exact double zero; a change of one ulp gives two zeros or no "
-    "zero."
+    return x, ["exact"], "The parabola c2 (τ - r)² has an exact double zero; one ulp gives two zeros or none."
 
 
 def start(draw: Draw, i: int) -> Drawn:
@@ -197,8 +195,7 @@ def three_in_a_step(draw: Draw, i: int) -> Drawn:
     c2 = draw.uniform(-0.01, 0.01)
     x = inputs(c1=c1, c2=c2, a=a, alpha=alpha, b=b, eta=eta, beta=beta, T=round(place + 2.0, 3))
     x["c0"] = float(-function(x).at(mp.mpf(place))[0])
-    return x, ["odd"], f"Three zeros are within a step of {step}: a bracket contains all three, and only the first "
-    "counts."
+    return x, ["odd"], f"Three zeros are within a step of {step}: a bracket contains all three; the first counts."
 
 
 PAPER_ETA = float.fromhex("0x1.93fae4461f60fp+6")  # 10 √102
@@ -227,8 +224,7 @@ def ripple(draw: Draw, i: int) -> Drawn:
         return ending(x, 0.5, 2), ["velocity"], why
     level = 1.1 + ratio * A  # at first the force is below the friction
     x |= {"c0": float(level), "alpha": float(tau), "b": float(-A * ratio)}
-    why = "The function is the force that ends a wait. Its ripple is as large as its slow part, so there are many "
-    "zeros."
+    why = "The function is the force that ends a wait. Its large ripple causes many zeros."
     return ending(x, 0.2, 2), ["force"], why
 
 
