@@ -530,7 +530,7 @@ def test_each_view_to_begin_with_is_shown(tab, explorer):
     tab.until("page.state().method === 'fixed'", "the view")
     tab.settle()
     assert tab.notice() == ""
-    assert "Fixed steps" in page_text(tab)
+    assert "fixed steps of Δτ = 0.1" in page_text(tab)
 
 
 def test_a_motion_is_forgotten_where_its_column_is_no_longer_shown(tab, explorer):
