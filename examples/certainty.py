@@ -108,11 +108,11 @@ one effect, which is caused by the error of the last impact's instant: $E = e\\,
 The number $u$ is unknown, with $|u| \\le 1$, but it is the same in both equations. For $E'$ and $X'$ only
 bounds of their absolute values are used. Where the direction of a slide reverses, $e$ becomes $a_0\\,e/a_1$.
 The derivative of the impact-phase map contains the same factor. So the bounds shrink along a stable motion and
-grow along an unstable one, as the true errors do.
+grow along an unstable motion, like the true errors.
 
 **Decisions.** The computed zero of ξ' approximates the first zero of the true ξ' if ξ' has no earlier minimum
 below $2E_1$. If the computed ξ at this zero exceeds its error bound, the mass is not at the obstacle, so there
-is no impact. The next state is the true one if the distance of H from ±1 exceeds $M\\delta_1$ plus the rounding
+is no impact. The computed next state is right if the distance of H from ±1 exceeds $M\\delta_1$ plus the rounding
 error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and `certain_until` is exactly the
 period in which the state before this decision began. All error bounds from this period to the end of the record
 are infinite, also after a later rest. The instant of this rest may be accurate, but the rest may not be part of

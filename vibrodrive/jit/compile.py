@@ -46,8 +46,9 @@ checks, so no kernel depends on them. To parse only the import statements takes 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
     """Return a hash of all sources on which machine code depends, for the package in the folder `root`.
 
-    These are the sources of modules that import this module (named `here`) and so may contain kernels, of modules in
-    the folder of this module, and of all modules that these import directly or indirectly.
+    `here` is the name of this module. Modules that import this module may contain kernels. The hash includes their
+    sources, the sources in the folder of this module, and the sources of all modules that are imported there, directly
+    or indirectly.
     """
     package = here.partition(".")[0]
     paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}

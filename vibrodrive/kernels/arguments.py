@@ -135,7 +135,7 @@ def _at_address(typingctx, address):
 
 
 def arguments_at(address):
-    """Return the arguments of a kernel from their address, that of a row of `packed`.
+    """Return the arguments of a kernel from the address of their row in the result of `packed`.
 
     Without the JIT, `address` is an `Arguments` and is returned unchanged.
     """

@@ -182,10 +182,11 @@ def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
 
 
 def make_plan(arguments: Mapping[str, object]) -> Plan:
-    """Check all arguments of a sweep and return its plan. The keys are those of `simulate`; sequences become axes.
+    """Check all arguments of a sweep and return its plan.
 
-    The quantities of a scene (see `Scene`) may replace A and B, or only B if `a0` is missing. Raises TypeError or
-    ValueError with the sentence of `bad`.
+    The keys are the names of the arguments of `simulate`. Sequences become axes. The quantities of a scene (see
+    `Scene`) may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with the sentence of
+    `bad`.
     """
     known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}

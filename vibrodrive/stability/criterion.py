@@ -1,7 +1,8 @@
 """Criteria on disturbed motions as text: "impacts", "word" or "rho < x", or several of them joined by "and".
 
-"impacts" is defined in main_impacts.py, "word" in structure.py. "rho" is here the distance of a motion from the orbit
-as a curve (orbit_curve.py), and not the distance of section points (structure.py). evaluate.py computes the motions.
+"impacts" is defined in main_impacts.py, "word" in structure.py. In a criterion "rho" is the distance of a motion from
+the orbit as a curve (orbit_curve.py), not the distance of section points (structure.py). evaluate.py computes the
+motions.
 """
 
 import math

@@ -130,7 +130,7 @@ class Limits(Stored):
     axes : dict of str to float64 array
         values of one or two of A, B and eta, in the order of the dimensions.
     fixed : dict of str to float
-        values of those of the parameters A, B and eta that are not an axis.
+        values of the parameters A, B and eta, except the axes.
     numbers : dict of str to float64 array
         dimensionless results by name, for example `k2`, `kept_below` and `velocity`.
     n : int array

@@ -2,11 +2,11 @@
 
 A disturbed motion is compared with the undisturbed n-periodic orbit at the same parameters:
 
-impacts  the main impacts of the motion have the gaps and the order of those of the orbit (main_impacts.py)
-gaps     the main impacts of the motion are the same integer numbers of periods apart as those of the orbit
+impacts  the main impacts of the motion have the gaps and the order of the orbit's main impacts (main_impacts.py)
+gaps     the integer numbers of periods between main impacts are the same in the motion and in the orbit
 order    the section point of the orbit that is nearest to the motion advances by one, cyclically, every period
 word     the motion passes through the same states between its main impacts
-ρ        the largest distance of the section points of the motion from those of the orbit, for the best phase shift
+ρ        the largest distance between the section points of the motion and of the orbit, for the best phase shift
 
 Impacts, gaps and word do not depend on the section. Order depends on the phase of the section: near an impact the
 section points jump, and disturbed points that overlap at one phase may be separate at another phase. Order and ρ follow
@@ -65,7 +65,7 @@ class Structure:
     """Result of the comparison of a motion with an orbit of period n.
 
     impacts, gaps, order, word : True if the motion keeps this property; `word` is None if its switches are not known.
-    rho : largest distance of the section points of the motion from those of the orbit, for the best phase shift.
+    rho : largest distance between the section points of the motion and of the orbit, for the best phase shift.
     shift : this phase shift in excitation periods.
     """
 

@@ -31,7 +31,7 @@ def save(
     """Write a file of tables, given by the names of their dimensions. After an error no new file is left.
 
     `contents` describes the file in a sentence. `shared` and `further` are root attributes; the comment of the file
-    explains only those in `shared`. Raises OSError, or NoResult if an existing file at `path` is not a result file of
+    explains only `shared`. Raises OSError, or NoResult if an existing file at `path` is not a result file of
     this program.
     """
     with new_file(path, seal=True) as file:
