@@ -120,17 +120,6 @@ def test_fixed_grid_is_never_accumulated():
         assert abs(tau / dtau - round(tau / dtau)) * dtau < 4e-12
 
 
-@pytest.mark.jit
-@pytest.mark.parametrize("eps", [0.0, 2e-4])
-@pytest.mark.parametrize("method", ["fixed", "muller"])
-def test_a_whole_block_is_no_coarser_than_its_points(eps, method):
-    """The literal scan first tests blocks of grid points. In a block ξ and ξ' may change their sign twice."""
-    sweep = dict(A=np.linspace(3, 3.25, 8), eps=eps, method=method, dtau=1e-4, transient=0, periods=50)
-    literal, skipping = (vd.sweep(**sweep, scan=scan) for scan in ("literal", "skip"))
-    assert np.array_equal(literal.section, skipping.section)
-    assert np.array_equal(literal.switches, skipping.switches)
-
-
 LEAPS: dict[str, dict[str, float]] = {
     "H touches 1 at a grid point": dict(A=1.1, xi0=3.0, tau0=np.pi / 12, dtau=2 * np.pi / 1200, periods=5),
     "the same, finer": dict(A=1.1, xi0=3.0, tau0=np.pi / 12, dtau=2 * np.pi / 12000, periods=5),
