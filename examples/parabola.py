@@ -19,7 +19,7 @@ A, B, EPS, ETA = 3.04, 0.1, 2e-5, vd.ETA
 
 @dataclass(frozen=True)
 class Step:
-    """The parabola value + slope s + bend s²/2 from `start` on, a lower bound for 0 <= s <= length."""
+    """The parabola value + slope s + bend s²/2 from `start` on: a lower bound of g for 0 <= s <= length."""
 
     start: float
     length: float

@@ -32,7 +32,7 @@ switches. For other motions, a spot is darker if more periods pass through it.""
 
 POINTS = 400  # per excitation period
 FIRST = 10  # periods that a time curve shows by default
-SPOTS = (900, 600)  # columns and rows of an image of passes
+SPOTS = (900, 600)  # columns and rows of the image of an irregular motion
 AROUND = 0.01
 FAST = 40  # points per period of the disturbance; fewer points would miss its maxima
 JUMP = "jump of $\\xi\\mathrm{′}$"

@@ -73,7 +73,7 @@ events = event_loop(locate, compiled=True)
 
 
 def zeros(function, T, step):
-    """Return the zeros of `function` in (0, T] by changes of sign at a scan step Δτ = `step`."""
+    """Return the zeros of `function` in (0, T] with changes of sign on a grid of the step `step`."""
     found = []
     for low, high in sums.brackets(function, T, step):
         falls = sums.value(function, low) > 0.0 or sums.value(function, high) < 0.0
