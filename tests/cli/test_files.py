@@ -355,7 +355,7 @@ def test_verify_finds_a_changed_word(copied):
     path = Path("orbits.h5")
     path.write_bytes(path.read_bytes().replace(b"UP DOWN IMPACT", b"UP DOWM IMPACT"))
     code, _, err = copied("verify", str(path))
-    assert (code, err) == (1, "damaged: the SHA-256 of the contents differs from the stored one\n")
+    assert (code, err) == (1, "damaged: the SHA-256 of the contents differs from the stored SHA-256\n")
 
 
 def test_a_kind_of_a_later_version_is_named(tmp_path):

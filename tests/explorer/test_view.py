@@ -187,7 +187,7 @@ def test_classes_are_those_that_have_colours_for_each_value():
 
 def test_a_scene_with_A_for_itself_is_refused():
     text = "[physical]\nomega0 = 150.0\nalpha = 3.4\n[sweep]\nmu = [0.5, 0.6]\nA = 3.0"
-    with pytest.raises(ValueError, match=r"A = 3\.0: must be an axis or left out \(it then follows from a0\)"):
+    with pytest.raises(ValueError, match=r"A = 3\.0: must be an axis, or left out \(A then follows from a0\)"):
         view_of(config.parse(text))
 
 

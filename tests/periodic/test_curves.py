@@ -316,7 +316,7 @@ def test_close_to_a_turn_B_is_approached_along_the_curve():
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ({"A": (3.0, 2.0)}, "A = .*two numbers, the smaller one first"),
+        ({"A": (3.0, 2.0)}, "A = .*two numbers in ascending order"),
         ({"A": 3.0}, "A = 3.0: must be two numbers"),
         ({"B": (0.1, 0.1)}, "B = "),
         ({"B": (0.1, 0.2, 0.3)}, "B = "),

@@ -71,7 +71,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
         load(path, "orbits")
     with h5py.File(path, "r+") as file:
         file["A"][2] += 1e-9
-    assert summary(path, thorough=True).faults == ["the SHA-256 of the contents differs from the stored one"]
+    assert summary(path, thorough=True).faults == ["the SHA-256 of the contents differs from the stored SHA-256"]
     with h5py.File(path, "r+") as file:
         file["condition"][1] = "{"
     with pytest.raises(Damaged, match="too damaged to be read"):

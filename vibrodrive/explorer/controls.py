@@ -67,7 +67,7 @@ _PARAMETERS = {name: symbol(name) for name in RANGES}
 
 GROUPS: dict[str, tuple[Control, ...]] = {
     "Picture": (
-        _choice("mode", "Picture", "A diagram shows many motions over one parameter, a map one number over two.",
+        _choice("mode", "Picture", "A diagram shows many values over one parameter. A map shows one value over two.",
                 {DIAGRAM: "diagram", MAP: "map"}),
         _choice("quantity", "Upwards", "The quantity on the vertical axis: one dot for each section point or impact.",
                 {q: symbol(q) if q not in ("xi", "dxi") else f"{symbol(q)} at the section"

@@ -73,7 +73,7 @@ def counted(level: Level, odd: dict[str, list[int]]) -> str:
     status = level.sweep.results[0].status
     counts = {words: int((status == s).sum()) for s, words in STATUS_WORDS.items()}
     said = {words: f"{count} {words}" for words, count in counts.items() if count}
-    button = '<button class="odd" data-odd="{}" title="Show such a motion, or the next one">{}</button>'
+    button = '<button class="odd" data-odd="{}" title="Show such a motion, or the next such motion">{}</button>'
     return ", ".join([f"{status.size} motions", *(button.format(*i) if i[0] in odd else i[1] for i in said.items())])
 
 

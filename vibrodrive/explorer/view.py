@@ -312,7 +312,7 @@ def view_of(settings: config.Config) -> View:
     if {*plan.axes} & {*SCENE_AXES}:
         values["scene"] = SI
         if "A" in values:
-            raise ValueError(bad("A", values["A"], "an axis or left out (it then follows from a0) in the explorer"))
+            raise ValueError(bad("A", values["A"], "an axis, or left out (A then follows from a0), in the explorer"))
     values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
     if math.isnan(values["dtau"]):
         del values["dtau"]

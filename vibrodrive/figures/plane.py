@@ -179,7 +179,9 @@ def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> 
     shared = _shared(results, x, y)
     for name, value in found.fixed.items():
         if name in shared and not np.isclose(value, shared[name], rtol=SAME, atol=0.0):
-            raise ValueError(f"limits for {name} = {value:g}: must be for {name} = {shared[name]:g}, as the map")
+            raise ValueError(
+                f"limits for {name} = {value:g}: must be for {name} = {shared[name]:g}, the value of the map"
+            )
     k2, along = found.known()[found.curves.index(curve)], found.axes[other]
     points = (along, k2) if x == other else (k2, along)
     view = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}

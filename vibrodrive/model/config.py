@@ -283,7 +283,7 @@ def _limits(key: str, value: object) -> tuple[float, float]:
         isinstance(v, (int, float)) and not isinstance(v, bool) and np.isfinite(v) for v in value
     )
     if not numbers or len(value) != 2 or not value[0] < value[1]:  # type: ignore[arg-type, index]
-        raise ValueError(bad(key, value, "two numbers, the lower one first"))
+        raise ValueError(bad(key, value, "two numbers in ascending order"))
     return (float(value[0]), float(value[1]))  # type: ignore[index]
 
 

@@ -78,7 +78,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     if quantity == IMPACT_POWER and SUMMARY in record:
         missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
         if missing:
-            allowed = f"energy, as impact_power needs {', '.join(missing)}: give a scene in SI units with an axis"
+            allowed = f"energy, because impact_power needs {', '.join(missing)}: give a scene in SI units with an axis"
             raise ValueError(bad("quantity", quantity, allowed))
     elif quantity not in known:
         recorded = "this sweep recorded " + ", ".join(record)

@@ -150,7 +150,7 @@ def sensitivity(session: Session) -> Outcome:
 
 def _two(motions: list[Trajectory]) -> list[Trajectory]:
     if len(motions) != 2:
-        raise NotApplicable("two motions are needed: an undisturbed and a disturbed one")
+        raise NotApplicable("two motions are needed: an undisturbed motion and a disturbed motion")
     return motions
 
 

@@ -151,7 +151,7 @@ def bifurcations(
     limit = check_period("max_period", max_period)
     if step is not None:
         least = (high - low) / MOST_VALUES
-        allowed = f"a number >= {least:.3g}, as at most {MOST_VALUES} values of A are compared"
+        allowed = f"a number >= {least:.3g}, because at most {MOST_VALUES} values of A are compared"
         if not least <= real_number("step", step, allowed) < math.inf:
             raise ValueError(bad("step", step, allowed))
     return _Search(incline, limit).between(low, high, step)
@@ -159,7 +159,7 @@ def bifurcations(
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
     """Return the ends (low, high) of a range as floats. Raises TypeError or ValueError for invalid values."""
-    allowed = "two numbers, the smaller one first"
+    allowed = "two numbers in ascending order"
     try:
         first, last = value
     except (TypeError, ValueError):

@@ -32,7 +32,7 @@ LANDINGS = 100
 in periods gives one breakpoint, so there are about 0.1/B breakpoints in total."""
 
 LARGEST_PHASE = 1e12  # a larger double has too few digits for the phase within a period
-PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of them"
+PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of such numbers"
 
 SLIDES_NAMED = 16  # number of slides in the word of a flight that never lands
 

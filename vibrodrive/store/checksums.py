@@ -134,14 +134,14 @@ def find_faults(file: h5py.File) -> list[str]:
     attrs = file.attrs
     faults = []
     if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:
-        faults.append("the SHA-256 of the configuration differs from the stored one")
+        faults.append("the SHA-256 of the configuration differs from the stored SHA-256")
     for name, data in _datasets(file):
         try:
             data[...]
         except BROKEN:
             faults.append(f"{name}: wrong checksum")
     if SEAL in attrs and not faults and content_digest(file) != attrs[SEAL]:
-        faults.append("the SHA-256 of the contents differs from the stored one")
+        faults.append("the SHA-256 of the contents differs from the stored SHA-256")
     return faults
 
 

@@ -194,7 +194,7 @@ def read_header(file: h5py.File) -> Header:
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
-                raise damaged(path, f"the SHA-256 of the {what} differs from the stored one")
+                raise damaged(path, f"the SHA-256 of the {what} differs from the stored SHA-256")
         outline = json.loads(attrs["plan"])
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():

@@ -59,7 +59,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
         raise
     except NoResult as error:
         why = str(error).removeprefix(f"{path}: ")
-        advice = "choose another file, as --overwrite replaces only result files"
+        advice = "choose another file, because --overwrite replaces only result files"
         raise ConfigError(f"output: {path}: {why}: {advice}") from None
     if found != kind:
         held = f"a file of {FILES[kind].holds}, but contains {FILES[found].holds}: choose another file with -o"
