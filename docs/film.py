@@ -57,13 +57,19 @@ class Film:
         frames[0].save(path, save_all=True, append_images=frames[1:], duration=self.times, loop=0, optimize=True)
 
 
+def wheel(tab, x, y, by):
+    """Turn the wheel of the mouse at a place."""
+    turned = {"type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": by}
+    tab.driver.execute_cdp_cmd("Input.dispatchMouseEvent", turned)
+
+
 def play(film):
     """Zoom into a diagram, disturb it, and look at one of its motions."""
     tab = film.tab
     film.shoot(LONG // 2)
     left, top, width, height = tab.frame()
     for _ in range(9):
-        tab.wheel(left + 0.75 * width, top + height + 15, -100)  # on the axis: zooms along this axis only
+        wheel(tab, left + 0.75 * width, top + height + 15, -100)  # on the axis: zooms along this axis only
         film.shoot()
     film.shoot(LONG // 2)
     for eps in np.linspace(0.0, 2e-4, 13)[1:]:

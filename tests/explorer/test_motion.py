@@ -66,6 +66,7 @@ def test_the_forces_are_those_of_the_motion_and_each_state_begins_at_its_switch(
     assert found["sine"] == pytest.approx(np.sin(tau), abs=1e-9)
     assert len(found["begins"]) == len(motion.switches) + 1
     sample = motion.sample(500)
+    assert np.array_equal(found["xi"], motion.sample((len(found["xi"]) - 1) // 4).xi)
     time = (sample.tau - sample.tau[0]) / (2.0 * math.pi)
     for begin, state, end in zip(found["begins"], found["states"], found["begins"][1:], strict=False):
         inside = (time > begin + 1e-9) & (time < end - 1e-9)

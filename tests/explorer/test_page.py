@@ -488,7 +488,7 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
 
 def test_the_drawing_plays_the_motion_and_steps_to_its_switches(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0&at=3.1")
-    tab.until("page.drawn_motion.time.length > 0", "a motion")
+    tab.until("page.drawn_motion.forces !== null", "a motion")
     motion = vd.simulate(float(shown(tab).plan().axes["A"][np.argmin(abs(shown(tab).plan().axes["A"] - 3.1))]),
                          section_phase=math.pi / 2, transient=100, periods=12)  # fmt: skip
     switches = motion.switches["period"] - 100 + motion.switches["phase"] / (2 * math.pi)

@@ -66,7 +66,7 @@ def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
 def test_stable_and_unstable_orbits_have_the_lines_of_their_own():
     """Stable orbits are blue, unstable orbits vermilion."""
     drawn = SimpleNamespace(lines=SimpleNamespace(), marks=SimpleNamespace())
-    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, laid_over=lambda overlay: None)
+    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, nothing_sought=lambda: None)
     A, low, high = np.array([2.0, 3.0]), np.array([1.0, 2.0]), np.array([5.0, 6.0])
     found = [Curve(A, low, STABLE, 1), Curve(A, high, UNSTABLE, 1)]
     _lay_over(session, View.read({"orbits": 1}), found, [Curve(2.5, 1.5, "fold", 1)])

@@ -2,24 +2,20 @@
 // otherwise the mass with labels.
 const SLOPE = 0.22; // angle of the drawn incline in radians; the true angle is not used
 const SPAN = 2; // excitation periods in the picture of the forces
-const drawn_motion = {at: 0, playing: false, last: 0, time: [], xi: [], most: 1, forces: null};
+const RIPPLE = 0.005; // with a finer step of time the force is a band: it is drawn pale, so that it covers nothing
+const SINE = "#CC79A7";
+const drawn_motion = {at: 0, playing: false, last: 0, forces: null};
 
-// Join the curves of the states. Each curve is NaN during all other states.
-page.moves = () => {
-  const data = motion.data, curves = data.xi.slice(0, -1), m = drawn_motion;
-  m.time = data.time.length ? Array.from(data.time[0]) : [];
-  m.xi = [];
-  m.time.forEach((_, i) => { // at a jump no curve has a value: use the position before the jump
-    m.xi.push(curves.map((curve) => curve[i]).find(Number.isFinite) ?? m.xi.at(-1) ?? 0);
-  });
-  m.most = Math.max(1e-9, ...m.xi);
-  m.at = 0;
-  draw_motion();
-};
-
+// The forces of a motion arrive before its curves.
 page.forces = (sent) => {
   const forces = plain(sent);
-  drawn_motion.forces = {...forces, most: Math.max(1.2, ...Array.from(forces.H, Math.abs))};
+  const most = (values, least) => Math.max(least, ...Array.from(values, Math.abs).filter(Number.isFinite));
+  drawn_motion.forces = {...forces, widest: most(forces.xi, 1e-9), strongest: most(forces.H, 1.2)};
+};
+page.moves = () => {
+  drawn_motion.at = 0;
+  if (!motion.data.time.length) drawn_motion.forces = null;
+  draw_motion();
 };
 
 // Index of the last time at or before the present time.
@@ -41,26 +37,26 @@ const line = (c, points) => {
   c.stroke();
 };
 
-const draw_mechanism = (moves) => {
-  const m = drawn_motion, {c, width, height, size, ink} = cleared("mechanism");
+const draw_mechanism = (forces) => {
+  const {c, width, height, size, ink} = cleared("mechanism");
   const length = Math.min(0.8 * width, 2 * height), block = 0.13 * length;
-  const state = moves ? m.forces.states[index_in(m.forces.begins)] : 0;
-  const xi = moves ? m.xi[index_in(m.time)] : 0.55 * m.most;
+  const state = forces?.states[index_in(forces.begins)], now = forces && index_in(forces.time);
+  const gap = forces ? forces.xi[now] / forces.widest : 0.55; // as a share of the largest
   c.translate((width - length) / 2, 0.76 * height);
   c.rotate(-SLOPE);
   line(c, [[-0.03 * length, 0.35 * block], [1.05 * length, 0.35 * block]]); // ground at rest
   for (const x of [0.1, 0.5, 0.9]) { c.beginPath(); c.arc(x * length, 0.17 * block, 0.15 * block, 0, 7); c.stroke(); }
-  if (moves) c.translate(0.035 * length * m.forces.sine[index_in(m.forces.time)], 0);
+  if (forces) c.translate(0.035 * length * forces.sine[now], 0);
   line(c, [[0, 0], [length, 0]]);
   c.fillStyle = "#999";
   c.fillRect(0, -1.4 * block, 0.06 * length, 1.4 * block); // the obstacle moves with the incline
-  const left = 0.06 * length + (xi / m.most) * (0.9 * length - 0.06 * length - block);
-  c.fillStyle = moves ? colours[state] : "#888";
+  const left = 0.06 * length + gap * (0.9 * length - 0.06 * length - block);
+  c.fillStyle = forces ? colours[state] : "#888";
   c.fillRect(left, -block, block, block);
   c.strokeRect(left, -block, block, block);
   c.fillStyle = ink;
-  c.fillText(moves ? names[state] : "mass", left, -1.25 * block);
-  if (moves) return;
+  c.fillText(forces ? names[state] : "mass", left, -1.25 * block);
+  if (forces) return;
   line(c, [[0.06 * length, -0.5 * block], [left, -0.5 * block]]);
   c.fillText("gap ξ", 0.2 * length, -0.65 * block);
   c.fillText("obstacle", 0, -1.6 * block);
@@ -68,10 +64,10 @@ const draw_mechanism = (moves) => {
 };
 
 // The force H, the friction ±1 that it must exceed, and sin τ; below them the states, with a mark at each switch.
-const draw_forces = () => {
-  const {at, forces: {time, H, sine, begins, states, most}} = drawn_motion, from = SPAN * Math.floor(at / SPAN);
+const draw_forces = ({time, H, sine, begins, states, strongest}) => {
+  const {at} = drawn_motion, from = SPAN * Math.floor(at / SPAN);
   const {c, width, height, size, ink} = cleared("forces"), band = 0.6 * size, middle = (height + size - 2 * band) / 2;
-  const across = (t) => width * (t - from) / SPAN, up = (force) => middle - (middle - 1.2 * size) * force / most;
+  const across = (t) => width * (t - from) / SPAN, up = (force) => middle - (middle - 1.2 * size) * force / strongest;
   begins.forEach((begin, k) => {
     const end = begins[k + 1] ?? time.at(-1);
     if (end < from || begin > from + SPAN || states[k] < 0) return;
@@ -84,28 +80,30 @@ const draw_forces = () => {
     c.strokeStyle = colour;
     line(c, Array.from(time, (t, k) => [across(t), up(values[k])]).filter(([x]) => x >= -width && x <= 2 * width));
   };
-  curve(sine, "#999");
+  c.globalAlpha = time[1] < RIPPLE ? 0.3 : 1;
   curve(H, ink);
-  c.lineWidth = 0.5;
+  c.globalAlpha = 1;
+  curve(sine, SINE);
+  Object.assign(c, {strokeStyle: ink, lineWidth: 0.5});
   for (const level of [-1, 1]) line(c, [[0, up(level)], [width, up(level)]]);
   line(c, [[across(at), 1.2 * size], [across(at), height]]);
   c.fillText("force H, friction ±1", 0, size);
-  c.fillStyle = "#999";
+  c.fillStyle = SINE;
   c.fillText("sin τ", width - 2.5 * size, size);
 };
 
 const draw_motion = () => {
-  const moves = drawn_motion.time.length > 0;
-  draw_mechanism(moves);
-  if (moves) draw_forces();
-  moment.location = drawn_motion.at; // the line in the time series that shows the time
+  const {at, forces} = drawn_motion;
+  draw_mechanism(forces);
+  if (forces) draw_forces(forces);
+  moment.location = at; // the line in the time series that shows the time
 };
 
 const play = (now) => {
   const m = drawn_motion, speed = 2 ** Number(element("speed").value); // excitation periods a second
-  if (!m.playing || !m.time.length) return;
+  if (!m.playing || !m.forces) return;
   m.at += Math.min(0.1, (now - m.last) / 1000) * speed;
-  if (m.at >= m.time.at(-1)) m.at = 0;
+  if (m.at >= m.forces.time.at(-1)) m.at = 0;
   m.last = now;
   draw_motion();
   requestAnimationFrame(play);

@@ -77,7 +77,7 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
 
 
 def forces(trajectory: Trajectory) -> dict[str, np.ndarray]:
-    """Return the force H and sin τ over time, and the time at which each state begins, for the drawing of the motion.
+    """Return ξ, the force H and sin τ over time, and the time at which each state begins, for the drawing.
 
     Times are those of `lines`. A state is its index in LASTING, or -1 for an impact.
     """
@@ -85,6 +85,7 @@ def forces(trajectory: Trajectory) -> dict[str, np.ndarray]:
     ends, states = _switches(trajectory)
     return {
         "time": _time(trajectory, sample.tau)[:MOST_POINTS],
+        "xi": sample.xi[:MOST_POINTS],
         "H": sample.H[:MOST_POINTS],
         "sine": np.sin(sample.tau)[:MOST_POINTS],
         "begins": np.concatenate([[0.0], _time(trajectory, ends)]),

@@ -146,11 +146,6 @@ class Session:
         """Send a message of a kind for which browser.js has a function."""
         self.document.callbacks.trigger_on_change(MessageSentEvent(self.document, kind, content))
 
-    def laid_over(self, overlay: Overlay | None) -> None:
-        """Record that the page shows these exact curves. Their data have already been sent."""
-        self.overlay = overlay
-        self.nothing_sought()
-
     def belongs(self, overlay: Overlay | None) -> bool:
         """Return True if the latest view has the same exact curves. Its window may be different."""
         wanted = overlay_of(self.view)

@@ -167,7 +167,8 @@ def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: lis
             "period": [c.period for c in curves],
             **dict(zip(("colour", "width", "dash"), map(list, looks), strict=True)),
         }
-    session.laid_over(overlay_of(view))
+    session.overlay = overlay_of(view)
+    session.nothing_sought()
 
 
 def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
