@@ -58,7 +58,7 @@ VELOCITIES = Grid(lambda i: 1e-5 * 1.05**i, 48, 1e-9, 1.0, 8)
 """The values of v_s that are tried."""
 
 CONTACTS = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, batch=8)
-"""The values of 1/√k that are tried. Their ratio is that of the values of ε."""
+"""The values of 1/√k that are tried. Successive values have the same ratio as the values of ε."""
 
 STEPS = GRIDS["dtau"]._replace(decade=45, floor=1e-4)
 """The steps h that are tried: the values of Δτ down to 1e-4. A motion with h = 1e-5 would take twenty seconds."""

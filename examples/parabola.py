@@ -60,8 +60,10 @@ def _until_root(start: float, reach: float, value: float, slope: float, bend: fl
 
 
 def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[Step]:
-    """Return the steps from τ until a step is shorter than `closest`. Each step is the longer of those of the two
-    parabolas."""
+    """Return the steps from τ until a step is shorter than `closest`. Two parabolas give a step each.
+
+    The longer step is used.
+    """
     steps: list[Step] = []
     while not steps or steps[-1].length > closest:
         slow, own = below_slow(tau, 0.5), below_all(tau, reach)

@@ -1,4 +1,4 @@
-"""Level 0, first zero: draw the inputs of each family, and solve g(τ) = 0 on (0, T].
+"""Level 0, first zero: draw (choose at random) the inputs of each family, and solve g(τ) = 0 on (0, T].
 
 g(τ) = c0 + c1 τ + c2 τ² + a sin(τ + alpha) + b sin(eta τ + beta)
 """
@@ -87,7 +87,7 @@ def smooth_place(draw: Draw) -> tuple[Inputs, float]:
 
 
 def plain(draw: Draw, i: int) -> Drawn:
-    """Choose a random function whose zeros are far from each other, or that has no zero."""
+    """Draw random functions whose zeros are far from each other, or that have no zero."""
     return smooth(draw), [], "Zeros are simple and far from each other: every method should be right."
 
 

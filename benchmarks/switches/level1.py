@@ -1,4 +1,4 @@
-"""Level 1, one segment: draw a state, and compute the first event that ends this state."""
+"""Level 1, one segment: draw (choose at random) a state, and compute the first event that ends this state."""
 
 from collections.abc import Callable
 from typing import Any

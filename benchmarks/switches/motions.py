@@ -32,8 +32,7 @@ class Event(NamedTuple):
 
 
 def inputs(**given: float) -> Inputs:
-    """Return all inputs in their order. The defaults are η of the paper, B = 0.1 and 20 periods; for all other inputs
-    0."""
+    """Return all inputs in their order. The default of eta is that of the paper, B is 0.1, periods 20, all others 0."""
     usual = {"B": 0.1, "eta": 10 * float(mp.sqrt(102)), "periods": 20.0}
     return {name: float(given.get(name, usual.get(name, 0.0))) for name in NAMES}
 

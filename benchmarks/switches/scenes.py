@@ -34,7 +34,7 @@ def hard_spot(draw: Draw, i: int) -> Drawn:
 
 
 def drawn(periods: int, scene: Callable[[Draw], Inputs], why: str) -> Callable[[Draw, int], Drawn]:
-    """Return a function that draws scenes until one moves and has not too many events."""
+    """Return a function that draws scenes until one has FEWEST to MOST switches in 20 periods."""
 
     def make(draw: Draw, i: int) -> Drawn:
         while True:

@@ -1,6 +1,6 @@
 """CVODE of SUNDIALS in scikit-sundae: Adams' method and its search for roots, restarted at each switch.
 
-The solver stores the events of all its restarts. The last row belongs to the present one.
+The solver stores the events of all its restarts. The last row belongs to the present restart.
 """
 
 from functools import cache
