@@ -42,7 +42,7 @@ def warm() -> None:
 def orbit_lines(
     low: float, high: float, B: float, max_period: int, quantity: str, phase: float
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return all orbits and bifurcations between two values of A, with a quantity of diagrams as the ordinate."""
+    """Return (orbits, bifurcations) between two values of A, with a quantity of diagrams as the ordinate."""
     found = family(np.linspace(low, high, VALUES), B, max_period)
 
     def values(orbit: Orbit) -> np.ndarray:
@@ -63,8 +63,10 @@ def orbit_lines(
 def plane_curves(
     A: tuple[float, float], B: tuple[float, float], max_period: int, across: str
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return the bifurcation curves of orbits up to `max_period` in the plane of A and B with the abscissa `across`,
-    and no points."""
+    """Return (curves, no points): bifurcations of orbits up to `max_period` in the plane of A and B.
+
+    `across` is the name of the abscissa.
+    """
     found = curves(A=A, B=B, max_period=max_period)
     return [Curve(*((c.A, c.B) if across == "A" else (c.B, c.A)), c.kind, c.period) for c in found], []
 

@@ -78,7 +78,7 @@ def counted(level: Level, odd: dict[str, list[int]]) -> str:
 
 
 def title_of(view: View) -> tuple[str, str]:
-    """Return the title of the picture, and the conditions common to all its motions."""
+    """Return (title of the picture, conditions common to all its motions)."""
     over = f"{symbol(view.quantity)} over {symbol(view.x)}"
     if view.mode == MAP:
         over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"

@@ -339,7 +339,7 @@ def view_of(settings: config.Config) -> View:
 
 
 def _span(plan: Plan, name: str) -> tuple[float, float, int, str]:
-    """Return the ends, number of values and scale of an axis."""
+    """Return (least value, largest value, number of values, scale) of an axis."""
     axis = plan.axes[name]
     low, high, num = float(axis.min()), float(axis.max()), len(axis)
     geometric = low > 0 and np.allclose(axis, np.geomspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)

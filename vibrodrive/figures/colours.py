@@ -137,7 +137,7 @@ _CLASSIFY: dict[str, Any] = {
 def _shade(
     quantity: str, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
-    """Return the shade of each point, the scale, its shades, and `apart` and `extend` of `Painted`.
+    """Return (shade of each point, scale, shades of the scale, `apart`, `extend`); the last two are those of `Painted`.
 
     The shade is SHADES below the scale, SHADES + 1 above it, SHADES + 2 outside it, and -1 for a point without a value.
     """

@@ -221,7 +221,7 @@ def as_motions(source: Any) -> list[Trajectory]:
 
 
 def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the abscissae and ordinates of n segments (n, 2, 2) as one line, broken by NaN between the segments."""
+    """Return (abscissae, ordinates) of n segments (n, 2, 2) as one line, broken by NaN between the segments."""
     broken = np.concatenate([pairs, np.full((len(pairs), 1, 2), np.nan)], axis=1).reshape(-1, 2)
     return broken[:, 0], broken[:, 1]
 

@@ -139,7 +139,7 @@ def commit_time(w, k, i, where, period, phi, low, left, p, q):
 
 @inline
 def commit_cost(w, k, i, where, counted, cost):
-    """Charge a switch to the budget of period `counted`. The cost of this period is then `cost` switches."""
+    """Set the cost of period `counted` to `cost` switches. The cost includes the present switch and its search."""
     w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
     k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])

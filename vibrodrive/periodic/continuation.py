@@ -181,7 +181,7 @@ class Continuation:
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
-    """Return two neighbouring floats between `good` and `bad`. The condition holds at the first, not at the second."""
+    """Return (last, beyond): neighbouring floats between `good` and `bad`. The condition holds at `last` only."""
     while True:
         middle = 0.5 * (good + bad)
         if middle in (good, bad):
