@@ -194,7 +194,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
             for j in range(m):
                 i = todo[j]
                 if bracketed and w[r.SEARCH_MODE + i] != codes.STEPPED and w[r.LEFT + i] != codes.ENDED_EARLY:
-                    # repeat the search by steps; the evaluations in the bracket are not charged to the budget
+                    # repeat the search by steps; the evaluations in the bracket do not count for the budget
                     w[r.WORK + i] = w[r.WORK_BOOKED + i]
                     event.begin_search(w, k, i, k[r.STATE + i], False, method)
                     undisturbed.set_search_mode(w, i, True, codes.STEPPED)

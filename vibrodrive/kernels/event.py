@@ -222,7 +222,7 @@ def end_of_state(w, k, i, method, errors):
 
 @inline
 def book_cost(w, k, i, extent):
-    """Charge the cost of the switch and its search to the budget of the present period.
+    """Add the cost of the switch and its search to the cost of the present period.
 
     Return False if the cost of this period exceeds the budget.
     """
