@@ -10,13 +10,13 @@ import math
 import numpy as np
 
 LANES = 64
-"""Number of lanes. It is large enough to hide latency, and so small that the rows remain in the first-level cache. They
-take 72 × 101 × 8 B = 58 kB, of which a search uses a quarter. Only single trajectories use the last eight rows."""
+"""Number of lanes. It is large enough to hide latency, and so small that the rows remain in the first-level cache. The
+rows take 72 × 101 × 8 B = 58 kB, of which a search uses a quarter. Only single trajectories use the last eight rows."""
 
 STRIDE = LANES + 8
 """Distance between successive rows. If two rows are a multiple of a page apart, a read of one row is slow after a write
-to the other, because the processor confuses their addresses. With this distance only every 64th row has such a distance
-from a given row. With the distance LANES every eighth row would have it."""
+to the other, because the processor confuses their addresses. With STRIDE only every 64th row is a multiple of a page
+away from a given row. With LANES as the distance it would be every eighth row."""
 
 ROWS_W = 109
 ROWS_K = 36

@@ -40,9 +40,9 @@ PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
     # time in each of four states; of the impacts: number, largest |ξ'|, Σ|ξ'| and Σ½ξ'²; friction loss;
     # work of the excitation; largest ξ, least ξ', largest ξ'
     TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
-    # time of the last switch, and F, -G and -∫G there, if these are known
+    # time of the last switch, and F, -G and -∫G at this time, if they are known
     AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
-    # phase φ at which H falls to 1 (NaN if there is none), and A cos φ there; the same for H rising to -1
+    # phase φ at which H falls to 1 (NaN if there is none), and A cos φ at this phase; the same two for H rising to -1
     TURN_UP, COSINE_UP, TURN_DOWN, COSINE_DOWN,
     # Σ log |δφ₁/δφ₀|; δφ and δξ for the delay δφ = 1 of the last impact; times of the first and the last impact
     GROWTH, LATE, OFF, FIRST, LAST,
