@@ -64,7 +64,7 @@ STEPS = GRIDS["dtau"]._replace(decade=45, floor=1e-4)
 """The steps h that are tried: the values of Δτ down to 1e-4. A motion with h = 1e-5 would take twenty seconds."""
 
 
-def lost_in_a_blow(root: float) -> float:
+def velocity_loss(root: float) -> float:
     """Return the velocity that an impact of speed 1, under an acceleration of 1, loses at a spring with √k =
     1/`root`."""
     w = 1.0 / root
@@ -87,7 +87,7 @@ class Disturbance(NamedTuple):
 OWN = {
     "h": Disturbance(ruler_motions.stepped, float, STEPS, float),
     "v_s": Disturbance(ruler_motions.creeping, float, VELOCITIES, float),
-    "k": Disturbance(ruler_motions.sprung, lambda root: 1.0 / root, CONTACTS, lost_in_a_blow),
+    "k": Disturbance(ruler_motions.sprung, lambda root: 1.0 / root, CONTACTS, velocity_loss),
 }
 NAMES = ("eps", "dtau", *OWN)
 LABELS = {

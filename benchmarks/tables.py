@@ -86,7 +86,7 @@ RIVALS = {
 """Programs in the table of the README: name in the results, and label in the table."""
 
 
-def _behind(at: dict[str, Any], name: str) -> float | None:
+def _time_ratio(at: dict[str, Any], name: str) -> float | None:
     """Return the ratio of times to the certified sweep: the median over pairs if measured, else the ratio of rates."""
     rates = at["periods_per_second"]
     return at["certified_over"].get(name) or (rates["certified"] / rates[name] if rates.get(name) else None)
@@ -99,7 +99,7 @@ def speed(data: dict[str, Any]) -> str:
     rows = []
     for name, label in RIVALS.items():
         rates = [at["periods_per_second"].get(name) for at in runs]
-        behind = [_behind(at, name) for at in runs]
+        behind = [_time_ratio(at, name) for at in runs]
         if name == "certified":
             rows.append([label, *(number(rate) for rate in rates)])
         elif any(rates):

@@ -188,7 +188,7 @@ def figure(motions: dict[str, Held]) -> Figure:
     return fig
 
 
-def beside_reference(scenes: Sequence[tuple[str, dict[str, Any]]], workers: int) -> dict[str, list[Held]]:
+def compare_with_reference(scenes: Sequence[tuple[str, dict[str, Any]]], workers: int) -> dict[str, list[Held]]:
     """Compare each scene with the reference; return a list of results for each band."""
     found: dict[str, list[Held]] = {}
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
@@ -205,7 +205,7 @@ def main() -> None:
     options = parser.parse_args()
     shown = {title: hold(scene, most=1600) for title, scene in MOTIONS.items()}
     save(figure(shown), options.docs / "certainty.png", dpi=140)
-    found = beside_reference(draw(SEED, options.scenes), options.workers)
+    found = compare_with_reference(draw(SEED, options.scenes), options.workers)
     page = PAGE.format(number=options.scenes, seed=SEED, most=MOST, table="\n".join(table(found)))
     (options.docs / "certainty.md").write_text(page, encoding="utf-8")
 

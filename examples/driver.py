@@ -49,7 +49,7 @@ def course(omega0: Sequence[float] | np.ndarray) -> Course:
     )
 
 
-def stands(omega0: float) -> float:
+def limit_velocity(omega0: float) -> float:
     """Return the limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s. Return NaN if there is no
     limit."""
     scene = vd.Scene(omega0=omega0, **DRIVER)
@@ -78,7 +78,7 @@ def main() -> None:
     )
     print(f"fastest impact {found.speed[best]:.3f} m/s; period {found.period[best]}")
     frequencies = np.linspace(104.0, 152.0, 13)
-    limits = [stands(w) for w in frequencies.tolist()]
+    limits = [limit_velocity(w) for w in frequencies.tolist()]
     print(f"at {frequencies[6]:.0f} rad/s it tolerates {1e3 * limits[6]:.1f} mm/s")
     figure(found, frequencies, limits).savefig("driver.png", dpi=110)
 

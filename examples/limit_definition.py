@@ -18,7 +18,7 @@ from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import GRIDS, search_band
-from vibrodrive.stability.main_impacts import follow_cycle, no_touches
+from vibrodrive.stability.main_impacts import are_main_impacts, follow_cycle
 from vibrodrive.stability.structure import ReferenceOrbit
 
 A = (1.3, 2.4, 2.65, 2.7, 2.75, 3.04, 3.1, 3.15, 3.17, 3.2, 3.25)
@@ -59,7 +59,7 @@ def with_given_speed(share: float) -> Kept:
     def kept(base: ReferenceOrbit, motion: Motion) -> bool:
         if base.cycle is None:
             return False
-        main = motion.impacts[no_touches(base.cycle, motion.impacts, share)]
+        main = motion.impacts[are_main_impacts(base.cycle, motion.impacts, share)]
         chosen = follow_cycle(base.cycle, main, len(motion.section), share=0.0)
         return chosen is not None and len(chosen) == len(main) - 2
 

@@ -45,7 +45,7 @@ MOTIONS = [
 
 
 @pytest.mark.jit
-def test_results_are_those_of_before():
+def test_results_have_the_stored_digest():
     digest = hashlib.sha256()
     for arguments in SWEEPS:
         results = vd.sweep(**arguments)

@@ -43,7 +43,7 @@ LONG = {
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.jit] if n in LONG else []) for n in sorted(NAMES)])
-def test_examples_run_and_give_what_they_show(name, tmp_path, monkeypatch):
+def test_examples_give_the_shown_output(name, tmp_path, monkeypatch):
     if name == "explore":
         pytest.importorskip("bokeh")
     monkeypatch.chdir(tmp_path)

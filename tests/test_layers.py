@@ -26,7 +26,7 @@ BREACHES = [
 """Module, line added to it, and complaint of the linter. `.ci/run` checks the package itself."""
 
 
-def test_breaches_of_the_contracts_are_noticed(tmp_path):
+def test_breaches_of_the_contracts_are_detected(tmp_path):
     shutil.copytree(ROOT / "vibrodrive", tmp_path / "vibrodrive", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
     for module, line, _ in BREACHES:
@@ -40,7 +40,7 @@ def test_breaches_of_the_contracts_are_noticed(tmp_path):
     assert [complaint for *_, complaint in BREACHES if complaint not in done.stdout] == []
 
 
-def test_no_module_imports_what_imports_it():
+def test_no_import_is_circular():
     """The contracts ignore imports within functions and imports for types only; this test includes them."""
     files = {".".join(p.relative_to(ROOT).with_suffix("").parts): p for p in (ROOT / "vibrodrive").rglob("*.py")}
     paths = {name.removesuffix(".__init__"): path for name, path in files.items()}

@@ -43,7 +43,7 @@ def equations(docstring: str) -> set[int]:
 ROWS = [(int(number), named(row)) for number, row in re.findall(r"^\| \((\d+)\) \|(.*)$", TEXT, re.MULTILINE)]
 
 
-def test_the_page_states_all_ten_equations_and_where_they_stand():
+def test_page_states_all_ten_equations_and_their_functions():
     tags = {int(n) for group in re.findall(r"\\tag\{([\d, ]+)\}", TEXT) for n in group.split(", ")}
     assert tags == set(range(1, 11))
     assert [number for number, _ in ROWS] == list(range(1, 11))
@@ -51,10 +51,10 @@ def test_the_page_states_all_ten_equations_and_where_they_stand():
 
 
 @pytest.mark.parametrize(("path", "name"), sorted(set(named(TEXT))))
-def test_every_function_named_stands_in_that_file(path, name):
+def test_named_functions_are_in_their_files(path, name):
     assert name in definitions(path)
 
 
 @pytest.mark.parametrize(("number", "path", "name"), [(n, *place) for n, places in ROWS for place in places])
-def test_the_function_says_which_equation_it_is(number, path, name):
+def test_function_names_its_equation(number, path, name):
     assert number in equations(definitions(path)[name])

@@ -80,7 +80,7 @@ def test_links_lead_to_files_and_headings(page):
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if p.name != "CHANGELOG.md"], ids=lambda p: str(p.relative_to(ROOT)))
-def test_commands_can_be_typed(page):
+def test_commands_are_valid(page):
     for line in typed(page.read_text()):
         program, *arguments = shlex.split(line)
         if program == "vibrodrive":
@@ -128,7 +128,7 @@ def test_configurations_shown_are_accepted(page):
         assert config.parse(shown).plan().n_points > 0
 
 
-def test_the_table_of_keys_names_every_key():
+def test_table_of_keys_names_every_key():
     table, named = "", {}
     for row in (DOCS / "commands.md").read_text().split("## Every key")[1].split("\n## ")[0].splitlines()[4:]:
         if row.startswith("| "):
@@ -140,7 +140,7 @@ def test_the_table_of_keys_names_every_key():
 
 
 @pytest.mark.jit
-def test_the_python_of_the_readme_runs_and_gives_what_it_says():
+def test_python_of_the_readme_gives_the_shown_values():
     (source,) = blocks(README, "python")
     names, values = {}, []
     for line in ast.parse(source).body:
@@ -158,7 +158,7 @@ def test_the_python_of_the_readme_runs_and_gives_what_it_says():
 
 
 @pytest.mark.jit
-def test_the_python_of_the_page_of_orbits_runs(tmp_path, monkeypatch):
+def test_python_of_the_page_of_orbits_runs(tmp_path, monkeypatch):
     """The example runs with fewer values than the page names."""
     monkeypatch.chdir(tmp_path)
     few = [word for s in ("A.num=3", "transient=20", "periods=20") for word in ("--set", s)]
@@ -176,7 +176,7 @@ def test_python_that_needs_a_cluster_compiles():
     compile(source, "cluster.md", "exec")
 
 
-def test_no_other_page_shows_python_that_nobody_runs():
+def test_no_other_page_shows_untested_python():
     showing = {page.name for page in PAGES if blocks(page.read_text(), "python")}
     assert showing <= {"README.md", "orbits.md", "cluster.md"}
 
@@ -199,7 +199,7 @@ def test_every_dependency_has_its_reason():
     assert named == {extra: {Requirement(d).name for d in wanted} for extra, wanted in needed.items()}
 
 
-def test_the_validation_kept_is_of_this_version_and_holds():
+def test_stored_validation_has_this_version_and_holds():
     kept = json.loads((DOCS / "validation" / "validation.json").read_text())
     assert kept["versions"]["vibrodrive"] == vd.__version__
     assert {check["id"]: check["verdict"] for check in kept["checks"]} == {check.id: "holds" for check in CHECKS}
@@ -208,14 +208,14 @@ def test_the_validation_kept_is_of_this_version_and_holds():
     assert all(check["title"] in page for check in kept["checks"])
 
 
-def test_the_citation_is_of_this_version():
+def test_citation_names_this_version():
     text = (ROOT / "CITATION.cff").read_text()
     assert f"\nversion: {vd.__version__}\n" in text
     assert "An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions" in text
 
 
 @pytest.mark.parametrize("chart", draw.charts(), ids=lambda chart: chart.picture.stem)
-def test_a_chart_shows_the_stored_data_and_is_not_drawn_again(chart, capsys):
+def test_chart_shows_the_stored_data_and_is_not_redrawn(chart, capsys):
     before = chart.picture.read_bytes()
     draw.draw(chart)
     assert chart.picture.read_bytes() == before
@@ -223,7 +223,7 @@ def test_a_chart_shows_the_stored_data_and_is_not_drawn_again(chart, capsys):
     assert f"`python -m {chart.command}` measures again" in said
 
 
-def test_a_chart_of_other_data_is_drawn(tmp_path):
+def test_chart_of_other_data_is_redrawn(tmp_path):
     chart = draw.charts()[0]
     draw.draw(chart, tmp_path)
     first = (tmp_path / chart.picture.name).read_bytes()

@@ -123,7 +123,7 @@ class Function:
         top = 1 if ddg < 0 else -1
         extremum = polish(
             lambda h: [top * x for x in self.at(h)[1:3]],
-            lambda h: top * self.hurried(h, 1),
+            lambda h: top * self.double_value(h, 1),
             left,
             right,
         )
@@ -136,10 +136,10 @@ class Function:
     def between(self, left: Any, right: Any, value: Any) -> Zero:
         """Return the only zero in (left, right). g has the sign of `value` at `left`."""
         sign = 1 if value > 0 else -1
-        h = polish(lambda h: [sign * x for x in self.at(h)[:2]], lambda h: sign * self.hurried(h, 0), left, right)
+        h = polish(lambda h: [sign * x for x in self.at(h)[:2]], lambda h: sign * self.double_value(h, 0), left, right)
         return Zero(h, self.at(h)[1], 1)
 
-    def hurried(self, h: float, n: int) -> float:
+    def double_value(self, h: float, n: int) -> float:
         """Return g, or g' if n = 1, in double precision. It is used for the first digits of a zero."""
         c0, c1, c2 = self.poly
         if n:

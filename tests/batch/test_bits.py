@@ -49,7 +49,7 @@ ARGUMENTS = dict(A=np.linspace(1.0, 3.25, 150), eps=[0.0, 2e-4], transient=10, p
 
 @pytest.mark.jit
 @pytest.mark.parametrize("switching", [{}, dict(method="muller", dtau=0.01), dict(method="fixed", dtau=0.1)])
-def test_bits_do_not_depend_on_where_the_slices_lie(monkeypatch, switching):
+def test_bits_do_not_depend_on_slices(monkeypatch, switching):
     """If a kernel returns after every pass, instant or piece (slices.py), the results equal those of one call."""
 
     def results():
@@ -105,7 +105,7 @@ print(len(formulas), sorted(twice))
 
 @pytest.mark.jit
 @pytest.mark.slow("17 s: compiles a kernel of each kind into an empty cache")
-def test_no_formula_is_compiled_for_its_constants(tmp_path):
+def test_no_formula_is_specialised_for_constants(tmp_path):
     """For a constant argument Numba would compile a formula, and all formulas that this formula calls, a second time.
 
     Exceptions are formulas that request this for an argument by its name.
@@ -129,7 +129,7 @@ def test_no_formula_is_compiled_for_its_constants(tmp_path):
     ],
 )
 @pytest.mark.parametrize("section_phase", [0.0, 4.0])
-def test_batched_equals_alone(method, section_phase):
+def test_batched_equals_single(method, section_phase):
     """For any incline and start, single motions equal those of a sweep, which applies ordinary switches in batches."""
     rng = np.random.default_rng(7)
     axes = {
@@ -149,7 +149,7 @@ def test_batched_equals_alone(method, section_phase):
         assert same_status(alone, swept.status[index]), point
 
 
-def test_registers_of_lanes_lie_in_one_line_of_the_cache():
+def test_lanes_are_aligned_to_cache_lines():
     for memory in new_lanes(3):
         assert not memory.any()
         assert all(memory[thread, part].ctypes.data % LINE == 0 for thread in range(3) for part in range(2))
@@ -157,7 +157,7 @@ def test_registers_of_lanes_lie_in_one_line_of_the_cache():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 3e-4])
-def test_a_method_that_is_not_of_the_engine_gives_the_same_bits(monkeypatch, eps):
+def test_method_outside_the_engine_gives_the_same_bits(monkeypatch, eps):
     """The motions of such a method, for example of a new zero finder, are computed one by one."""
     arguments = dict(A=[1.5, 3.04, 3.1], eps=eps, method="muller", dtau=0.05, tol=1e-9, transient=3, periods=4)
     together = vd.sweep(**arguments)

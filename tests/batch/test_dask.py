@@ -131,7 +131,7 @@ def test_any_executor_gives_the_same_bits(local):
 
 
 @pytest.mark.jit
-def test_blocks_of_an_executor_bear_their_numbers():
+def test_blocks_of_an_executor_have_their_numbers():
     plan = replace(make_plan({"A": np.linspace(3.0, 3.25, 40), "transient": 0, "periods": 2}), tiling=(10,))
     with ThreadPoolExecutor(2) as pool:
         found = {block.index: (block.start, block.stop) for block in run_blocks(plan, [1, 3], executor=pool)}
@@ -140,7 +140,7 @@ def test_blocks_of_an_executor_bear_their_numbers():
 
 @pytest.mark.jit
 @pytest.mark.slow("8 s: a new worker replaces the killed one and loads the kernels")
-def test_a_worker_that_is_killed_is_survived(cluster, local, tmp_path):
+def test_sweep_survives_a_killed_worker(cluster, local, tmp_path):
     address, processes, folder = cluster
     (tmp_path / "c.toml").write_text(CONFIG)
     worker = processes.pop()
@@ -159,7 +159,7 @@ def test_a_worker_that_is_killed_is_survived(cluster, local, tmp_path):
 
 
 @pytest.mark.jit
-def test_stopped_on_a_cluster_and_resumed_at_home(cluster, local, tmp_path):
+def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, tmp_path):
     (tmp_path / "c.toml").write_text(CONFIG)
     worker = cluster[1][-1]
     worker.send_signal(signal.SIGSTOP)  # so that not all blocks are finished before the signal
@@ -182,7 +182,7 @@ def test_stopped_on_a_cluster_and_resumed_at_home(cluster, local, tmp_path):
 
 
 @pytest.mark.jit
-def test_a_cluster_writes_the_same_file_of_every_record(cluster, tmp_path):
+def test_cluster_writes_the_same_file(cluster, tmp_path):
     text = CONFIG.replace("periods = 30000", 'periods = 300\nrecord = ["section", "impacts", "summary"]')
     digests = set()
     for name, options in (("home", ()), ("away", ("--dask", cluster[0]))):
@@ -196,7 +196,7 @@ def test_a_cluster_writes_the_same_file_of_every_record(cluster, tmp_path):
     assert len(digests) == 1
 
 
-def test_an_address_where_nobody_listens_is_one_line_and_no_file(run, tmp_path, monkeypatch):
+def test_unreachable_address_prints_one_line_and_leaves_no_file(run, tmp_path, monkeypatch):
     monkeypatch.setattr(job, "REACH_SECONDS", 0.5)
     (tmp_path / "c.toml").write_text(CONFIG)
     code, _, err = run("sweep", "c.toml", "--dask", "tcp://127.0.0.1:1")
@@ -206,7 +206,7 @@ def test_an_address_where_nobody_listens_is_one_line_and_no_file(run, tmp_path, 
     assert [p.name for p in tmp_path.iterdir()] == ["c.toml"]
 
 
-def test_a_cluster_without_workers_is_waited_for_and_it_says_so(tmp_path):
+def test_cluster_without_workers_is_reported(tmp_path):
     (tmp_path / "c.toml").write_text(CONFIG)
     file = tmp_path / "scheduler.json"
     options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))

@@ -34,7 +34,7 @@ def test_switches_are_rows_with_the_names_of_states(motion):
 
 @pytest.mark.parametrize("start", [{}, {"tau0": 0.3, "section_phase": -1.0}, {"tau0": 7.0, "section_phase": 7.0},
                                    {"tau0": -20.0, "section_phase": 3.0}])  # fmt: skip
-def test_section_points_have_the_times_at_which_the_motion_is_there(start):
+def test_section_points_have_their_times(start):
     motion = vd.simulate(3.04, transient=2, periods=3, **start)
     table, dense = motion.to_dataframe("section"), motion.sample(2000)
     phase = start.get("section_phase", 0.0)
@@ -45,7 +45,7 @@ def test_section_points_have_the_times_at_which_the_motion_is_there(start):
     assert (table.tau < begin + 3 * 2 * math.pi + 1e-9).all()
 
 
-def test_other_tables_are_refused_and_so_is_a_missing_pandas(motion, monkeypatch):
+def test_other_tables_and_a_missing_pandas_are_refused(motion, monkeypatch):
     with pytest.raises(ValueError, match=r"^of = 'rows': must be one of switches, impacts, section$"):
         motion.to_dataframe("rows")
     monkeypatch.setitem(sys.modules, "pandas", None)
@@ -53,14 +53,14 @@ def test_other_tables_are_refused_and_so_is_a_missing_pandas(motion, monkeypatch
         motion.to_dataframe()
 
 
-def test_lists_of_orbits_are_tables_without_more_ado():
+def test_lists_of_orbits_convert_to_tables():
     found = vd.orbits(3.04, max_period=2)
     table = pandas.DataFrame(found)
     assert table.multiplier.tolist() == [orbit.multiplier for orbit in found]
     assert {"period", "kind", "word", "A", "B"} <= set(table.columns)
 
 
-def test_a_motion_is_shown_in_one_line(motion):
+def test_motion_is_shown_in_one_line(motion):
     shown = f"<Trajectory A 3.04, B 0.1, eps 0.0001: certified, 3 + 4 periods; {len(motion.switches)} switches, "
     assert repr(motion).startswith(shown)
     assert f"; OK, margin {motion.margin:.2g}>" in repr(motion)

@@ -113,7 +113,7 @@ def interrupt(work) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_ctrl_c_is_answered(name):
+def test_ctrl_c_ends_a_computation(name):
     before = threading.active_count()
     interrupt(CASES[name])
     ended = monotonic() + LIMIT
@@ -126,7 +126,7 @@ def test_ctrl_c_is_answered(name):
     assert motion() == MOTION
 
 
-def test_processes_of_an_executor_end_their_tasks_too():
+def test_executor_processes_end_their_tasks():
     """Running and queued blocks end, so that the executor can be used again."""
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(abs, [1, 2]))
@@ -153,7 +153,7 @@ except KeyboardInterrupt:
 """
 
 
-def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
+def test_ctrl_c_during_compilation(tmp_path):
     """KeyboardInterrupt is raised immediately. The process ends normally although the compiler is still running."""
     assert python(FIRST, NUMBA_CACHE_DIR=str(tmp_path)) == "still compiling\n"
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

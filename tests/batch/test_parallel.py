@@ -36,7 +36,7 @@ WAYS = [
 @pytest.mark.jit
 @pytest.mark.skipif(not TWO, reason="Numba has one thread")
 @pytest.mark.parametrize("way", WAYS)
-def test_every_sweep_runs_in_the_loop_and_has_the_bits_of_one_thread(way, monkeypatch):
+def test_sweeps_run_in_the_loop_with_the_bits_of_one_thread(way, monkeypatch):
     used = []
     monkeypatch.setattr(numba, "set_num_threads", used.append)
     monkeypatch.setattr("vibrodrive.batch.sweep.BRIEF", 0.0)
@@ -64,7 +64,7 @@ def test_brief_work_starts_no_thread(monkeypatch):
 
 
 @pytest.mark.jit
-def test_the_loop_is_a_prange():
+def test_loop_is_a_prange():
     """The function is compiled again, because the cache of Numba does not store the diagnostics of its loops."""
     assert parallel.run_on_threads.targetoptions["parallel"]
     function = types.FunctionType(types.int64(types.int64))
@@ -142,7 +142,7 @@ def test_threads_and_forked_children_of_one_process_sweep(layer):
 
 
 @pytest.mark.jit
-def test_arrays_of_another_kind_are_refused():
+def test_arrays_of_other_types_are_refused():
     memory, one = np.zeros((1, 2)), np.zeros(1, np.int64)
     results = np.zeros((1, 2, 2)), np.zeros(1, np.int8), np.zeros(1), np.zeros((1, 5), np.int64), np.zeros(1)
     arguments = Arguments(memory, memory.astype(np.int64), one, memory, one, one, one, *results)
@@ -169,7 +169,7 @@ class Failing(Executor):
 
 
 @pytest.mark.jit
-def test_a_block_is_submitted_again_three_times():
+def test_block_is_resubmitted_three_times():
     plan = make_plan(dict(A=np.linspace(3, 3.1, 3), transient=0, periods=2))
     plan = replace(plan, tiling=(2,))
     saved = Failing(3)
@@ -181,7 +181,7 @@ def test_a_block_is_submitted_again_three_times():
     assert max(map(lost.submitted.count, lost.submitted)) == 4
 
 
-def test_an_error_behind_ctrl_c_is_not_that_of_the_next_call():
+def test_error_after_ctrl_c_is_not_raised_by_the_next_call():
     """The next call uses the same thread. It does not raise an error that occurs in this thread after Ctrl-C."""
 
     class Pressed(Halt):

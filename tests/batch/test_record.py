@@ -11,7 +11,7 @@ pytestmark = pytest.mark.jit
 RUN = dict(transient=50, periods=12)
 
 
-def test_impacts_are_those_of_the_motions():
+def test_impacts_equal_those_of_single_motions():
     A = [0.5, 1.5, 2.65, 3.1]
     swept = vd.sweep(A=A, eps=[0.0, 2e-4], **RUN, record="impacts")
     for index in np.ndindex(swept.shape):
@@ -28,7 +28,7 @@ def test_impacts_are_those_of_the_motions():
 
 
 @pytest.mark.parametrize("record", ["summary", ("impacts",), ["summary", "section"], ("section", "impacts", "summary")])
-def test_the_record_changes_nothing_else(record):
+def test_record_does_not_change_other_results(record):
     plain = vd.sweep(A=np.linspace(1, 3.3, 40), eps=[0.0, 1e-4], **RUN)
     other = vd.sweep(A=np.linspace(1, 3.3, 40), eps=[0.0, 1e-4], **RUN, record=record)
     for name in ("status", "margin", "switches", *(["section"] if "section" in record else [])):

@@ -25,7 +25,7 @@ def results():
 
 
 @pytest.mark.jit
-def test_the_bits_are_those_of_the_same_numbers_given_directly(results):
+def test_scene_axes_equal_the_same_numbers_given_directly(results):
     assert results.section.shape == (12, 2, 2, 20, 2)
     for i, omega0 in enumerate(results.axes["omega0"].tolist()):
         for k, alpha in enumerate(results.axes["alpha"].tolist()):
@@ -52,7 +52,7 @@ def test_figures_have_the_units(results):
 
 
 @pytest.mark.jit
-def test_the_commands_compute_draw_or_refuse(run):
+def test_commands_compute_draw_or_refuse(run):
     Path("s.toml").write_text(TEXT)
 
     assert run("sweep", "s.toml", "--plot")[0] == 0

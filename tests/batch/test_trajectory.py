@@ -8,7 +8,7 @@ from vibrodrive.kernels.arguments import SWITCH
 
 
 @pytest.mark.parametrize("method", ["certified", "fixed"])
-def test_a_motion_holds_no_more_memory_than_its_switches_take(method):
+def test_motion_uses_only_the_memory_of_its_switches(method):
     """The buffer of the computation is larger, because the number of switches is not known before."""
     dtau = None if method == "certified" else 0.1
     motion = vd.simulate(3.04, method=method, dtau=dtau, transient=0, periods=3)
@@ -17,7 +17,7 @@ def test_a_motion_holds_no_more_memory_than_its_switches_take(method):
     assert motion.switch_errors.base.nbytes == n * SWITCH_ERROR.itemsize
 
 
-def test_more_switches_than_expected_are_all_there():
+def test_more_switches_than_expected_are_all_stored():
     """The motion has sixty impacts in a row, with three times as many switches as the first buffer has rows."""
     hops = {"A": 1.2207337005962078, "B": 1.5638725555830817, "eps": 2.444604789503143e-4, "eta": 196.35606314394815}
     few, many = (vd.simulate(**hops, transient=0, periods=n) for n in (1, 2))
@@ -26,7 +26,7 @@ def test_more_switches_than_expected_are_all_there():
     assert (many.switch_errors[: len(few.switches)] == few.switch_errors).all()
 
 
-def test_a_motion_is_described_in_words_and_in_si_units():
+def test_motion_is_described_in_words_and_in_si_units():
     motion = vd.simulate(3.04, transient=200, periods=2)
     words = motion.describe().splitlines()
     assert words[0] == "A = 3.04, B = 0.1"

@@ -30,14 +30,14 @@ def test_orbits_have_a_phase_and_a_speed_for_each_gap(table):
 
 
 @pytest.mark.jit
-def test_a_scene_is_made_again_to_the_byte(table):
+def test_scene_is_reproduced_to_the_byte(table):
     fresh = [dict(zip(level4.HEAD, row, strict=True)) for row in level4.rows(3.04, 0.1)]
     assert fresh == [row for row in table if (row["A"], row["B"]) == ("3.04", "0.1")]
 
 
 @pytest.mark.jit
 @pytest.mark.parametrize("way", ["eps", "dtau"])
-def test_gaps_hold_below_the_limit_and_not_above_it(table, way):
+def test_gaps_are_kept_below_the_limit_only(table, way):
     """Fast impacts are counted without the criterion of the package. At A = 3.04 there is one in every second
     period."""
     row = next(r for r in table if (r["A"], r["B"], r["disturbance"]) == ("3.04", "0.1", way))

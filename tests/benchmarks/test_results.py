@@ -17,7 +17,7 @@ DECISIVE = [param for param in STORED if param.id.startswith(("level0", "level1"
 
 
 @pytest.mark.parametrize("path", STORED)
-def test_a_result_has_a_verdict_for_each_case(path):
+def test_result_has_a_verdict_for_each_case(path):
     result = json.loads(path.read_text(encoding="utf-8"))
     cases = run.cases_of([result["level"]])
     assert path.parts[-2:] == (f"level{result['level']}", f"{path.stem}.json")
@@ -34,7 +34,7 @@ def test_a_result_has_a_verdict_for_each_case(path):
 
 
 @pytest.mark.parametrize("path", DECISIVE)
-def test_the_stored_answers_give_the_stored_verdicts(path):
+def test_stored_answers_give_the_stored_verdicts(path):
     result = json.loads(path.read_text(encoding="utf-8"))
     with lzma.open(path.with_suffix(".answers.json.xz"), "rt", encoding="utf-8") as file:
         answers = json.load(file)
@@ -54,7 +54,7 @@ def test_every_method_has_a_label_and_a_row():
 
 
 @pytest.mark.parametrize("name", [name for name in tables.TABLES if name.startswith("switches")])
-def test_the_tables_of_the_page_are_those_of_the_stored_results(name):
+def test_tables_of_the_page_show_the_stored_results(name):
     place = tables.TABLES[name]
     text = place.page.read_text(encoding="utf-8")
     assert re.search(f"<!-- benchmark:{name} -->", text)
@@ -64,7 +64,7 @@ def test_the_tables_of_the_page_are_those_of_the_stored_results(name):
 CASE = {"level": 0, "family": "a", "inputs_hex": {"T": (4.0).hex()}, "zeros": ["1.0", "3.0"]}
 
 
-def test_the_summary_of_answers():
+def test_summary_of_answers():
     answers = {
         "a": ({"zeros": [1.0, 3.0]}, 0.5),
         "b": ({"zeros": [1.0]}, 0.25),
@@ -77,7 +77,7 @@ def test_the_summary_of_answers():
     assert found["refused"] == {"ValueError: no": ["d"]}
 
 
-def test_an_error_of_a_solver_is_no_error_of_the_run():
+def test_error_of_a_solver_does_not_end_the_run():
     class Broken:
         @staticmethod
         def zeros(function, T):
@@ -92,7 +92,7 @@ def stored(name):
 
 
 @pytest.mark.parametrize("name", ["failures", "accuracy_speed"])
-def test_the_page_shows_the_stored_measurements(name):
+def test_page_shows_the_stored_measurements(name):
     place = tables.TABLES[name]
     text = place.page.read_text(encoding="utf-8")
     assert tables.fill(text, name, place.make(stored(name))) == text
@@ -100,7 +100,7 @@ def test_the_page_shows_the_stored_measurements(name):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("name", ["pair_missed", "wrong_of_three"])
-def test_an_example_of_a_failure_is_made_again(name):
+def test_example_of_a_failure_is_reproduced(name):
     pytest.importorskip("mpmath")
     from benchmarks import failures
 
@@ -108,12 +108,12 @@ def test_an_example_of_a_failure_is_made_again(name):
     assert all(made[key] == kept[key] for key in ("title", "case", "caption"))
 
 
-def test_the_examples_name_cases_of_the_set():
+def test_examples_name_cases_of_the_set():
     ids = {case["id"] for case in run.cases_of([0, 1, 2, 3])}
     assert {example["case"] for example in stored("failures")["examples"].values()} <= ids
 
 
-def test_a_setting_of_the_chart_has_an_error_where_it_is_right():
+def test_points_of_the_chart_have_an_error_if_right():
     data = stored("accuracy_speed")
     for p in data["points"]:
         assert (p["error"] is not None) == p["right"] == (p["until"] == data["periods"])

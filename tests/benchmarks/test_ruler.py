@@ -37,7 +37,7 @@ def test_motions_approach_the_undisturbed_one(name):
     assert max(errors[1]) < 0.05
 
 
-def test_a_blow_loses_what_the_spring_takes():
+def test_impact_agrees_with_the_integrated_spring():
     """The spring is integrated by small steps: x'' = -1 - k x - 2 √k x', from x' = -1 at x = 0 until x = 0 again."""
     for root in (0.3, 0.05):
         w, x, v, step = 1 / root, 0.0, -1.0, 1e-5
@@ -46,7 +46,7 @@ def test_a_blow_loses_what_the_spring_takes():
             half = v + 0.5 * step * (1.0 - w * w * x - 2 * w * v)
             x, v = x + step * half, v + step * (1.0 - w * w * (x + 0.5 * step * v) - 2 * w * half)
             tau += step
-        assert ruler.lost_in_a_blow(root) == pytest.approx(tau - v, rel=1e-3)
+        assert ruler.velocity_loss(root) == pytest.approx(tau - v, rel=1e-3)
 
 
 def test_stored_limits_are_complete():
@@ -60,7 +60,7 @@ def test_stored_limits_are_complete():
 
 
 @pytest.mark.jit
-def test_a_stored_limit_is_that_of_the_package():
+def test_stored_limit_equals_that_of_the_package():
     data = json.loads((RESULTS / "ruler.json").read_text(encoding="utf-8"))
     row = data["limits"]["dtau"]["points"][data["A"].index(ruler.PAPER)]
     found = vd.limit(ruler.PAPER, "dtau")

@@ -54,7 +54,7 @@ def digits(number):
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_the_form_of_every_case(level):
+def test_every_case_matches_the_schema(level):
     """Each case satisfies the schema, its decimal inputs are its doubles, and its numbers have 30 digits."""
     for name, case in stored(level).items():
         assert SCHEMA.is_valid(case), name
@@ -87,12 +87,12 @@ def test_the_form_of_every_case(level):
         ("L2-paper-01", {"events": [{"tau": "1.5"}]}),
     ],
 )
-def test_a_violation_of_the_schema_is_found(name, change):
+def test_violation_of_the_schema_is_found(name, change):
     case = stored(int(name[1]))[name]
     assert not SCHEMA.is_valid(case | change)
 
 
-def test_the_sizes_of_the_set_are_those_of_its_readme():
+def test_sizes_of_the_set_agree_with_its_readme():
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
     assert [int(n) for n in re.findall(r"^\| [0-3] \| (\d+) \|", text, re.M)] == [
         len(stored(level)) for level in LEVELS
@@ -109,7 +109,7 @@ def test_the_sizes_of_the_set_are_those_of_its_readme():
 # the answers
 
 
-def test_zeros_are_in_order_and_their_slopes_fit():
+def test_zeros_are_in_order_and_their_slopes_agree():
     for name, case in stored(0).items():
         zeros, slopes, multiplicities = case["zeros"], case["slopes"], case["multiplicities"]
         assert len(zeros) == len(slopes) == len(multiplicities), name
@@ -158,7 +158,7 @@ def test_events_are_in_order_and_states_follow_each_other(level):
 
 
 @pytest.mark.parametrize("level", [1, 2, 3])
-def test_the_table_agrees_with_the_cases(level):
+def test_table_agrees_with_the_cases(level):
     with open(FOLDER / f"level{level}.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     events = [(name, e) for name, case in stored(level).items() for e in case["events"]]
@@ -180,14 +180,14 @@ def drawn():
 
 
 @pytest.mark.parametrize("task", drawn(), ids=lambda task: task.id)
-def test_a_case_is_made_again_to_the_byte(task):
+def test_case_is_reproduced_to_the_byte(task):
     made, text = make.make(task)
     assert made == task
     path = FOLDER / "cases" / f"level{task.level}" / f"{task.id}.json"
     assert text.encode() == path.read_bytes()
 
 
-def test_the_tables_and_the_version_are_made_again(tmp_path, capsys):
+def test_tables_and_version_are_reproduced(tmp_path, capsys):
     assert make.main(["--only", "L1-plain-01", "L1-plain-02", "--folder", str(tmp_path)]) == 0
     assert capsys.readouterr().out.split() == ["L1-plain-01.json", "L1-plain-02.json"]
     lines = (FOLDER / "level1.csv").read_text(encoding="utf-8").splitlines()
@@ -198,7 +198,7 @@ def test_the_tables_and_the_version_are_made_again(tmp_path, capsys):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("name", ["L2-paper-07", "L3-hard-spot-01"])
-def test_the_certified_method_agrees(name):
+def test_certified_method_agrees(name):
     case = stored(int(name[1]))[name]
     verdict = score.judge(case, run.answer(vibrodrive_paths, case["level"], values(case), {"method": "certified"}))
     assert verdict["verdict"] == "right"
@@ -270,7 +270,7 @@ def test_verdicts_on_zeros(zeros, answer, verdict, whole):
 
 
 @pytest.mark.parametrize("answer", [None, [], [1, 3], "1", {}, {"events": []}, {"zeros": None}])
-def test_an_answer_of_another_form_is_refused(answer):
+def test_malformed_answer_is_refused(answer):
     assert score.judge(zero_case(), answer)["verdict"] == "refused"
 
 
@@ -300,7 +300,7 @@ def test_verdicts_on_events(answer, verdict):
     assert score.judge(motion_case(), {"events": answer})["verdict"] == verdict
 
 
-def test_the_first_event_decides_at_level_1():
+def test_first_event_decides_at_level_1():
     case = motion_case(TWO[:1], level=1)
     assert score.judge(case, {"events": [[1, "UP", "DOWN"], [7, "DOWN", "REST"]]})["verdict"] == "right"
     assert score.judge(case, {"events": [[1, "UP", "STICK"]]})["verdict"] == "wrong event"
@@ -322,7 +322,7 @@ def test_each_event_of_an_undecided_segment_is_right():
     assert verdicts == ["right", "right", "missed", "wrong event"]
 
 
-def test_an_undecided_motion_is_judged_until_its_answers_part():
+def test_undecided_motion_is_judged_until_its_answers_differ():
     case = motion_case(verdict="either", answers=[TWO[1:], []], certain_until="1.5")
     for answer in (
         [[1, "UP", "DOWN"]],
@@ -341,7 +341,7 @@ def test_digits_are_of_the_relative_error(answer, expected):
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_the_stored_answers_are_right(level):
+def test_stored_answers_are_right(level):
     for name, case in stored(level).items():
         exact = case["events" if level else "zeros"]
         for known in [exact, *(case.get("answers", []) if level < 2 else [])]:
@@ -375,7 +375,7 @@ def judged(tmp_path, monkeypatch, capsys):
     return call
 
 
-def test_the_table_counts_verdicts(judged):
+def test_table_counts_verdicts(judged):
     sent = {"solver": "hand", "version": "2", "settings": "none", "seconds": {"L0-a": 0.25}}
     code, out, err = judged(sent | {"answers": {"L0-a": {"zeros": [1]}, "L2-a": {"events": []}, "L9-a": {}}})
     assert (code, err) == (0, "")
@@ -388,7 +388,7 @@ def test_the_table_counts_verdicts(judged):
     assert "1 answers have an id that no case has" in out
 
 
-def test_brief_prints_the_table_alone(judged):
+def test_brief_prints_the_table_only(judged):
     code, out, _ = judged({"answers": {"L0-a": None, "L2-a": 1}}, "--brief")
     assert code == 0  # no answer is right, but the file is readable
     assert "L0-a" not in out
@@ -400,13 +400,13 @@ UNREADABLE += ['{"answers": {}, "seconds": [1]}', '{"answers": {}, "seconds": {"
 
 
 @pytest.mark.parametrize("sent", UNREADABLE, ids=lambda sent: str(sent)[:40])
-def test_an_unreadable_file_ends_with_code_2(judged, sent):
+def test_unreadable_file_ends_with_code_2(judged, sent):
     code, out, err = judged(sent)
     assert (code, out) == (2, "")
     assert "not readable as answers" in err
 
 
-def test_a_folder_without_cases_ends_with_code_2(judged):
+def test_folder_without_cases_ends_with_code_2(judged):
     assert judged({"answers": {}}, cases=())[0] == 2
 
 
@@ -428,7 +428,7 @@ def test_junit(judged, tmp_path):
 
 
 @pytest.mark.integration
-def test_the_score_runs_alone(tmp_path):
+def test_score_runs_without_the_repository(tmp_path):
     """Run without site-packages and away from the repository."""
     shutil.copy(FOLDER / "score.py", tmp_path)
     (tmp_path / "cases" / "level0").mkdir(parents=True)
@@ -442,7 +442,7 @@ def test_the_score_runs_alone(tmp_path):
     assert re.search(r"^L0-plain-01 +right +30\.0$", done.stdout, re.M)
 
 
-def test_the_solver_of_the_readme_scores_as_shown(tmp_path, monkeypatch, capsys):
+def test_solver_of_the_readme_scores_as_shown(tmp_path, monkeypatch, capsys):
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
     (solver,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     assert len([line for line in solver.splitlines() if line]) == 20

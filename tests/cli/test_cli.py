@@ -56,7 +56,7 @@ def test_help_imports_nothing_heavy():
 
 
 @pytest.mark.parametrize("command", ["info", "plot", "verify"])
-def test_looking_at_a_file_imports_no_numba(tmp_path, command):
+def test_file_commands_import_no_numba(tmp_path, command):
     path = tmp_path / "s.h5"
     fake.write(path, SMALL)
     code = (
@@ -67,7 +67,7 @@ def test_looking_at_a_file_imports_no_numba(tmp_path, command):
     assert python(code).splitlines()[-1] == "False"
 
 
-def test_the_package_is_lazy_and_its_functions_are_not_hidden_by_its_modules():
+def test_package_is_lazy_and_modules_hide_no_functions():
     code = (
         "import sys, vibrodrive as vd\nassert not {'numba', 'h5py', 'numpy'} & set(sys.modules)\n"
         "from vibrodrive.batch.sweep import compute\nassert callable(vd.sweep) and vd.sweep.__name__ == 'sweep'\n"
@@ -78,7 +78,7 @@ def test_the_package_is_lazy_and_its_functions_are_not_hidden_by_its_modules():
     assert "nonsense" in python(code)
 
 
-def test_a_sweep_makes_the_file_its_configuration_asks_for(run, quick):
+def test_sweep_writes_the_file_of_its_configuration(run, quick):
     code, out, err = run("sweep", "small.toml", "--set", "periods=4", "-o", "there.h5")
     assert (code, out) == (0, "")
     assert "80 points in" in err
@@ -94,7 +94,7 @@ def test_a_sweep_makes_the_file_its_configuration_asks_for(run, quick):
     assert sorted(p.name for p in Path().iterdir()) == ["small.toml", "there.h5"]
 
 
-def test_a_finished_file_is_left_alone(run, quick):
+def test_finished_file_is_not_rewritten(run, quick):
     assert run("sweep", "small.toml")[0] == 0
     before = Path("small.h5").read_bytes()
     quick.clear()
@@ -117,7 +117,7 @@ def test_another_configuration_is_refused(run, quick):
     assert Path("small.h5").read_bytes() == before
 
 
-def test_statuses_that_are_not_ok_come_with_advice(run, quick):
+def test_unusual_statuses_are_reported_with_advice(run, quick):
     _, _, err = run("sweep", "small.toml")
     assert f"points with the status BUDGET: 26; {vd.Status.BUDGET.advice}" in err
 
@@ -174,7 +174,7 @@ def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):
     assert sorted(Path().rglob("*")) == before
 
 
-def test_info_says_how_far_a_sweep_is(run):
+def test_info_reports_the_progress_of_a_sweep(run):
     plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
     fake.write("s.h5", plan, Origin("[sweep]\n", (), "Half a sweep"), [1])
     code, out, err = run("info", "s.h5")
@@ -189,7 +189,7 @@ def test_info_says_how_far_a_sweep_is(run):
         assert words in out
 
 
-def test_verify_says_that_a_file_is_whole_or_names_the_block(run, quick):
+def test_verify_reports_a_sound_file_or_the_damaged_block(run, quick):
     run("sweep", "small.toml")
     code, out, err = run("verify", "small.h5")
     assert (code, err) == (0, "")
@@ -208,7 +208,7 @@ def test_verify_says_that_a_file_is_whole_or_names_the_block(run, quick):
     assert run("verify", "small.h5")[0] == 0
 
 
-def test_info_speaks_json(run, quick):
+def test_info_writes_json(run, quick):
     """A missing number is null, so that a program can read the output."""
     text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
     fake.write("s.h5", text, Origin(text, (), "Half a sweep"), [1])
@@ -229,7 +229,7 @@ def test_info_speaks_json(run, quick):
     assert err.startswith("damaged: block 1 (points 1024 to 2047")
 
 
-def test_a_damaged_block_is_named_and_the_rest_drawn(run, quick):
+def test_plot_names_a_damaged_block_and_draws_the_rest(run, quick):
     Path("wide.toml").write_text(SMALL.replace("num = 40", "num = 3000"))
     run("sweep", "wide.toml")
     with h5py.File("wide.h5") as file:
@@ -244,7 +244,7 @@ def test_a_damaged_block_is_named_and_the_rest_drawn(run, quick):
     assert Path("wide.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_init_lists_and_writes_configurations_that_come_with_it(run):
+def test_init_lists_and_writes_included_configurations(run):
     code, out, _ = run("init")
     names = [line.split()[0] for line in out.splitlines()]
     assert code == 0
@@ -271,7 +271,7 @@ def test_init_lists_and_writes_configurations_that_come_with_it(run):
         assert word in err
 
 
-def test_verify_compares_what_was_computed_with_the_configuration(run):
+def test_verify_compares_results_with_the_configuration(run):
     plan = make_plan({"A": 3.0, "transient": 0, "periods": 2})
     fake.write("s.h5", plan, "[sweep]\nA = 3.1\n[run]\ntransient = 0\nperiods = 2\n", [])
     code, _, err = run("verify", "s.h5")
@@ -293,7 +293,7 @@ def test_plot_draws_finished_and_unfinished_files(run, quick):
     assert Path("half.pdf").read_bytes()[:4] == b"%PDF"
 
 
-def test_sweep_with_plot_draws_what_the_configuration_asks_for(run, quick):
+def test_sweep_with_plot_draws_the_configured_figure(run, quick):
     Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\nquantity = "xi"\n')
     assert run("sweep", "--plot", "small.toml")[0] == 0
     assert Path("small.png").exists()
@@ -302,7 +302,7 @@ def test_sweep_with_plot_draws_what_the_configuration_asks_for(run, quick):
         assert Path(name).read_bytes().startswith(begins)
 
 
-def test_style_and_width_come_from_the_file_and_before_it_from_the_command(run, quick):
+def test_style_and_width_options_override_the_file(run, quick):
     Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\nstyle = "print"\nwidth = "single"\n')
     assert run("sweep", "small.toml")[0] == 0
     columns = {}
@@ -317,7 +317,7 @@ def test_style_and_width_come_from_the_file_and_before_it_from_the_command(run, 
 
 
 @pytest.mark.jit
-def test_the_fast_checksum_is_that_of_hdf5(tmp_path):
+def test_fast_checksum_equals_that_of_hdf5(tmp_path):
     """The program computes the same checksum as HDF5, and writes the same bytes."""
     from vibrodrive.jit.fletcher import fletcher32
 
@@ -349,7 +349,7 @@ def test_dry_run_writes_nothing_and_estimates_the_time(run):
 
 
 @pytest.mark.jit
-def test_dry_run_of_a_short_sweep_has_a_time_and_threads_take_no_memory(run):
+def test_dry_run_of_a_short_sweep_gives_a_time_and_memory_without_threads(run):
     said = [run("sweep", "small.toml", "--dry-run", *threads)[1] for threads in ((), ("--threads", "1"))]
     memory, time = ([line for out in said for line in out.splitlines() if key in line] for key in ("memory", "time"))
     assert memory[0] == memory[1]
@@ -383,7 +383,7 @@ def test_progress_rewrites_its_line_on_a_terminal():
     assert stream.getvalue() == "\r\x1b[Ks.h5  1 %\r\x1b[Ks.h5  2 %\r\x1b[Kdone\n"
 
 
-def test_progress_is_a_plain_line_now_and_then_elsewhere(monkeypatch):
+def test_progress_prints_occasional_lines_without_a_terminal(monkeypatch):
     clock = iter([0.0, 1.0, 9.9, 10.1, 10.1, 15.0, 20.2, 20.2])
     monkeypatch.setattr("time.monotonic", lambda: next(clock))
     stream = Stream(terminal=False)
@@ -393,7 +393,7 @@ def test_progress_is_a_plain_line_now_and_then_elsewhere(monkeypatch):
     assert stream.getvalue() == "s.h5  30 %\ns.h5  50 %\n"
 
 
-def test_progress_tells_rate_and_time_left(monkeypatch):
+def test_progress_shows_rate_and_remaining_time(monkeypatch):
     monkeypatch.setattr("time.monotonic", lambda: 100.0)
     tally = Tally()
     tally.start(points=1000, done=400, periods=50)
@@ -403,7 +403,7 @@ def test_progress_tells_rate_and_time_left(monkeypatch):
     assert tally.line() == " 60.0 %  1.00e+03 periods/s  20 points/s  20.0 s left"
 
 
-def test_a_terminal_that_has_gone_away_is_no_reason_to_stop():
+def test_closed_terminal_does_not_stop_progress():
     stream = Stream(terminal=True)
     show = Show(stream, "s.h5")
     stream.close()
@@ -423,7 +423,7 @@ def test_a_terminal_that_has_gone_away_is_no_reason_to_stop():
         (3.2 * 86400, "3 d 4 h"),
     ],
 )
-def test_durations_as_a_person_says_them(seconds, words):
+def test_durations_are_readable(seconds, words):
     assert duration(seconds) == words
 
 
@@ -448,7 +448,7 @@ def test_memory_does_not_grow_with_the_sweep(run):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-def test_ctrl_c_while_the_commands_are_imported_is_answered_in_one_line():
+def test_ctrl_c_during_imports_prints_one_line():
     script = """if True:
         import os, signal, sys
 
@@ -475,7 +475,7 @@ def test_neither_a_closed_stream_nor_the_backend_of_a_display_stops_a_command(tm
     assert (tmp_path / "small.png").stat().st_size > 0
 
 
-def test_a_file_that_is_moved_while_it_is_written_ends_a_sweep(run, quick, monkeypatch):
+def test_moving_the_file_ends_a_sweep(run, quick, monkeypatch):
     def blocks(plan, which=None, **options):
         for block in fake.run_blocks(plan, which):
             yield block
@@ -489,7 +489,7 @@ def test_a_file_that_is_moved_while_it_is_written_ends_a_sweep(run, quick, monke
     assert (code, err.splitlines()[-1]) == (1, "vibrodrive: small.h5: moved or deleted while it was written")
 
 
-def test_a_file_that_is_deleted_while_it_is_written_ends_limits(run, monkeypatch):
+def test_deleting_the_file_ends_limits(run, monkeypatch):
     def found(quantity, arguments, disturbance, method, *rest):
         yield 0, Limit(2.5, 0.1, 101.0, disturbance, method, "impacts", k2=1e-3)
         Path("limits.h5").unlink()
@@ -503,7 +503,7 @@ def test_a_file_that_is_deleted_while_it_is_written_ends_limits(run, monkeypatch
 
 
 @pytest.mark.jit
-def test_paper_draws_what_is_asked_for_and_judges_its_claims(run):
+def test_paper_draws_selected_figures_and_judges_their_claims(run):
     code, out, err = run("paper", "--only", "fig02", "--only", "fig04", "-o", "there")
     assert (code, out) == (0, ""), err
     names = {p.name for p in Path("there").iterdir()}
@@ -519,7 +519,7 @@ IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\ntol = 1e-9\n[run]\ntransient
 
 
 @pytest.mark.jit
-def test_what_acts_on_nothing_is_named_or_refused(run):
+def test_unused_settings_are_named_or_refused(run):
     Path("idle.toml").write_text(IDLE)
     code, out, err = run("sweep", "idle.toml", "--dry-run", "--set", "dtau=[0.1, 0.01]")
     assert (code, out) == (2, "")
@@ -538,7 +538,7 @@ def test_what_acts_on_nothing_is_named_or_refused(run):
     assert "eta =" not in out
 
 
-def test_what_acts_on_nothing_and_is_the_default_is_not_named(capsys):
+def test_unused_default_settings_are_not_named(capsys):
     """A configuration may give every key, like the configurations that the explorer writes."""
     judge_idle(parse(IDLE.replace("dtau = 0.1\ntol = 1e-9", "tol = 1e-7")))
     assert capsys.readouterr().err == ""
@@ -547,7 +547,7 @@ def test_what_acts_on_nothing_and_is_the_default_is_not_named(capsys):
 
 
 @pytest.mark.jit
-def test_commands_name_a_likely_slip_once_where_all_points_have_it(run):
+def test_commands_name_a_slip_of_all_points_once(run):
     scene = "[physical]\na0 = 0.8\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n[run]\ntransient = 0\nperiods = 1\n"
     Path("mm.toml").write_text(scene)
     options = {"all": [], "some": ["--set", "a0=[0.8e-3, 0.8]"], "none": ["--set", "a0=0.8e-3"]}

@@ -24,7 +24,7 @@ def run(run):
 
 
 @pytest.mark.jit
-def test_curves_are_listed_stored_drawn_and_read_again(run, monkeypatch):
+def test_curves_are_listed_stored_drawn_and_loaded(run, monkeypatch):
     code, out, err = run("orbits", "c.toml")
     assert code == 0, err
     assert "c.h5 written; c.png drawn" in err
@@ -70,7 +70,7 @@ record = ["summary", "impacts"]
 
 
 @pytest.mark.jit
-def test_curves_are_drawn_over_a_map_and_nothing_else_is(run):
+def test_only_curves_are_drawn_over_a_map(run):
     Path("m.toml").write_text(SCENE)
     assert run("orbits", "c.toml")[0] == 0
     code, _, err = run("sweep", "m.toml")

@@ -16,7 +16,7 @@ import pytest
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive import cli
-from vibrodrive.cli.files import read_apart
+from vibrodrive.cli.files import read_in_process
 from vibrodrive.errors import Damaged, NoResult
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.failures import failures_figure
@@ -107,7 +107,7 @@ def assert_refused(run, *arguments, words=()):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_each_command_asks_whether_it_may_write(run, idle, command):
+def test_commands_check_their_output(run, idle, command):
     """Each command calls the check of its output. tests/store/test_place.py tests this check."""
     Path("link.h5").symlink_to(f"{command}.toml")
     foreign("foreign.h5")
@@ -130,13 +130,13 @@ def test_each_command_asks_whether_it_may_write(run, idle, command):
         ("trajectory", "c.toml", ("--set", "A=3", "--set", "eps=0", "-o", "link.svg")),
     ],
 )
-def test_a_figure_never_takes_the_place_of_the_configuration(run, idle, command, config_name, options):
+def test_figure_never_replaces_the_configuration(run, idle, command, config_name, options):
     Path(config_name).write_text(CONFIGS.get(command, CONFIGS["sweep"]))
     Path("link.svg").symlink_to(config_name)
     assert_refused(run, command, config_name, *options, words=["figure", "another file", config_name])
 
 
-def test_a_figure_never_takes_the_place_of_a_result(run, idle):
+def test_figure_never_replaces_a_result(run, idle):
     a_sweep("s.h5")
     a_sweep("y.h5").rename("y.png")
     Path("s.png").symlink_to("s.h5")
@@ -148,7 +148,7 @@ def test_a_figure_never_takes_the_place_of_a_result(run, idle):
     assert_refused(run, "sweep", "sweep.toml", "-o", "s.h5", "--plot", words=["s.png", "another file"])
 
 
-def test_the_paper_spares_what_is_no_result(run):
+def test_paper_never_replaces_a_foreign_file(run):
     call = ("paper", "--only", "fig02", "-o", "out")
     Path("out").mkdir()
     foreign("out/fig07.h5")
@@ -160,7 +160,7 @@ def test_the_paper_spares_what_is_no_result(run):
     assert [p.name for p in Path("out").iterdir()] == ["fig07.h5"]
 
 
-def test_overwrite_replaces_a_result_that_cannot_be_read_any_more(tmp_path):
+def test_overwrite_replaces_an_unreadable_result(tmp_path):
     path = a_sweep(tmp_path / "s.h5")
     raw = path.read_bytes()
     path.write_bytes(raw[: len(raw) // 2])
@@ -199,7 +199,7 @@ def copied(run, made):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_file_says_its_kind_and_is_described_checked_and_drawn(copied, made, command):
+def test_every_kind_of_file_is_named_described_checked_and_drawn(copied, made, command):
     path = Path(f"{command}.h5")
     assert read_kind(path) == command
     code, out, err = copied("info", str(path))
@@ -223,7 +223,7 @@ def test_every_file_says_its_kind_and_is_described_checked_and_drawn(copied, mad
 
 
 @pytest.mark.jit
-def test_tables_and_files_hold_what_the_functions_return(made):
+def test_tables_and_files_equal_the_results_of_functions(made):
     one = vd.limit(2.5, "eps", criterion="word", transient=60, periods=60)
     found = vd.load(made / "limits.h5", kind="limits")
     assert (found.title, found.criterion, found.numbers["k2"][0, 0]) == ("A limit", "word", one.k2)
@@ -238,7 +238,7 @@ def test_tables_and_files_hold_what_the_functions_return(made):
 
 
 @pytest.mark.jit
-def test_what_is_loaded_is_drawn_as_the_command_draws_it(copied, made):
+def test_loaded_results_are_drawn_as_by_the_command(copied, made):
     figures = {
         "failures": failures_figure(vd.load("failures.h5")),
         "orbits_multipliers": multiplier_diagram(vd.load("orbits.h5", kind="orbits").family),
@@ -251,7 +251,7 @@ def test_what_is_loaded_is_drawn_as_the_command_draws_it(copied, made):
 
 
 @pytest.mark.jit
-def test_files_are_listed_again_also_for_programs(copied, idle, made):
+def test_existing_files_are_listed_as_text_and_json(copied, idle, made):
     assert copied("orbits", "orbits.toml")[1] == (made / "orbits.txt").read_text()
     told = json.loads(copied("orbits", "orbits.toml", "--json")[1])
     family = vd.load("orbits.h5", kind="orbits").family
@@ -264,14 +264,14 @@ def test_files_are_listed_again_also_for_programs(copied, idle, made):
 
 
 @pytest.mark.jit
-def test_what_means_nothing_for_a_kind_is_refused(copied):
+def test_options_of_other_kinds_are_refused(copied):
     assert_refused(copied, "plot", "limits.h5", "--quantity", "xi", words=["--quantity", "limits of stability"])
     assert_refused(copied, "plot", "failures.h5", "--kind", "bifurcation", words=["--kind", "failures"])
     assert_refused(copied, "plot", "orbits.h5", "--kind", "poincare", words=["--kind", "multipliers"])
 
 
 @pytest.mark.jit
-def test_another_kind_is_named(copied):
+def test_file_of_another_kind_is_refused(copied):
     for command, other in (("sweep", "limits"), ("limits", "orbits")):
         words = [f"{other}.h5", FILES[command].holds, FILES[other].holds, "choose another file with -o"]
         assert_refused(copied, command, f"{command}.toml", "-o", f"{other}.h5", words=words)
@@ -281,7 +281,7 @@ def test_another_kind_is_named(copied):
 @pytest.mark.parametrize(
     ("command", "told"), [("limits", "criterion=impacts"), ("orbits", "max_period=1"), ("failures", "periods=41")]
 )
-def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, monkeypatch, made, command, told):
+def test_complete_file_is_neither_recomputed_nor_replaced(copied, monkeypatch, made, command, told):
     """A run of the same configuration computes nothing. A run of another configuration is refused.
 
     The message names the differences.
@@ -310,7 +310,7 @@ def test_a_complete_file_is_not_computed_again_nor_replaced_by_another(copied, m
 
 
 @pytest.mark.jit
-def test_periods_that_were_not_told_are_not_those_of_a_sweep(copied, idle):
+def test_default_periods_of_limits_differ_from_those_of_a_sweep(copied, idle):
     """By default limits have 1500 periods and a sweep has 250."""
     with h5py.File("failures.h5", "r+") as file:
         file.attrs["config"] = CONFIGS["failures"].replace("periods = 40", "")
@@ -322,7 +322,7 @@ def test_periods_that_were_not_told_are_not_those_of_a_sweep(copied, idle):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("command", ["orbits", "failures"])
-def test_a_damaged_file_is_no_complete_one(copied, idle, command):
+def test_damaged_file_is_not_complete(copied, idle, command):
     with h5py.File(f"{command}.h5", "r+") as file:
         file["A"][0] = 7.0
     code, out, err = copied(command, f"{command}.toml")
@@ -358,7 +358,7 @@ def test_verify_finds_a_changed_word(copied):
     assert (code, err) == (1, "damaged: the SHA-256 of the contents differs from the stored SHA-256\n")
 
 
-def test_a_kind_of_a_later_version_is_named(tmp_path):
+def test_kind_of_a_later_version_is_named(tmp_path):
     path = a_sweep(tmp_path / "s.h5")
     with h5py.File(path, "r+") as file:
         file.attrs["kind"] = "basins"
@@ -370,7 +370,7 @@ def test_a_kind_of_a_later_version_is_named(tmp_path):
 # links without a target, pipes, folders that cannot be written to
 
 
-def test_names_that_lead_nowhere_are_refused_by_readers_and_figures(run, idle):
+def test_loops_and_pipes_are_refused_by_readers_and_figures(run, idle):
     a_sweep("s.h5")
     for name in ("loop.h5", "loop.png", "loop.toml", "loop"):
         Path(name).symlink_to(name)
@@ -393,7 +393,7 @@ def test_names_that_lead_nowhere_are_refused_by_readers_and_figures(run, idle):
         assert_refused(run, *arguments, words=["pipe.", "a named pipe"])
 
 
-def test_a_configuration_may_come_from_the_shell(tmp_path):
+def test_configuration_may_be_a_pipe(tmp_path):
     """The configuration in `vibrodrive sweep <(…)` is a pipe of the shell."""
     out, into = os.pipe()
     os.write(into, CONFIGS["sweep"].encode())
@@ -415,7 +415,7 @@ def small_disk():
     signal.signal(signal.SIGXFSZ, handler)
 
 
-def test_a_full_disk_is_said_with_the_name_of_the_file(tmp_path, small_disk):
+def test_full_disk_is_reported_with_the_file_name(tmp_path, small_disk):
     motion = Results({}, {"A": 3.0, "B": 0.1, "eps": 0.0}, config.parse("[sweep]\nA = 3").plan().settings, {
         "section": np.ones((250, 2)), "status": np.zeros((), np.int8), "margin": np.ones(()),
         "switches": np.zeros(5, np.int64)})  # fmt: skip
@@ -433,12 +433,12 @@ def test_a_full_disk_is_said_with_the_name_of_the_file(tmp_path, small_disk):
 @pytest.mark.parametrize(
     "address", ["foo", "", "foo://x:1", "tcp://x", "x:port", "tcp://x:0", "tcp://x:99999", "inproc://1/2/3", "a b:1"]
 )
-def test_what_is_no_address_of_a_scheduler_is_refused(run, idle, address):
+def test_bad_scheduler_addresses_are_refused(run, idle, address):
     assert_refused(run, "sweep", "sweep.toml", "--dask", address, words=["--dask", address, "tcp://scheduler:8786"])
 
 
 @pytest.mark.parametrize("address", ["tcp://scheduler:8786", "10.0.0.1:8786", "tls://[::1]:8786", "node-1.cluster:1"])
-def test_addresses_of_schedulers(address):
+def test_scheduler_addresses_are_accepted(address):
     pytest.importorskip("distributed")
     runner.check_dask(address)
 
@@ -452,7 +452,7 @@ def test_dask_without_its_extra_is_refused(run, idle, monkeypatch):
 
 
 @pytest.mark.integration
-def test_a_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
+def test_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
     sweep = import_module("vibrodrive.batch.sweep")
     monkeypatch.setattr(sweep, "run_blocks", lambda plan, which, **o: fake.run_blocks(plan))
     monkeypatch.setattr(sweep, "load_kernels", lambda plan: None)
@@ -469,7 +469,7 @@ def test_a_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
         figures.bifurcation(vd.load("d.h5"))
 
 
-def test_an_abscissa_that_is_no_axis_is_refused_before_anything_is_computed(run, idle):
+def test_abscissa_must_be_an_axis(run, idle):
     Path("d.toml").write_text(CONFIGS["sweep"] + '[figure]\nx = "A"\n')
     assert_refused(run, "sweep", "d.toml", "--set", "A=3.17", "--plot", words=["figure.x = 'A'", "eps"])
 
@@ -485,6 +485,6 @@ def crashing(file, progress):
 
 @pytest.mark.skipif(os.name != "posix", reason="alarms")
 @pytest.mark.parametrize(("read", "words"), [(endless, "has made no progress for 1 s"), (crashing, "crashes")])
-def test_a_file_on_which_hdf5_loops_or_crashes_is_damaged(read, words):
+def test_file_that_makes_hdf5_loop_or_crash_is_damaged(read, words):
     with pytest.raises(Damaged, match=f"x.h5: too damaged to be read .HDF5 {words}"):
-        read_apart(Path("x.h5"), read, patience=1)
+        read_in_process(Path("x.h5"), read, patience=1)

@@ -18,7 +18,7 @@ x = "A"
 
 
 @pytest.mark.jit
-def test_the_commands_compute_describe_draw_or_refuse(run):
+def test_commands_compute_describe_draw_or_refuse(run):
     Path("p.toml").write_text(TEXT)
 
     assert run("sweep", "p.toml", "--plot")[0] == 0

@@ -30,7 +30,7 @@ def test_certified_switches_are_right(A, eps):
     assert max(abs(j.late) for j in judged) < 1e-9
 
 
-def test_a_late_switch_is_late_once():
+def test_late_switch_is_counted_once():
     switches = certified(1.5)
     late = dataclasses.replace(switches[4], tau=switches[4].tau + 1e-3)
     judged = audit([*switches[:4], late, *switches[5:]], 1.5)
@@ -39,7 +39,7 @@ def test_a_late_switch_is_late_once():
     assert sum(abs(j.late) > 1e-4 for j in judged) == 1
 
 
-def test_what_is_left_out_is_missed_and_what_is_misjudged_is_another_state():
+def test_omitted_switch_is_missed_and_wrong_state_is_reported():
     switches = certified(1.5)
     without = audit([*switches[:5], *switches[7:]], 1.5)
     assert [j.verdict for j in without if j.verdict != RIGHT] == [MISSED]
@@ -48,7 +48,7 @@ def test_what_is_left_out_is_missed_and_what_is_misjudged_is_another_state():
     assert (first.verdict, first.switch) == (OTHER, wrong)
 
 
-def test_a_file_is_read_and_reported(tmp_path, monkeypatch, capsys):
+def test_file_is_read_and_reported(tmp_path, monkeypatch, capsys):
     path = tmp_path / "mine.csv"
     switches = certified(1.5)
     lines = [f"{s.tau!r},{s.xi!r},{s.dxi!r}, {s.state}" for s in switches]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from examples.driver import DRIVER, course, figure, stands
+from examples.driver import DRIVER, course, figure, limit_velocity
 
 
 @pytest.mark.jit
-def test_the_course_is_that_of_single_motions():
+def test_course_equals_single_motions():
     found = course([85.0, 120.0, 150.0])
     assert found.power[0] == found.blows[0] == 0.0, "the first speed is too low to leave the obstacle"
     for i in (1, 2):
@@ -28,14 +28,14 @@ def test_the_course_is_that_of_single_motions():
 
 
 @pytest.mark.jit
-def test_what_it_stands_is_the_limit_in_metres_a_second():
+def test_limit_velocity_is_in_metres_per_second():
     scene = vd.Scene(omega0=150.0, **DRIVER)
     k = vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200)
-    assert stands(150.0) == pytest.approx(k.k2 * vd.ETA * DRIVER["a0"] * 150.0, rel=1e-12)
+    assert limit_velocity(150.0) == pytest.approx(k.k2 * vd.ETA * DRIVER["a0"] * 150.0, rel=1e-12)
 
 
 @pytest.mark.jit
-def test_the_figure_shows_millimetres_a_second():
+def test_figure_shows_millimetres_per_second():
     found = course([85.0, 120.0])
     _, _, limit = figure(found, [120.0, 130.0], [0.012, 0.01]).axes
     assert list(limit.lines[0].get_ydata()) == pytest.approx([12.0, 10.0])
@@ -60,7 +60,7 @@ def free_velocity(A: float, B: float, steps: int = 20_000) -> float:
 
 
 @pytest.mark.jit
-def test_a_driver_is_its_motion_in_si_units():
+def test_driver_equals_its_motion_in_si_units():
     found = vd.driver(SCENE)
     motion = vd.simulate(SCENE.A, B=SCENE.B, transient=1000, periods=252)
     hits = motion.switches[motion.switches["after"] == vd.State.IMPACT]
@@ -79,7 +79,7 @@ def test_a_driver_is_its_motion_in_si_units():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("a0", [0.4e-3, 0.8e-3])
-def test_a_mass_without_an_obstacle_is_conveyed_down_the_incline(a0):
+def test_mass_without_an_obstacle_is_conveyed_down_the_incline(a0):
     scene = replace(SCENE, a0=a0)
     free = vd.driver(scene).conveying
     assert free == pytest.approx(scene.velocity(free_velocity(scene.A, scene.B)), rel=3e-3)
@@ -88,7 +88,7 @@ def test_a_mass_without_an_obstacle_is_conveyed_down_the_incline(a0):
 
 
 @pytest.mark.jit
-def test_the_command_says_what_the_call_returns(run):
+def test_command_prints_the_result_of_the_call(run):
     Path("d.toml").write_text("[physical]\n" + "".join(f"{key} = {value}\n" for key, value in vars(SCENE).items()))
     found = vd.driver(SCENE)
     assert run("driver", "d.toml")[:2] == (0, f"{found}\n")

@@ -23,7 +23,7 @@ def test_pixels_off_the_curves_agree_with_the_list():
 
 
 @pytest.mark.jit
-def test_what_does_not_agree_is_followed_on_for_its_reason(monkeypatch):
+def test_disagreement_has_a_reason_after_a_longer_motion(monkeypatch):
     """The motion at A = 3.0554, 2e-3 below a period doubling, settles slowly. At another pixel the list of orbits is
     falsified."""
     A, B = np.array([2.8, 3.0554]), np.array([0.1, 0.3])
@@ -50,7 +50,7 @@ def pixel(**changes):
     return {"status": Status.OK, "period": 2, "impacts": 1.5, "impact_speed_max": 2.0} | changes
 
 
-def test_a_pixel_agrees_only_with_the_orbit_it_shows():
+def test_pixel_agrees_only_with_the_orbit_it_shows():
     assert agrees(pixel(), [orbit(period=1), orbit()], 3)
     for other in ({"period": 4}, {"period": 0}, {"impacts": 1.0}, {"impact_speed_max": 2.001}):
         assert not agrees(pixel(**other), [orbit()], 3)
@@ -61,7 +61,7 @@ def test_a_pixel_agrees_only_with_the_orbit_it_shows():
     assert COEXISTING in map_agreement.REASONS
 
 
-def test_pixels_near_a_curve_are_those_within_one_pixel():
+def test_near_curves_finds_pixels_within_one_pixel():
     A, B = np.linspace(1.0, 3.0, 21), np.linspace(0.0, 1.0, 11)
     curve = Curve("fold", 1, 1, "", "", np.array([1.5, 2.5]), np.array([0.2, 0.8]), ("edge", "edge"), ())
     near = near_curves(A, B, [curve])

@@ -51,7 +51,7 @@ def shown(cells, source):
 
 
 @pytest.mark.jit
-def test_no_cell_warns_or_prints_what_was_not_asked_for(cells):
+def test_cells_print_nothing_to_stderr(cells):
     told = [output for cell in cells for output in cell["outputs"] if output.get("name") == "stderr"]
     assert told == []
 
@@ -66,7 +66,7 @@ def test_figures_are_shown(cells, source):
 
 
 @pytest.mark.jit
-def test_a_sweep_that_was_stopped_goes_on(cells):
+def test_stopped_sweep_resumes(cells):
     (stopped,) = (cell for cell in cells if "press_stop" in "".join(cell["source"]))
     assert any("stopped\n" in output.get("text", []) for output in stopped["outputs"])
     (loaded,) = (cell for cell in cells if "".join(cell["source"]) == 'vd.load("diagram.h5")')
@@ -87,7 +87,7 @@ def test_results_and_tables_are_shown(cells):
     assert solutions.count("[") == 3, "two coexisting solutions must give two points of one section"
 
 
-def test_what_is_kept_has_no_output_and_nothing_that_is_not_public():
+def test_stored_notebook_has_no_output_and_uses_public_names_only():
     kept = json.loads(NOTEBOOK.read_text())["cells"]
     sources = ["".join(cell["source"]) for cell in kept if cell["cell_type"] == "code"]
     assert not any(cell.get("outputs") for cell in kept)

@@ -21,7 +21,7 @@ def test_no_parabola_rises_above_the_function(steps):
         assert (g(step.start + s) - step.at(s)).min() > -1e-13
 
 
-def test_the_steps_end_at_the_first_zero_of_a_dense_scan_and_at_the_program_s(steps):
+def test_steps_end_at_the_first_zero_of_a_dense_scan(steps):
     zero = steps[-1].start + steps[-1].length
     tau = np.arange(0.0, 1.0, 1e-6)
     assert zero == pytest.approx(tau[np.argmax(g(tau) < 0.0)], abs=2e-6)
@@ -35,7 +35,7 @@ def test_derivatives_are_those_of_the_function(order):
     assert g(tau, order) == pytest.approx(numeric, abs=1e-5 * ETA ** (1 + order))
 
 
-def test_the_grid_of_the_picture_misses_two_zeros(steps):
+def test_grid_of_the_picture_misses_two_zeros(steps):
     above, _ = figure().axes
     (grid,) = (line for line in above.lines if "grid" in line.get_label())
     zero = steps[-1].start + steps[-1].length

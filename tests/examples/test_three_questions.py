@@ -68,7 +68,7 @@ def test_no_chaos_between_3_15_and_3_19():
 
 
 @pytest.mark.jit
-def test_an_exponent_is_that_of_the_stable_orbit():
+def test_exponent_equals_that_of_the_stable_orbit():
     answer = chaos(1.5, 3.04, 2)
     assert answer.exponent[0] == -np.inf
     (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
@@ -113,7 +113,7 @@ def test_rank_correlation_and_distance():
 
 
 @pytest.mark.jit
-def test_the_page_shows_what_the_example_prints():
+def test_page_shows_the_output_of_the_example():
     """The bifurcations of docs/orbits.md have the right kinds, and the right A except for the last digits."""
     page = (Path(__file__).parents[2] / "docs" / "orbits.md").read_text()
     shown = [
@@ -129,7 +129,7 @@ def test_the_page_shows_what_the_example_prints():
         assert kind.strip().startswith(kind_now.strip())
 
 
-def test_the_table_of_chaos_has_a_cell_for_each_title():
+def test_table_of_chaos_has_a_cell_for_each_title():
     titles, _, row = chaos_table(11)
     assert row.count("|") == titles.count("|")
     assert row.startswith("| 11 |")

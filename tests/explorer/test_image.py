@@ -23,7 +23,7 @@ from vibrodrive.explorer.work import Level, Pace, Part, Work
 from vibrodrive.jit.slices import Halt
 
 
-def test_every_value_has_its_spot_and_the_one_above():
+def test_every_value_marks_its_pixel_and_the_pixel_above():
     rng = np.random.default_rng(5)
     values = rng.normal(size=(30, 50))
     values[3, :20] = np.nan
@@ -40,7 +40,7 @@ def test_every_value_has_its_spot_and_the_one_above():
     assert not image[:, np.setdiff1d(np.arange(40), columns)].any()
 
 
-def test_a_difference_says_whose_each_spot_is():
+def test_difference_marks_the_method_of_each_pixel():
     chosen, certified = np.zeros((2, PICTURE_ROWS, 3), np.uint8)
     chosen[10, 0] = certified[11, 0] = 5  # values half a pixel apart count as equal
     chosen[100, 1] = 7
@@ -53,7 +53,7 @@ def test_a_difference_says_whose_each_spot_is():
 
 
 @pytest.mark.jit
-def test_what_is_not_there_yet_repeats_what_is_left_of_it():
+def test_missing_columns_repeat_the_column_on_their_left():
     view = View.read({"columns": 9, "transient": 20, "periods": 20})
     work = Work([view.plan()], 1)
     list(work.levels(Pace(), Halt()))
@@ -68,7 +68,7 @@ def test_what_is_not_there_yet_repeats_what_is_left_of_it():
 
 
 @pytest.mark.jit
-def test_a_motion_that_was_given_up_is_not_drawn():
+def test_motion_out_of_budget_is_not_drawn():
     """The values before the budget was exhausted are not drawn, either: a shorter record would give a different
     picture."""
     given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)

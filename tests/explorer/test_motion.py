@@ -18,7 +18,7 @@ pytestmark = pytest.mark.jit
 
 
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
-def test_curves_of_the_states_together_are_the_motion(eps):
+def test_curves_of_the_states_make_up_the_motion(eps):
     motion = vd.simulate(3.04, eps=eps, transient=50, periods=6)
     found = lines(motion)
     sample = motion.sample(4001)
@@ -31,13 +31,13 @@ def test_curves_of_the_states_together_are_the_motion(eps):
             assert wrong < 0.002 + 0.1 * ripple
 
 
-def test_the_fastest_disturbance_is_drawn_over_fewer_periods():
+def test_fastest_disturbance_is_drawn_over_fewer_periods():
     found = lines(vd.simulate(3.04, eps=1e-6, eta=400.0, transient=5, periods=12))
     assert {len(curve) for curves in found.values() for curve in curves} == {MOST_POINTS}
     assert 5.0 < found["time"][0][-1] < 7.0
 
 
-def test_the_excitation_lies_in_the_lowest_third():
+def test_excitation_is_drawn_in_the_lowest_third():
     found = lines(vd.simulate(3.04, transient=50, periods=6))
     *states, drive = found["xi"]
     high = np.nanmax(states)
@@ -47,7 +47,7 @@ def test_the_excitation_lies_in_the_lowest_third():
 
 
 @pytest.mark.parametrize(("A", "status"), [(0.5, "NEVER_LEAVES"), (3.04, "BUDGET")])
-def test_a_motion_at_rest_or_not_known_has_an_excitation(A, status):
+def test_motion_at_rest_or_unknown_has_an_excitation(A, status):
     motion = vd.simulate(A, transient=5, periods=3, budget=1)
     assert motion.status.name == status
     with warnings.catch_warnings():
@@ -57,7 +57,7 @@ def test_a_motion_at_rest_or_not_known_has_an_excitation(A, status):
 
 
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
-def test_the_forces_are_those_of_the_motion_and_each_state_begins_at_its_switch(eps):
+def test_forces_equal_those_of_the_motion_and_states_begin_at_switches(eps):
     motion = vd.simulate(3.04, eps=eps, tau0=0.3, transient=50, periods=4)
     found = forces(motion)
     tau = 0.3 + 2.0 * math.pi * (50 + found["time"])

@@ -23,7 +23,7 @@ from PIL import Image
 import vibrodrive as vd
 from tests.support.chromium import browser, lacking
 from vibrodrive.explorer import export
-from vibrodrive.explorer.aside import Aside
+from vibrodrive.explorer.aside import SeparateProcess
 from vibrodrive.explorer.image import values_of
 from vibrodrive.explorer.motion import POINTS
 from vibrodrive.explorer.session import Session, overlay_of, read_address
@@ -125,7 +125,7 @@ def shown(tab):
     return read_address(tab.driver.current_url.split("?", 1)[1])
 
 
-def test_the_settled_picture_is_the_sweep_of_the_exported_file(tab, explorer):
+def test_final_picture_equals_the_sweep_of_the_exported_file(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0")
     tab.ask("page.command({file: 'toml'})")
     tab.until("page.file !== null", "the exported file")
@@ -228,7 +228,7 @@ SIZES = [(3840, 2160), (900, 600), (390, 844)]
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_page_fits_its_window_and_has_a_value_for_each_pixel(tab, explorer, size):
+def test_page_fits_its_window_and_has_a_value_for_each_pixel(tab, explorer, size):
     try:
         tab.resize(*size, touch=size[0] < 500)
         tab.open(explorer.address + "&transient=50&periods=20")
@@ -254,7 +254,7 @@ def test_the_page_fits_its_window_and_has_a_value_for_each_pixel(tab, explorer, 
         tab.resize(1250, 810)
 
 
-def test_the_ordinate_follows_until_it_is_moved(tab, explorer):
+def test_ordinate_fits_the_values_until_it_is_moved(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0")
     first = image(tab)[1][1]
     tab.choose("section_phase", "4.7")
@@ -279,7 +279,7 @@ def test_the_ordinate_follows_until_it_is_moved(tab, explorer):
     assert "No value" not in page_text(tab)
 
 
-def test_a_control_without_effect_is_disabled_and_gives_the_reason(tab, explorer):
+def test_control_without_effect_is_disabled_and_gives_the_reason(tab, explorer):
     tab.open(explorer.address + SMALL)
 
     def disabled():
@@ -295,7 +295,7 @@ def test_a_control_without_effect_is_disabled_and_gives_the_reason(tab, explorer
     assert "ε > 0" not in tab.ask("page.fields.eta.control.title")
 
 
-def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explorer, monkeypatch):
+def test_drag_runs_one_computation_at_a_time_and_ends_on_the_last_view(tab, explorer, monkeypatch):
     running, most = [], []
 
     def counted(*arguments):
@@ -334,7 +334,7 @@ def test_a_drag_never_has_two_computations_and_ends_on_the_last_view(tab, explor
     assert (x, x + dw) == pytest.approx((state["low"], state["high"]), abs=0.01)
 
 
-def test_a_mouse_that_rests_before_it_moves_drags_and_one_that_does_not_move_clicks(tab, explorer):
+def test_mouse_drags_if_it_moves_and_clicks_if_it_does_not(tab, explorer):
     tab.open(explorer.address + SMALL)
     before = shown(tab)
     tab.mouse("Pressed", 500, 300)
@@ -353,7 +353,7 @@ def test_a_mouse_that_rests_before_it_moves_drags_and_one_that_does_not_move_cli
     assert (tab.state()["low"], tab.state()["high"]) == (moved.low, moved.high)
 
 
-def test_a_slow_machine_shows_pictures_while_the_mouse_moves(tab, explorer, monkeypatch):
+def test_slow_computation_shows_pictures_during_a_drag(tab, explorer, monkeypatch):
     tab.open(explorer.address + SMALL)
 
     def slowly(results, plan, which, threads, halt, pace):
@@ -375,7 +375,7 @@ def test_a_slow_machine_shows_pictures_while_the_mouse_moves(tab, explorer, monk
     tab.settle()
 
 
-def test_a_long_wait_is_explained_until_it_is_over(tab, explorer, monkeypatch):
+def test_long_delay_is_explained_until_it_ends(tab, explorer, monkeypatch):
     tab.open(explorer.address + SMALL)
     assert "200 motions" in page_text(tab)
     released = threading.Event()
@@ -418,7 +418,7 @@ def test_twenty_box_zooms_and_back(tab, explorer):
     assert (state["low"], state["high"]) == (addresses[-1].low, addresses[-1].high)
 
 
-def test_a_grid_is_drawn_if_it_is_wanted(tab, explorer):
+def test_grid_is_toggled_by_its_key(tab, explorer):
     tab.open(explorer.address + SMALL)
     grids = "return all.filter((m) => m.type === 'Grid').filter((m) => m.visible).length"
     assert tab.model(grids) == 0
@@ -428,7 +428,7 @@ def test_a_grid_is_drawn_if_it_is_wanted(tab, explorer):
     assert tab.model(grids) == 0
 
 
-def test_a_link_restores_the_view(tab, explorer):
+def test_link_restores_the_view(tab, explorer):
     query = "&x=eps&low=1e-06&high=0.001&scale=log&columns=100&quantity=impact_speed&transient=50&periods=20&B=0.2"
     tab.open(explorer.address + query)
     view = shown(tab)
@@ -447,7 +447,7 @@ def test_a_link_restores_the_view(tab, explorer):
     tab.driver.execute_script("document.getElementById('text').close()")
 
 
-def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
+def test_click_shows_the_motion_of_simulate(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0")
     left, _, width, _ = tab.frame()
     place = left + 0.39 * width
@@ -486,7 +486,7 @@ def test_a_click_shows_the_motion_that_simulate_gives(tab, explorer):
     tab.until(lambda: followed(tab) == pytest.approx(log_place, abs=1e-3), "the line at the column of the new axis")
 
 
-def test_the_drawing_plays_the_motion_and_steps_to_its_switches(tab, explorer):
+def test_drawing_plays_the_motion_and_steps_to_its_switches(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0&at=3.1")
     tab.until("page.drawn_motion.forces !== null", "a motion")
     motion = vd.simulate(float(shown(tab).plan().axes["A"][np.argmin(abs(shown(tab).plan().axes["A"] - 3.1))]),
@@ -520,7 +520,7 @@ def test_the_drawing_plays_the_motion_and_steps_to_its_switches(tab, explorer):
     tab.until("document.getElementById('motion').hidden", "no motion")
 
 
-def test_each_view_to_begin_with_is_shown(tab, explorer):
+def test_each_initial_view_is_shown(tab, explorer):
     tab.open(explorer.address + SMALL)
     (number,) = (k for k, start in enumerate(STARTS) if start.name.startswith("Fig. 10"))
     tab.driver.execute_script(
@@ -533,7 +533,7 @@ def test_each_view_to_begin_with_is_shown(tab, explorer):
     assert "fixed steps of Δτ = 0.1" in page_text(tab)
 
 
-def test_a_motion_is_forgotten_where_its_column_is_no_longer_shown(tab, explorer):
+def test_motion_is_removed_with_its_column(tab, explorer):
     lasting = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.dxi); return s.data.time.length"
     tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&dtau=0.05&at=3.1")
     tab.until(lambda: "of the certified, undisturbed motion" in tab.ask("page.words"), "k₂ of the motion")
@@ -592,7 +592,7 @@ def test_methods_side_by_side_and_their_difference(tab, explorer):
     assert {k for k in range(3) if ((found // 64 == k) & (found > 0)).any()} == {0, 1, 2}
 
 
-def test_a_map_and_the_diagram_under_a_click(tab, explorer):
+def test_click_on_a_map_opens_the_diagram(tab, explorer):
     tab.open(explorer.address + "&mode=map&columns=60&rows=40&transient=100&periods=64")
     cells, _ = canvas(tab)
     assert cells.shape == (40, 60, 3)
@@ -611,7 +611,7 @@ def test_a_map_and_the_diagram_under_a_click(tab, explorer):
     assert followed(tab) is None
 
 
-def test_a_choice_brings_its_axes_and_windows_and_locks_what_lies_along_them(tab, explorer):
+def test_mode_sets_axes_and_windows_and_locks_swept_parameters(tab, explorer):
     def choose(name, value):
         tab.choose(name, value)
         tab.settle()
@@ -637,7 +637,7 @@ def test_a_choice_brings_its_axes_and_windows_and_locks_what_lies_along_them(tab
     assert locked == ["A"]
 
 
-def test_the_ends_of_the_colours_of_a_map_are_kept_until_they_are_to_fit(tab, explorer):
+def test_colour_limits_of_a_map_stay_until_they_are_fitted(tab, explorer):
     ranged = "&mode=map&columns=12&rows=8&transient=20&periods=64&shade=energy&bottom=0.25&top=1.5"
     tab.open(explorer.address + ranged)
     assert shown(tab).limits == (0.25, 1.5)
@@ -649,7 +649,7 @@ def test_the_ends_of_the_colours_of_a_map_are_kept_until_they_are_to_fit(tab, ex
     assert not np.array_equal(canvas(tab)[0], limited)
 
 
-def test_exact_orbits_lie_on_the_diagram_and_bifurcations_are_named(tab, explorer):
+def test_exact_orbits_match_the_diagram_and_bifurcations_are_named(tab, explorer):
     tab.open(explorer.address + "&columns=200&low=2.55&high=2.65&quantity=impact_speed&orbits=2")
     marks = "const s = all.find((m) => m.type === 'ColumnDataSource' && m.data.kind && m.data.A);"
     tab.until(lambda: tab.model(marks + "return s.data.A.length") > 0, "bifurcations")
@@ -658,8 +658,8 @@ def test_exact_orbits_lie_on_the_diagram_and_bifurcations_are_named(tab, explore
     assert (repr(doubling.A), "period doubling") in list(zip(*found, strict=True))
 
 
-def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer, monkeypatch):
-    call, may_end = Aside.call, threading.Event()
+def test_page_reports_pending_exact_curves(tab, explorer, monkeypatch):
+    call, may_end = SeparateProcess.call, threading.Event()
 
     def slow(aside, halt, function, *arguments):
         while not may_end.wait(0.01):
@@ -667,7 +667,7 @@ def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer,
                 raise Halted
         return call(aside, halt, function, *arguments)
 
-    monkeypatch.setattr(Aside, "call", slow)
+    monkeypatch.setattr(SeparateProcess, "call", slow)
     tab.open(explorer.address + "&columns=200&low=2.55&high=2.65")
     waits = f"{NOTE}.includes('exact curves are being computed')"
     assert not tab.ask(waits)
@@ -680,7 +680,7 @@ def test_the_page_says_that_exact_curves_are_still_being_computed(tab, explorer,
     assert tab.model("return all.some((m) => m.type === 'ColumnDataSource' && m.data.kind && m.data.x.length > 0)")
 
 
-def test_a_picture_that_fails_ends_the_search_for_curves_and_says_so(tab, explorer, monkeypatch):
+def test_failed_picture_ends_the_search_for_curves_and_is_reported(tab, explorer, monkeypatch):
     def never(aside, halt, function, *arguments):
         while not halt.called:
             sleep(0.01)
@@ -689,7 +689,7 @@ def test_a_picture_that_fails_ends_the_search_for_curves_and_says_so(tab, explor
     def fails(*arguments, **more):
         raise ValueError("no picture today")
 
-    monkeypatch.setattr(Aside, "call", never)
+    monkeypatch.setattr(SeparateProcess, "call", never)
     tab.open(explorer.address + SMALL + "&orbits=3")
     tab.until(f"{NOTE}.includes('being computed')", "a note that curves are being computed")
     monkeypatch.setattr("vibrodrive.explorer.work.compute_into", fails)
@@ -698,7 +698,7 @@ def test_a_picture_that_fails_ends_the_search_for_curves_and_says_so(tab, explor
     tab.until(f"!{NOTE}.includes('being computed')", "the end of the note")
 
 
-def test_curves_that_come_too_late_are_not_laid_over_another_view():
+def test_late_curves_are_not_drawn_over_another_view():
     sought = overlay_of(View.read({"orbits": 2}))
     for shown, belong in [
         ({"orbits": 2, "low": 3.0}, True),
@@ -708,7 +708,7 @@ def test_curves_that_come_too_late_are_not_laid_over_another_view():
         assert Session.belongs(SimpleNamespace(view=View.read(shown)), sought) is belong
 
 
-def test_what_is_saved_is_what_is_shown(tab, explorer):
+def test_saved_picture_equals_the_page(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&compare=difference&orbits=1")
     tab.until(f"!{NOTE}.includes('being computed')", "exact orbits")
     tab.driver.execute_script(
@@ -727,7 +727,7 @@ def test_what_is_saved_is_what_is_shown(tab, explorer):
     assert blue > (on_page == (0, 114, 178)).all(axis=2).sum()  # stable orbits
 
 
-def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):
+def test_errors_are_shown_in_one_line(tab, explorer):
     tab.open(explorer.address + SMALL)
     for name, nonsense in (("eps", "<script>alert(1)</script>"), ("periods", "-1")):
         good = tab.ask("page.fields[arguments[0]].value", name)
@@ -745,7 +745,7 @@ def test_what_is_wrong_is_said_in_one_line_on_the_page(tab, explorer):
     assert tab.notice().startswith(("eps = ", "key of a view = "))
 
 
-def test_a_server_that_is_stopped_is_missed_until_it_goes_on(opened):
+def test_stopped_server_is_reported_until_it_continues(opened):
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser", "--port", "0"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
@@ -765,7 +765,7 @@ def test_a_server_that_is_stopped_is_missed_until_it_goes_on(opened):
     opened.complaints()  # messages about the lost connection
 
 
-def test_motions_without_an_ordinary_status_have_ticks_and_a_way_to_them(tab, explorer):
+def test_unusual_statuses_have_ticks_and_are_selectable(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=0.9&high=1.3&quantity=xi")
     view = shown(tab)
     status = vd.sweep(**config.parse(view.toml()).arguments).status
@@ -789,7 +789,7 @@ def test_motions_without_an_ordinary_status_have_ticks_and_a_way_to_them(tab, ex
         tab.until("page.words.includes('NEVER_LEAVES')", "its description")
 
 
-def test_the_values_under_the_mouse_and_the_ratio_of_marks(tab, explorer):
+def test_values_under_the_mouse_and_ratio_of_marks(tab, explorer):
     def read():
         return tab.ask("document.getElementById('read').textContent")
 
@@ -815,7 +815,7 @@ def test_the_values_under_the_mouse_and_the_ratio_of_marks(tab, explorer):
     assert tab.ask("page.marks.length") == 0
 
 
-def test_a_slider_runs_until_it_is_stopped(tab, explorer):
+def test_slider_runs_until_it_is_stopped(tab, explorer):
     tab.open(explorer.address + "&columns=64&transient=20&periods=20&low=3.0")
     press = "document.querySelector('[data-play=eps]').click()"
     tab.driver.execute_script(press)
@@ -826,7 +826,7 @@ def test_a_slider_runs_until_it_is_stopped(tab, explorer):
     assert shown(tab).eps > 0.0
 
 
-def test_a_slider_stops_where_the_structure_of_the_selected_motion_is_lost(tab, explorer):
+def test_slider_stops_where_the_structure_of_the_selected_motion_is_lost(tab, explorer):
     tab.open(explorer.address + "&columns=64&transient=20&periods=20&low=3.19&at=3.2")
     limit = vd.limit(shown(tab).plan().axes["A"][np.argmin(abs(shown(tab).plan().axes["A"] - 3.2))])
     tab.driver.execute_script("document.querySelector('[data-play=eps]').click()")
@@ -868,7 +868,7 @@ def test_fingers_move_zoom_and_select(tab, explorer):
         tab.resize(1250, 810)
 
 
-def test_a_page_that_is_left_gives_up_its_work_and_back_restores_it(opened, explorer):
+def test_leaving_the_page_cancels_its_tasks_and_back_restores_it(opened, explorer):
     worker = explorer._explorer.engine.worker
     opened.driver.get(explorer.address + "&columns=4000&eps=5e-4&transient=100000&low=3.1")
     opened.until("!!page && page.begun", "a first picture")

@@ -47,7 +47,7 @@ def answer(address, **headers):
             return error.code, error.read().decode()
 
 
-def test_the_page_is_given_to_whoever_has_the_token(explorer):
+def test_page_is_served_with_the_token(explorer):
     status, text = answer(explorer.address)
     assert status == 200
     assert "<title>vibrodrive explore</title>" in text
@@ -56,7 +56,7 @@ def test_the_page_is_given_to_whoever_has_the_token(explorer):
     assert scripts == ["bokeh"]  # only the scripts in use
 
 
-def test_pages_are_not_stored_and_only_framed_by_this_machine(explorer):
+def test_pages_are_not_cached_and_framed_by_this_machine_only(explorer):
     for address in (explorer.address, explorer.address.partition("?")[0]):
         try:
             response = urllib.request.urlopen(address, timeout=LIMIT)
@@ -72,7 +72,7 @@ def test_pages_are_not_stored_and_only_framed_by_this_machine(explorer):
         assert response.headers["Cache-Control"] != "no-store"  # browsers may store these
 
 
-def test_a_page_waits_for_neither_numba_nor_matplotlib():
+def test_page_is_built_without_numba_and_matplotlib():
     script = """if True:
         import sys
         from bokeh.document import Document
@@ -85,7 +85,7 @@ def test_a_page_waits_for_neither_numba_nor_matplotlib():
     assert python(script).split() == []
 
 
-def test_a_notebook_and_its_explorer_do_not_import_numba_at_once():
+def test_notebook_and_its_explorer_do_not_import_numba_at_once():
     """If two threads import modules at the same time, one of the imports may fail in Python."""
     script = """if True:
         import sys
@@ -100,7 +100,7 @@ def test_a_notebook_and_its_explorer_do_not_import_numba_at_once():
 @pytest.mark.parametrize(
     "path", ["/", "/?token=", "/?token=x&token={token}", "/autoload.js", "/metadata", "/?low=3", "/nowhere", "/ws"]
 )
-def test_without_the_token_there_is_nothing(explorer, path):
+def test_no_path_is_served_without_the_token(explorer, path):
     base, _, token = explorer.address.partition("/?token=")
     status, text = answer(base + path.format(token=token))
     assert (status, text.count("\n")) == (403, 1)
@@ -118,19 +118,19 @@ def test_without_the_token_there_is_nothing(explorer, path):
         {"Origin": "https://127.0.0.1:{port}"},
     ],
 )
-def test_foreign_hosts_and_origins_are_refused_token_or_not(explorer, headers):
+def test_foreign_hosts_and_origins_are_refused_even_with_the_token(explorer, headers):
     port = port_of(explorer)
     sent = {k: v.format(port=port) for k, v in headers.items()}
     assert answer(explorer.address, **sent)[0] == 403
     assert answer(explorer.address.split("?")[0] + "static/js/bokeh.min.js", **sent)[0] == 403
 
 
-def test_localhost_is_this_machine(explorer):
+def test_localhost_is_accepted(explorer):
     assert answer(explorer.address.replace("127.0.0.1", "localhost"))[0] == 200
 
 
 @pytest.mark.parametrize(("origin", "token"), [("http://evil.example", ""), (None, ""), ("own", "e30.forged")])
-def test_a_websocket_needs_the_session_of_a_page(explorer, origin, token):
+def test_websocket_needs_the_session_of_a_page(explorer, origin, token):
     base = explorer.address.split("/?")[0]
     headers = {
         "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
@@ -143,7 +143,7 @@ def test_a_websocket_needs_the_session_of_a_page(explorer, origin, token):
     assert answer(with_token, **headers)[0] in (400, 401, 403)
 
 
-def test_only_this_machine_is_listened_to(explorer):
+def test_server_listens_on_this_machine_only(explorer):
     port = port_of(explorer)
     with socket.socket() as other:
         other.settimeout(5)
@@ -160,7 +160,7 @@ def started(*arguments):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-def test_a_signal_ends_the_command():
+def test_signal_ends_the_command():
     process, address = started()
     try:
         assert answer(address)[0] == 200
@@ -174,7 +174,7 @@ def test_a_signal_ends_the_command():
         process.wait()
 
 
-def test_the_port_is_the_same_each_time_unless_it_is_taken(monkeypatch):
+def test_port_is_fixed_unless_it_is_in_use(monkeypatch):
     from vibrodrive.explorer import server
 
     with socket.create_server(("127.0.0.1", 0)) as found:
@@ -187,7 +187,7 @@ def test_the_port_is_the_same_each_time_unless_it_is_taken(monkeypatch):
         assert port_of(again) == usual
 
 
-def test_a_failure_leaves_no_token_on_the_terminal(explorer, monkeypatch, capfd):
+def test_failure_prints_no_token(explorer, monkeypatch, capfd):
     def fails(*arguments):
         raise RuntimeError("no page today")
 
@@ -199,7 +199,7 @@ def test_a_failure_leaves_no_token_on_the_terminal(explorer, monkeypatch, capfd)
 
 
 @pytest.mark.parametrize("link", ["http://127.0.0.1:6283/?low=3.0&eps=0.0002", "?low=3.0&eps=0.0002"])
-def test_the_command_opens_a_link_without_its_token(link, monkeypatch):
+def test_command_opens_a_link_without_its_token(link, monkeypatch):
     from vibrodrive.explorer.server import Explorer
 
     seen = []
@@ -209,12 +209,12 @@ def test_the_command_opens_a_link_without_its_token(link, monkeypatch):
 
 
 @pytest.mark.parametrize("option", [["--set", "eps=0"], ["--method", "fixed"]])
-def test_a_link_takes_no_option_of_a_configuration(option):
+def test_link_with_a_configuration_option_is_refused(option):
     with pytest.raises(click.ClickException, match="--set and --method change a configuration, not a link"):
         explore.main(["--no-browser", *option, "?low=3.0"], standalone_mode=False)
 
 
-def test_a_port_that_is_taken_is_refused_in_a_line(explorer):
+def test_port_in_use_is_refused_in_one_line(explorer):
     port = port_of(explorer)
     process, address = started("--port", str(port))
     _, complaint = process.communicate(timeout=LIMIT)

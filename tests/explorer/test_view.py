@@ -43,7 +43,7 @@ NUMBERS = st.floats(0.001, 1e3)
 
 
 @pytest.mark.parametrize("scale", ["linear", "log"])
-def test_a_value_lies_in_the_middle_of_its_column(scale):
+def test_values_are_column_centres(scale):
     view = View.read({"low": 1.0, "high": 16.0, "columns": 5, "scale": scale})
     left, right = _edges(view, SPAN, view.columns)
     edges = np.linspace(left, right, 6)
@@ -51,7 +51,7 @@ def test_a_value_lies_in_the_middle_of_its_column(scale):
     assert np.allclose(middles, place(view.plan().axes["A"], scale), rtol=1e-14)
 
 
-def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
+def test_results_are_reused_for_views_of_the_same_sweep_only():
     some = {"columns": 9, "transient": 3, "periods": 4}
     session = SimpleNamespace(
         work=None, made_from=[], engine=SimpleNamespace(threads=1, make_room=lambda *arguments: None)
@@ -63,10 +63,10 @@ def test_what_was_computed_serves_other_views_of_the_same_sweep_only():
         work = work_of(session, View.read(some))
 
 
-def test_stable_and_unstable_orbits_have_the_lines_of_their_own():
+def test_stable_and_unstable_orbits_have_different_lines():
     """Stable orbits are blue, unstable orbits vermilion."""
     drawn = SimpleNamespace(lines=SimpleNamespace(), marks=SimpleNamespace())
-    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, nothing_sought=lambda: None)
+    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, clear_note=lambda: None)
     A, low, high = np.array([2.0, 3.0]), np.array([1.0, 2.0]), np.array([5.0, 6.0])
     found = [Curve(A, low, STABLE, 1), Curve(A, high, UNSTABLE, 1)]
     _lay_over(session, View.read({"orbits": 1}), found, [Curve(2.5, 1.5, "fold", 1)])
@@ -115,7 +115,7 @@ def test_address_and_configuration_keep_every_bit(**chosen):
 
 
 @pytest.mark.parametrize("name", ["fig07", "fig10", "map_AB", "orbits", "limits_eta", "map_driver"])
-def test_a_configuration_is_shown_as_it_is(name):
+def test_configuration_is_shown_unchanged(name):
     wanted = config.read(ROOT / "configs" / f"{name}.toml")
     plan, shown = wanted.plan(), view_of(wanted).plan()
     x = next(iter(shown.axes))
@@ -127,12 +127,12 @@ def test_a_configuration_is_shown_as_it_is(name):
 
 
 @pytest.mark.parametrize(("values", "scale"), [("[2, 4]", "linear"), ("[2, 3, 4]", "linear"), ("[1, 2, 4]", "log")])
-def test_an_axis_of_a_configuration_has_the_scale_of_its_values(values, scale):
+def test_axis_of_a_configuration_has_the_scale_of_its_values(values, scale):
     """Two values are evenly and geometrically spaced, so the default scale applies."""
     assert view_of(config.parse(f"[sweep]\nA = {values}\n")).scale == scale
 
 
-def test_a_scene_in_SI_units_keeps_its_figure_and_its_motions():
+def test_SI_scene_keeps_its_figure_and_motions():
     wanted = config.read(ROOT / "configs/map_driver.toml")
     view = view_of(wanted)
     assert (view.scene, view.shade, view.x, view.y) == ("SI", "impact_power", "omega0", "a0")
@@ -156,7 +156,7 @@ limits = [1.5, 2.5]
 
 
 @pytest.mark.jit
-def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
+def test_colour_limits_of_a_map_follow_the_configuration():
     view = view_of(config.parse(RANGED))
     assert read_address(view.address()).state() == view.state()
     assert (view.mode, view.shade, view.limits) == ("map", "energy", (1.5, 2.5))
@@ -172,7 +172,7 @@ def test_colours_of_a_map_keep_the_ends_that_a_configuration_gives():
         View.read(view.state() | {"shade": "period"})
 
 
-def test_a_range_belongs_to_what_the_figure_draws():
+def test_limits_apply_to_the_drawn_quantity():
     """A sweep with sections and summaries is drawn with ξ', unless its figure names another quantity."""
     both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
     assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
@@ -181,11 +181,11 @@ def test_a_range_belongs_to_what_the_figure_draws():
         view_of(config.parse(RANGED.replace("energy", "period")))
 
 
-def test_classes_are_those_that_have_colours_for_each_value():
+def test_classified_quantities_have_colours_for_each_value():
     assert {*OF_CLASSES} == {*_CLASSIFY}
 
 
-def test_a_scene_with_A_for_itself_is_refused():
+def test_scene_with_a_separate_A_is_refused():
     text = "[physical]\nomega0 = 150.0\nalpha = 3.4\n[sweep]\nmu = [0.5, 0.6]\nA = 3.0"
     with pytest.raises(ValueError, match=r"A = 3\.0: must be an axis, or left out \(A then follows from a0\)"):
         view_of(config.parse(text))
@@ -247,7 +247,7 @@ FUZZ = [
 
 
 @pytest.mark.parametrize("key", [*View().state(), "novelty"])
-def test_whatever_is_written_is_taken_or_refused_in_one_line(key):
+def test_any_input_is_accepted_or_refused_in_one_line(key):
     for value in FUZZ:
         try:
             view = View.read({key: value})
@@ -268,7 +268,7 @@ def test_ranges_of_every_parameter_are_views():
         assert [*view.plan().axes] == [name, view.y]
 
 
-def test_another_abscissa_brings_its_own_range():
+def test_new_abscissa_has_its_default_range():
     state = View.read({"low": 3.0, "high": 3.1, "at": 3.05, "bottom": 0.8, "top": 1.3}).state()
     found = adapted(state | {"x": "dtau"}, "x").state()
     assert (found["low"], found["high"], found["scale"], found["at"]) == (*RANGES["dtau"], None)
@@ -279,7 +279,7 @@ def test_another_abscissa_brings_its_own_range():
     assert (found["x"], found["bottom"]) == ("a0", None)
 
 
-def test_a_logarithmic_axis_begins_above_zero():
+def test_logarithmic_axis_begins_above_zero():
     found = adapted(
         View.read({"x": "eps", "low": 0.0, "high": 1e-3, "scale": "linear"}).state() | {"scale": "log"}, "scale"
     )
@@ -287,7 +287,7 @@ def test_a_logarithmic_axis_begins_above_zero():
 
 
 @pytest.mark.parametrize("start", STARTS, ids=lambda start: start.name)
-def test_a_view_to_begin_with_can_be_shown_and_has_two_sentences(start):
+def test_initial_views_are_valid_and_have_two_sentences(start):
     view = read_address(start.address)
     assert read_address(view.address()).state() == view.state()
     assert 2 <= start.text.count(". ") + start.text.endswith(".") <= 3
@@ -304,7 +304,7 @@ def test_a_view_to_begin_with_can_be_shown_and_has_two_sentences(start):
     ],
     ids=str,
 )
-def test_a_saved_picture_has_the_pixels_of_its_images_and_the_exact_curves(chosen, name):
+def test_saved_picture_has_the_pixels_of_its_images_and_the_exact_curves(chosen, name):
     view = View.read({"columns": 60, "low": 3.0, "transient": 20, "periods": 16, **chosen})
     views = [view, view.certified()] if view.compared else [view]
     *_, level = Work([v.plan() for v in views], 1).levels(Pace(), Halt())
@@ -347,7 +347,7 @@ def test_a_saved_picture_has_the_pixels_of_its_images_and_the_exact_curves(chose
     ],
     ids=str,
 )
-def test_the_lines_of_python_compute_the_bits_of_the_view(chosen, monkeypatch, tmp_path):
+def test_exported_python_computes_the_bits_of_the_view(chosen, monkeypatch, tmp_path):
     view = View.read({"transient": 20, "periods": 16} | chosen)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
@@ -377,7 +377,7 @@ def test_the_lines_of_python_compute_the_bits_of_the_view(chosen, monkeypatch, t
     ],
     ids=str,
 )
-def test_saved_data_are_the_file_of_the_exported_configuration(chosen, tmp_path):
+def test_saved_data_equal_the_file_of_the_exported_configuration(chosen, tmp_path):
     view = View.read({"transient": 20, "periods": 16} | chosen)
     *_, level = Work([view.plan()], 1).levels(Pace(), Halt())
     (tmp_path / "view.toml").write_text(view.toml())
@@ -385,7 +385,7 @@ def test_saved_data_are_the_file_of_the_exported_configuration(chosen, tmp_path)
     assert export.result_file(view, level.sweep.results[0]) == (tmp_path / "view.h5").read_bytes()
 
 
-def test_results_of_all_pages_take_at_most_half_of_the_memory(monkeypatch):
+def test_results_of_all_pages_use_at_most_half_of_the_memory(monkeypatch):
     monkeypatch.setattr("vibrodrive.explorer.engine.available_memory", lambda: 700)
     first, second, third = (SimpleNamespace(work=work and SimpleNamespace(bytes=work)) for work in (200, 100, None))
     engine = SimpleNamespace(pages={1: first, 2: second, 3: third})
@@ -407,13 +407,13 @@ def test_results_of_all_pages_take_at_most_half_of_the_memory(monkeypatch):
         ("A = 3.0\neps = [0.0, 1e-4]", "ξ′ over ε"),
     ],
 )
-def test_the_part_of_a_configuration_that_is_shown_is_named(axes, shown):
+def test_part_shown_is_named(axes, shown):
     settings = config.parse("[sweep]\n" + axes)
     assert part_shown(view_of(settings), settings.plan()) == shown
 
 
 @pytest.mark.jit
-def test_a_motion_as_a_table_is_that_of_simulate():
+def test_motion_table_equals_simulate():
     view = View.read({"columns": 5, "low": 3.0, "high": 3.2, "at": 3.1, "transient": 20, "periods": 3})
     rows = export.motion_table(motion_at(view, Halt()).trajectory).splitlines()
     sample = vd.simulate(3.1, section_phase=view.section_phase, transient=20, periods=3).sample(export.POINTS)

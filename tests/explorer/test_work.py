@@ -45,7 +45,7 @@ VIEWS = {
 @pytest.mark.jit
 @pytest.mark.parametrize("pace", [SLOW, 1e9])
 @pytest.mark.parametrize("name", VIEWS)
-def test_the_last_level_is_the_sweep_of_the_exported_file(name, pace):
+def test_last_level_equals_the_sweep_of_the_exported_file(name, pace):
     view = View.read({"transient": 30, "periods": 40, **VIEWS[name]})
     work = Work([view.plan()], 2)
     levels = [(level.share, level.complete) for level in work.levels(paced(pace), Halt())]
@@ -63,7 +63,7 @@ def test_the_last_level_is_the_sweep_of_the_exported_file(name, pace):
 
 
 @pytest.mark.jit
-def test_halted_work_goes_on_where_it_was_to_the_same_bits():
+def test_halted_work_resumes_with_the_same_bits():
     view = View.read({"columns": 1000, "transient": 100, "periods": 50})
     work, seen = Work([view.plan()], 2), []
     for level in work.levels(paced(SLOW), Halt()):
@@ -77,7 +77,7 @@ def test_halted_work_goes_on_where_it_was_to_the_same_bits():
 
 
 @pytest.mark.jit
-def test_a_flag_ends_work_that_would_take_minutes():
+def test_halt_flag_ends_long_work():
     from threading import Timer
 
     view = View.read({"columns": 1000, "eps": 5e-4, "transient": 10**6, "periods": 10})
@@ -88,7 +88,7 @@ def test_a_flag_ends_work_that_would_take_minutes():
 
 
 @pytest.mark.jit
-def test_a_sketch_has_fewer_periods_and_gives_way():
+def test_sketch_has_fewer_periods_and_is_replaced():
     view = View.read({"columns": 400, "eps": 2e-4})
     levels = Work([view.plan()], 2).levels(paced(2e5), Halt())
     first = next(levels)

@@ -11,7 +11,7 @@ pytest.importorskip("bokeh")
 
 import vibrodrive as vd
 from vibrodrive.explorer import exact
-from vibrodrive.explorer.aside import Aside
+from vibrodrive.explorer.aside import SeparateProcess
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.jit.slices import Halt, Halted
 
@@ -44,7 +44,7 @@ def until_halted(halt):
     raise Halted
 
 
-def test_of_many_requests_the_last_is_answered_and_never_two_at_once(worker):
+def test_only_the_last_request_is_answered_one_at_a_time(worker):
     answered, running, most, begun, go_on = [], [], [], threading.Event(), threading.Event()
 
     def task(k):
@@ -75,7 +75,7 @@ def test_of_many_requests_the_last_is_answered_and_never_two_at_once(worker):
     [(Slot(0, Rank.EXACT), Slot(1, Rank.MOTION)), (Slot(0, Rank.PICTURE), Slot(1, Rank.PICTURE))],
     ids=["urgent work", "the page that asked last"],
 )
-def test_what_comes_first_halts_what_runs_and_that_comes_again(worker, running, later):
+def test_urgent_task_halts_and_restarts_the_running_task(worker, running, later):
     told, begun = [], threading.Event()
 
     def long(halt):
@@ -91,7 +91,7 @@ def test_what_comes_first_halts_what_runs_and_that_comes_again(worker, running, 
     assert told == ["running", "later", "running"]
 
 
-def test_what_a_task_asks_for_comes_after_it_and_does_not_halt_it(worker):
+def test_follow_up_task_runs_after_its_task(worker):
     told = []
 
     def picture(halt):
@@ -103,7 +103,7 @@ def test_what_a_task_asks_for_comes_after_it_and_does_not_halt_it(worker):
     assert told == [("picture", False), "motion"]
 
 
-def test_a_task_that_was_halted_asks_for_nothing_and_a_newer_request_stays(worker):
+def test_halted_task_adds_no_follow_up_task(worker):
     told, begun = [], threading.Event()
 
     def picture(halt):
@@ -127,7 +127,7 @@ def test_a_task_that_was_halted_asks_for_nothing_and_a_newer_request_stays(worke
     assert told == ["new"]
 
 
-def test_what_was_cancelled_does_not_come_again(worker):
+def test_cancelled_task_does_not_restart(worker):
     told, begun = [], threading.Event()
 
     def long(halt):
@@ -143,7 +143,7 @@ def test_what_was_cancelled_does_not_come_again(worker):
     assert told == ["long", "motion"]
 
 
-def test_less_urgent_work_waits(worker):
+def test_less_urgent_task_runs_later(worker):
     told, begun, go_on = [], threading.Event(), threading.Event()
 
     def picture(halt):
@@ -159,7 +159,7 @@ def test_less_urgent_work_waits(worker):
     assert told == [("picture", False), "exact"]
 
 
-def test_a_page_that_is_closed_has_no_work(worker):
+def test_closed_page_has_no_tasks(worker):
     begun = threading.Event()
     told = []
 
@@ -176,7 +176,7 @@ def test_a_page_that_is_closed_has_no_work(worker):
     assert told == ["other"]
 
 
-def test_what_fails_is_reported_and_the_worker_goes_on(worker, failures):
+def test_failed_task_is_reported_and_the_worker_continues(worker, failures):
     told = []
     worker.request(Slot(0, Rank.PICTURE), lambda halt: 1 / 0)
     finished(worker)
@@ -186,7 +186,7 @@ def test_what_fails_is_reported_and_the_worker_goes_on(worker, failures):
     assert told == ["next"]
 
 
-def test_a_pause_ends_with_the_next_request(worker):
+def test_pause_ends_with_the_next_request(worker):
     begun, told = threading.Event(), []
 
     def resting(halt):
@@ -201,7 +201,7 @@ def test_a_pause_ends_with_the_next_request(worker):
     assert told == ["next"]
 
 
-def test_a_request_takes_the_place_of_other_ranks_too(worker, failures):
+def test_request_replaces_tasks_of_other_ranks(worker, failures):
     """A new request of a page replaces the older request in one step, so a cancelled request cannot add a request."""
     begun, ended, done = threading.Event(), threading.Event(), []
 
@@ -225,19 +225,19 @@ def test_a_request_takes_the_place_of_other_ranks_too(worker, failures):
 
 @pytest.fixture(scope="module")
 def aside():
-    found = Aside(os.getpid)
+    found = SeparateProcess(os.getpid)
     yield found
     found.close()
 
 
-def test_the_other_process_answers_and_passes_errors_on(aside):
+def test_process_returns_results_and_errors(aside):
     assert aside.call(Halt(), divmod, 7, 2) == (3, 1)
     with pytest.raises(ValueError, match="B = -1"):
         aside.call(Halt(), exact.multiplier_at, 3.04, -1, 2, np.zeros(1))
     assert aside.call(Halt(), abs, -5) == 5
 
 
-def test_a_search_that_is_given_up_ends_with_its_process(aside):
+def test_halted_search_ends_its_process(aside):
     assert aside.call(Halt(), abs, -1) == 1
     process, halt = aside._process, Halt()
     threading.Timer(0.3, halt.call).start()
@@ -247,11 +247,11 @@ def test_a_search_that_is_given_up_ends_with_its_process(aside):
     assert aside.call(Halt(), abs, -2) == 2
 
 
-def test_warming_up_is_not_given_up_and_what_waited_for_it_is(tmp_path):
+def test_halt_ends_a_waiting_call_but_not_the_warm_up(tmp_path):
     """Warming up lasts until the test opens a named pipe. The test opens it after the first request was cancelled."""
     gate, there = tmp_path / "gate", tmp_path / "there"
     os.mkfifo(gate)
-    aside, halt = Aside(gate.read_bytes), Halt()
+    aside, halt = SeparateProcess(gate.read_bytes), Halt()
     last_resort = threading.Timer(LIMIT, gate.write_bytes, [b""])
     last_resort.start()
     try:
@@ -268,7 +268,7 @@ def test_warming_up_is_not_given_up_and_what_waited_for_it_is(tmp_path):
         aside.close()
 
 
-def test_a_process_that_was_killed_is_started_again(aside):
+def test_killed_process_is_restarted(aside):
     aside.call(Halt(), abs, -1)
     aside._process.kill()
     aside._process.wait()
@@ -276,7 +276,7 @@ def test_a_process_that_was_killed_is_started_again(aside):
 
 
 @pytest.mark.jit
-def test_the_multiplier_is_that_of_the_orbit(aside):
+def test_multiplier_equals_that_of_the_orbit(aside):
     motion = vd.simulate(3.04, transient=500, periods=4)
     (stable,) = (o for o in vd.orbits(3.04, max_period=2) if o.kind == "stable")
     assert exact.multiplier_at(3.04, 0.1, 2, motion.impacts["phase"]) == stable.multiplier

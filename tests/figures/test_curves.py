@@ -32,7 +32,7 @@ def motion(periods, irregular=False, **arguments):
     return SimpleNamespace(switches=switches, section=section, sample=sample, arguments=known, status=Status.OK)
 
 
-def test_a_trajectory_says_how_it_was_computed_and_shows_its_first_periods():
+def test_trajectory_names_its_settings_and_shows_the_first_periods():
     long = motion(1500, method=int(Method.FIXED), dtau=0.1)
     long.status = Status.TOO_CLOSE
     phase, time = figures.trajectory_figure(long).axes
@@ -46,14 +46,14 @@ def test_a_trajectory_says_how_it_was_computed_and_shows_its_first_periods():
 
 
 @pytest.mark.parametrize(("periods", "irregular", "image"), [(100, True, True), (30, True, False), (900, False, False)])
-def test_only_what_does_not_repeat_and_is_long_is_drawn_as_ink(periods, irregular, image):
+def test_only_long_irregular_motions_are_drawn_as_density(periods, irregular, image):
     fig = figures.phase_curve(motion(periods, irregular))
     assert bool(fig.axes[0].get_images()) == image
     names = [t.get_text() for t in fig.legends[0].get_texts()]
     assert ("spot passed in 1 of 100 periods" in names) == image
 
 
-def test_a_spot_counts_each_period_once():
+def test_pixel_counts_each_period_once():
     """In period 0 the motion passes a horizontal line twice, forwards and backwards. In period 1 it passes half of it
     once."""
     points = np.array([[0.0, 1.0], [4.0, 1.0], [0.0, 1.0], [np.nan, np.nan], [0.0, 1.0], [2.0, 1.0]])
@@ -65,7 +65,7 @@ def test_a_spot_counts_each_period_once():
     assert (counts[row, half + 1 : -1] == 1).all()
 
 
-def test_jumps_and_zero_lines_lie_on_the_ink():
+def test_jumps_and_zero_lines_are_above_the_density():
     (ax,) = figures.phase_curve(motion(100, True)).axes
     (image,) = ax.get_images()
     assert all(line.get_zorder() > image.get_zorder() for line in ax.lines)

@@ -23,7 +23,7 @@ def found():
     return FailureMap(np.arange(4.0), "dtau", np.geomspace(1e-3, 1.0, 3), judged, counts, limit, scalars, settings)
 
 
-def test_none_little_and_nothing_to_judge_look_different(found):
+def test_zero_small_and_unjudged_shares_look_different(found):
     fig = failures_figure(found)
     ax = fig.axes[0]
     none, some = (mesh.get_array() for mesh in ax.collections)
@@ -38,7 +38,7 @@ def test_none_little_and_nothing_to_judge_look_different(found):
     assert "no switch: the mass never moves" in {t.get_text() for t in fig.legends[0].get_texts()}
 
 
-def test_the_line_and_the_conditions_are_said(found):
+def test_figure_names_the_line_and_the_conditions(found):
     fig = failures_figure(found)
     assert "structure of the motion lost above this line" in {t.get_text() for t in fig.legends[0].get_texts()}
     said = fig.axes[2].get_title(loc="right")
@@ -48,7 +48,7 @@ def test_the_line_and_the_conditions_are_said(found):
 
 
 @pytest.mark.parametrize(("width", "rows"), [("double", 2), ("single", 3)])
-def test_in_one_column_panels_stand_below_each_other(found, width, rows):
+def test_panels_of_one_column_are_stacked(found, width, rows):
     fig = failures_figure(found, width=width)
     assert fig.axes[0].get_subplotspec().get_gridspec().nrows == rows
     names = [ax.get_title(loc="left")[3:] for ax in fig.axes[: len(METHODS) * len(KINDS)]]

@@ -63,7 +63,7 @@ def inked(column, value):
     return [round(v, 1) for v in value[rows][::2]]
 
 
-def test_a_periodic_motion_is_black_lines_and_an_irregular_one_is_grey(two_regimes):
+def test_periodic_motion_is_black_lines_and_an_irregular_one_is_grey(two_regimes):
     (ax,) = figures.bifurcation(two_regimes).axes
     ink, value = image(ax)
     A = two_regimes.axes["A"]
@@ -84,7 +84,7 @@ def test_quantity_and_limits(two_regimes):
     assert ax.get_xlabel() == "$A$"
 
 
-def test_a_diagram_of_the_impacts_shows_each_and_nothing_behind_the_last(two_regimes):
+def test_impact_diagram_shows_each_impact_and_no_padding(two_regimes):
     A = two_regimes.axes["A"]
     phase = np.full((len(A), 8), np.nan)
     phase[:, 0] = 1.5
@@ -98,7 +98,7 @@ def test_a_diagram_of_the_impacts_shows_each_and_nothing_behind_the_last(two_reg
         assert inked(shown[:, at(ax, A[-1])], value) == [1.5, 2.5]
 
 
-def test_a_second_axis_becomes_panels(two_regimes):
+def test_second_axis_becomes_panels(two_regimes):
     both = results(np.stack([two_regimes.section, two_regimes.section + 1]), eps=[0.0, 2e-4], A=two_regimes.axes["A"])
     fig = figures.bifurcation(both)
     titles = [ax.get_title(loc="left") for ax in fig.axes]
@@ -137,7 +137,7 @@ def pixels(figure, path, dpi):
 
 
 @pytest.mark.parametrize("n", [600, 20_000])
-def test_every_value_shows_however_many_there_are(n):
+def test_every_value_is_visible_for_any_number_of_values(n):
     where = np.arange(n // 1200, n, n // 600)[:600]
     (ax,) = figures.bifurcation(seldom(n, where)).axes
     ink, value = image(ax)
@@ -152,7 +152,7 @@ def test_every_value_shows_however_many_there_are(n):
 
 
 @pytest.mark.parametrize("dpi", [50, 250])
-def test_a_single_value_among_twenty_thousand_is_seen_in_the_picture(tmp_path, dpi):
+def test_single_value_among_twenty_thousand_is_visible(tmp_path, dpi):
     where = [100, 777, 5003, 9998, 13_334, 17_771, 19_899]
     figure = figures.bifurcation(seldom(20_000, where), limits=(0.5, 3.5), style="print")
     drawn = pixels(figure, tmp_path / "figure.png", dpi)[..., 0]
@@ -165,7 +165,7 @@ def test_a_single_value_among_twenty_thousand_is_seen_in_the_picture(tmp_path, d
     assert np.count_nonzero(np.diff(seen, prepend=-10) > 3) == len(where)
 
 
-def test_values_closer_than_a_column_all_show():
+def test_values_closer_than_a_column_are_all_visible():
     """The spacing of the values may be uneven. In this test 300 values are within one thousandth of the axis."""
     crowd = results(np.ones((302, 16, 2)), A=np.concatenate([[3.0], np.linspace(3.1, 3.1002, 300), [3.2]]))
     crowd.section[1:301, :, :] += np.linspace(0, 1, 300)[:, None, None]
@@ -176,7 +176,7 @@ def test_values_closer_than_a_column_all_show():
     assert (middle[spread] > 0).mean() > 0.95
 
 
-def test_no_panel_cuts_off_what_another_has_room_for(two_regimes):
+def test_panels_share_the_widest_limits(two_regimes):
     wide = two_regimes.section.copy()
     wide[5, 0] = 7.0
     both = results(np.stack([wide, two_regimes.section]), eps=[0.0, 2e-4], A=two_regimes.axes["A"])
@@ -184,12 +184,12 @@ def test_no_panel_cuts_off_what_another_has_room_for(two_regimes):
         assert ax.get_ylim()[1] > 7.0
 
 
-def test_an_axis_of_one_value_twice_is_drawn():
+def test_axis_of_one_value_twice_is_drawn():
     (ax,) = figures.bifurcation(results(np.ones((2, 8, 2)), A=[3.0, 3.0])).axes
     assert image(ax)[0].max() == 1.0
 
 
-def test_a_geometric_axis_is_drawn_in_decades():
+def test_geometric_axis_is_drawn_in_decades():
     eps = np.geomspace(1e-5, 1e-3, 50)
     (ax,) = figures.bifurcation(results(np.ones((50, 8, 2)), eps=eps)).axes
     assert ax.get_xlim() == pytest.approx((-5, -3), abs=0.03)
@@ -225,7 +225,7 @@ def test_from_results_chooses_by_the_longest_axis(two_regimes):
         (lambda r: figures.bifurcation(r, x="B"), "x"),
     ],
 )
-def test_an_unknown_option_is_named(two_regimes, call, key):
+def test_unknown_option_is_named(two_regimes, call, key):
     with pytest.raises(ValueError, match=f"^{key} = .*must be one of"):
         call(two_regimes)
 
@@ -251,7 +251,7 @@ def falling():
     return SimpleNamespace(switches=switches, section=np.zeros((1, 2)), sample=sample, arguments=arguments, status=0)
 
 
-def test_an_impact_breaks_the_curve_and_is_kept_as_a_jump(falling):
+def test_impact_breaks_the_curve_and_is_stored_as_a_jump(falling):
     drawn = curve(falling, points_per_period=5)
     assert (np.diff(drawn.tau) >= 0).all()
     assert drawn.jumps.tolist() == [[[2, 0, -1], [2, 0, 0]]]
@@ -285,20 +285,20 @@ def test_phase_curves_of_two_motions_share_a_scale(falling):
 
 
 @pytest.mark.parametrize("ending", style.FORMATS)
-def test_the_same_figure_is_the_same_file(two_regimes, tmp_path, ending):
+def test_same_figure_is_the_same_file(two_regimes, tmp_path, ending):
     one = style.save(figures.bifurcation(two_regimes), tmp_path / f"one{ending}")
     two = style.save(figures.bifurcation(two_regimes), tmp_path / f"two{ending}")
     assert one.read_bytes() == two.read_bytes()
     assert one.stat().st_size > 1000
 
 
-def test_an_unknown_ending_is_named_and_leaves_no_file(two_regimes, tmp_path):
+def test_unknown_suffix_is_named_and_leaves_no_file(two_regimes, tmp_path):
     with pytest.raises(ValueError, match=r"a file name ending in \.png"):
         style.save(figures.bifurcation(two_regimes), tmp_path / "figure.xyz")
     assert not list(tmp_path.iterdir())
 
 
-def test_settings_of_the_caller_are_left_alone(two_regimes):
+def test_settings_of_the_caller_are_unchanged(two_regimes):
     before = dict(mpl.rcParams)
     figures.bifurcation(two_regimes)
     assert dict(mpl.rcParams) == before
@@ -319,6 +319,6 @@ def test_numbers_are_written_as_in_print(value, text):
     assert style.number(value) == text
 
 
-def test_no_window_system_and_no_numba_is_touched():
+def test_figures_load_no_window_system_and_no_numba():
     code = "import sys, vibrodrive.figures; sys.exit(bool({'matplotlib.pyplot', 'numba'} & set(sys.modules)))"
     python(code)

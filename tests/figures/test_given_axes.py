@@ -69,7 +69,7 @@ FIGURES = {
 
 @pytest.mark.jit
 @pytest.mark.parametrize("name", FIGURES)
-def test_a_figure_is_drawn_into_the_axes_given(name, swept, motion, orbits):
+def test_figure_is_drawn_into_the_axes_given(name, swept, motion, orbits):
     panels, draw = FIGURES[name]
     figure = Figure(figsize=(3 * panels, 3))
     spare, *given = figure.subplots(1, panels + 1)
@@ -85,17 +85,17 @@ def test_a_figure_is_drawn_into_the_axes_given(name, swept, motion, orbits):
     assert draw(swept, motion, orbits, None) is not figure, "a later figure without axes is a new one"
 
 
-def test_every_figure_that_is_public_is_drawn_here():
+def test_every_public_figure_is_tested():
     assert set(vd.plot.__all__) <= FIGURES.keys()
 
 
-def test_what_is_no_axes_is_refused(motion):
+def test_other_objects_than_axes_are_refused(motion):
     for wrong in (3, "left", [], Figure()):
         with pytest.raises(ValueError, match=r"^ax = .*: must be one Axes$"):
             vd.plot.phase_curve(motion, ax=wrong)
 
 
-def test_a_notebook_shows_a_figure(motion):
+def test_notebook_shows_a_figure(motion):
     figure = motion.plot()
     png, size = figure._repr_png_()
     pixels = matplotlib.image.imread(io.BytesIO(png))

@@ -37,7 +37,7 @@ def over_A():
     return of({"A": A}, k2, n=n, done=~np.isinf(k2) | (np.arange(3)[:, None] == 1), fine=A, diagram=np.ones((81, 5)))
 
 
-def test_bands_velocities_ratio_and_diagram_stand_on_one_axis(over_A):
+def test_panels_share_one_axis(over_A):
     fig = limits_figure(over_A)
     top, velocity, ratio, bottom = fig.axes
     assert len({ax.get_xlim() for ax in fig.axes}) == 1
@@ -54,7 +54,7 @@ def test_bands_velocities_ratio_and_diagram_stand_on_one_axis(over_A):
     assert np.array_equal(list(V.values())[1], fixed, equal_nan=True), "a limit in Δτ is a velocity without conversion"
 
 
-def test_a_band_reaches_from_the_first_loss_to_the_last_value_kept(over_A):
+def test_band_extends_from_the_first_loss_to_the_last_value_kept(over_A):
     top = limits_figure(over_A).axes[0]
     ends = [line.get_ydata() for line in top.lines if line.get_linewidth() == 0.25]
     for band, end, first in zip(top.collections, ends, drawn(top).values(), strict=True):
@@ -64,7 +64,7 @@ def test_a_band_reaches_from_the_first_loss_to_the_last_value_kept(over_A):
         assert set(corners[:, 1]) == set(first[known]) | set(2 * first[known])
 
 
-def test_what_is_not_computed_yet_is_no_reason_for_a_gap():
+def test_limits_not_computed_are_not_reported_as_gaps():
     """The period is 0 for a point that is not yet computed, and also for a motion without a period."""
     A, done = np.linspace(2.4, 3.2, 9), np.zeros((3, 9), bool)
     blank = of({"A": A}, np.full((3, 9), np.nan), n=np.zeros((3, 9), int), done=done, fine=A, diagram=np.ones((9, 5)))
@@ -75,7 +75,7 @@ def test_what_is_not_computed_yet_is_no_reason_for_a_gap():
     assert "gaps: no periodic motion" in limits_figure(blank).axes[0].get_title(loc="right").replace("\n", " ")
 
 
-def test_a_ratio_is_drawn_only_where_both_limits_are_known(over_A):
+def test_ratio_is_drawn_only_where_both_limits_are_known(over_A):
     ratio = limits_figure(over_A).axes[2]
     assert ratio.get_ylabel() == "ratio"
     fixed = ratio.lines[0].get_ydata()
@@ -86,14 +86,14 @@ def test_a_ratio_is_drawn_only_where_both_limits_are_known(over_A):
     assert any(np.all(np.asarray(line.get_ydata()) == 1.0) for line in ratio.lines), "the line at 1"
 
 
-def test_the_note_on_ratios_says_where_nine_tenths_lie():
+def test_note_on_ratios_gives_median_and_90_per_cent_range():
     A = np.linspace(1.5, 2.5, 101)
     k2 = np.stack([np.full(101, 0.01), np.linspace(0.2, 2.2, 101), np.ones(101)])
     ratio = limits_figure(of({"A": A}, k2, fine=A, diagram=np.ones((101, 5)))).axes[2]
     assert ratio.get_title(loc="right") == "median 1.2, 90 % between 0.3 and 2.1"
 
 
-def test_eta_alone_is_drawn_in_decades_and_b_is_not():
+def test_axis_of_eta_is_logarithmic_and_of_b_linear():
     eta = np.geomspace(3.1, 1009.9, 9)
     fig = limits_figure(of({"eta": eta}, np.stack([0.2 / eta, 0.1 + 0 * eta, 0.1 + 0 * eta])))
     assert len(fig.axes) == 2
@@ -105,7 +105,7 @@ def test_eta_alone_is_drawn_in_decades_and_b_is_not():
 
 
 @pytest.mark.parametrize("swapped", [False, True])
-def test_the_longer_of_two_axes_is_the_abscissa_and_the_other_has_lines(swapped):
+def test_longer_axis_is_the_abscissa_and_the_other_has_lines(swapped):
     A, eta = np.array([2.4, 2.8, 3.04]), np.geomspace(3.1, 1009.9, 7)
     k2 = np.empty((3, 3, 7))
     k2[0] = A[:, None] / eta
@@ -126,7 +126,7 @@ def test_the_longer_of_two_axes_is_the_abscissa_and_the_other_has_lines(swapped)
     assert len({(line.get_linestyle(), line.get_color()) for line in velocity.lines}) == 3
 
 
-def test_over_b_both_kinds_have_a_panel():
+def test_limits_over_b_have_a_panel_for_each_kind():
     A, B = np.linspace(1.5, 3.0, 9), np.linspace(0.05, 0.5, 20)
     k2 = 1e-3 * np.ones((3, 9, 1)) * (1 + B)
     fig = limits_figure(of({"A": A, "B": B}, k2))
@@ -136,7 +136,7 @@ def test_over_b_both_kinds_have_a_panel():
 
 
 @pytest.mark.parametrize("axes", [{"eta": 5}, {"A": 5}, {"A": 2, "B": 5}])
-def test_a_scene_in_si_units_has_mm_s_on_the_right(axes, tmp_path):
+def test_scene_in_si_units_has_mm_s_on_the_right(axes, tmp_path):
     values = {name: np.linspace(1.5, 2.5, k) for name, k in axes.items()}
     k2 = 1e-3 * (1.0 + np.arange(3 * np.prod(list(axes.values())))).reshape(3, *axes.values())
     options = {"fine": values["A"], "diagram": np.ones((5, 4))} if list(axes) == ["A"] else {}
@@ -150,7 +150,7 @@ def test_a_scene_in_si_units_has_mm_s_on_the_right(axes, tmp_path):
 
 
 @pytest.mark.parametrize("axes", [{"A": 1}, {"A": 4}, {"eta": 3}, {"B": 1}, {"B": 2, "eta": 3}])
-def test_a_figure_of_nothing_is_drawn_and_says_what_is_missing(axes, tmp_path):
+def test_figure_without_limits_reports_missing_points(axes, tmp_path):
     values = {name: np.linspace(1.5, 2.5, k) for name, k in axes.items()}
     shape = (3, *axes.values())
     options = {"fine": np.linspace(1.5, 2.5, 7), "diagram": np.ones((7, 4))} if list(axes) == ["A"] else {}
@@ -160,7 +160,7 @@ def test_a_figure_of_nothing_is_drawn_and_says_what_is_missing(axes, tmp_path):
     assert any(f"{total} of {total} limits not computed" in ax.get_title(loc="right") for ax in fig.axes)
 
 
-def test_what_is_judged_and_why_there_are_gaps_is_said_for_any_axes(over_A):
+def test_criterion_and_reasons_for_gaps_are_named_for_any_axes(over_A):
     near = replace(over_A, criterion="rho < 0.1")
     top = limits_figure(near).axes[0]
     said = top.get_title(loc="right")
@@ -173,7 +173,7 @@ def test_what_is_judged_and_why_there_are_gaps_is_said_for_any_axes(over_A):
     assert "criterion: word" in limits_figure(two).axes[0].get_title(loc="right")
 
 
-def test_limits_of_several_motions_are_named_k_u_wherever_they_are_named(over_A):
+def test_limits_of_several_motions_are_named_k_u_everywhere(over_A):
     numbers = over_A.numbers
     numbers |= {"ku": numbers["k2"], "last_several": numbers["last_kept"]}
     found = replace(over_A, criterion="", quantity=KU)

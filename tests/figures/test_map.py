@@ -18,7 +18,7 @@ from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.map import borders_of, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import choose_drawing, merge_wishes
+from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, power
 from vibrodrive.periodic.curve import Curve
@@ -51,7 +51,7 @@ def cells(fig):
     return [left, right], [low, high], colours
 
 
-def told(fig):
+def note_texts(fig):
     """Return the note above the map."""
     return fig.axes[0].get_title(loc="left").replace("\n", " ")
 
@@ -67,7 +67,7 @@ def pixels(fig, dpi):
     return np.array([[to_hex(c / 255) for c in row] for row in inside])
 
 
-def test_each_point_has_its_place_and_the_colour_of_its_period(plane):
+def test_cells_have_the_colours_of_their_periods(plane):
     x, y, colours = cells(map_figure(plane))
     assert x == [0.5, 3.5]
     assert y == pytest.approx([0.05, 0.25])
@@ -97,13 +97,13 @@ def test_classes_stay_apart_in_grey(style, apart):
     assert lightness(APART) - light[0] > apart
 
 
-def test_in_print_the_sign_is_seen():
+def test_sign_is_visible_in_print():
     grey = [lightness(c) for c in LOOKS["print"].signed(np.linspace(0, 1, 256))[:, :3]]
     assert min(grey[:128]) > max(grey[128:]) + 20
 
 
 @pytest.mark.parametrize("quantity", ["period", "energy", "lyapunov", "status", "kept"])
-def test_in_print_there_is_black_ink_alone(plane, quantity, tmp_path):
+def test_print_is_black_and_white(plane, quantity, tmp_path):
     plane.status[:2, 1] = Status.TOO_CLOSE, Status.NEVER_LEAVES
     plane.gaps = plane.period
     plane.energy = plane.lyapunov = np.array([[1e-3, -1.0], [0.5, 1.0], [7.0, np.nan]])
@@ -116,7 +116,7 @@ def test_in_print_there_is_black_ink_alone(plane, quantity, tmp_path):
         assert (np.ptp(seen, axis=-1).max() > 0.1) == coloured
 
 
-def test_in_print_a_point_without_a_value_is_hatched(plane):
+def test_point_without_a_value_is_hatched_in_print(plane):
     plane.energy = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, np.nan]])
     plane.status[0, 0] = Status.NOT_COMPUTED
     fig = map_figure(plane, "energy", style="print")
@@ -126,17 +126,17 @@ def test_in_print_a_point_without_a_value_is_hatched(plane):
     assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no such value or not computed"]
 
 
-def test_points_that_are_missing_or_rest_are_no_class(plane):
+def test_missing_and_resting_points_have_no_class(plane):
     plane.status[0, 0], plane.status[1, 1] = Status.NOT_COMPUTED, Status.NEVER_LEAVES
     fig = map_figure(plane)
     colours = cells(fig)[2]
     assert (colours[0][0], colours[1][1]) == ("none", to_hex(APART))
-    assert "of 6 points at rest permanently: 1, not computed: 1" in told(fig)
+    assert "of 6 points at rest permanently: 1, not computed: 1" in note_texts(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
     assert fig.axes[0].patch.get_hatch()
 
 
-def test_gaps_and_sequences_are_named_by_what_they_are(plane):
+def test_gaps_and_sequences_are_named(plane):
     plane.gaps = np.array([[1, 1], [1, 122], [12, 0]])
     bar = map_figure(plane, "gaps").axes[1]
     assert [t.get_text() for t in bar.get_yticklabels()] == ["1", "1, 2", "1, 2, 2", "none"]
@@ -148,7 +148,7 @@ def test_gaps_and_sequences_are_named_by_what_they_are(plane):
 
 
 @pytest.mark.jit
-def test_the_letters_of_a_sequence_are_the_states_of_the_motion():
+def test_letters_of_a_sequence_are_the_states_of_the_motion():
     swept = vd.sweep(A=[1.5], transient=100, periods=5, record="summary")
     seen = vd.simulate(1.5, transient=100, periods=5).switches["after"][:5]
     letters = "".join(vd.State(s).name[0] for s in seen)
@@ -157,7 +157,7 @@ def test_the_letters_of_a_sequence_are_the_states_of_the_motion():
     assert len(found) == 5
 
 
-def test_a_quantity_over_decades_is_drawn_over_its_logarithm(plane):
+def test_quantity_over_decades_has_a_logarithmic_scale(plane):
     plane.energy = np.array([[0.0, 1e-3], [1e-1, 1.0], [10.0, np.nan]])
     fig = map_figure(plane, "energy")
     assert fig.axes[1].get_yscale() == "log"
@@ -173,7 +173,7 @@ def test_a_quantity_over_decades_is_drawn_over_its_logarithm(plane):
     assert (low, high) == (0.5, 4.0)
 
 
-def test_energies_of_the_size_of_rounding_do_not_stretch_the_scale(plane):
+def test_energies_of_rounding_size_do_not_extend_the_scale(plane):
     plane.energy = np.array([[0.0, 1e-20], [1e-1, 1.0], [10.0, np.nan]])
     fig = map_figure(plane, "energy")
     assert fig.axes[1].get_ylim() == pytest.approx((1e-8, 10.0))
@@ -181,7 +181,7 @@ def test_energies_of_the_size_of_rounding_do_not_stretch_the_scale(plane):
 
 
 @pytest.mark.parametrize("limits", [(5e-3, 1.0), (0.5, 1.0)])
-def test_values_beyond_the_limits_have_the_colours_of_the_ends_of_the_bar(plane, limits):
+def test_values_beyond_the_limits_have_the_end_colours(plane, limits):
     plane.energy = np.array([[0.0, 1e-3], [0.7, 1.0], [10.0, np.nan]])
     fig = map_figure(plane, "energy", limits=limits)
     colours = cells(fig)[2]
@@ -203,7 +203,7 @@ def test_values_beyond_the_limits_have_the_colours_of_the_ends_of_the_bar(plane,
     assert (np.flatnonzero(np.isfinite(above.get_ydata())), above.get_marker()) == (3, "^")
 
 
-def test_every_cell_is_where_its_values_are_and_the_rarest_of_a_pixel_is_shown():
+def test_cells_match_their_values_and_the_rarest_class_of_a_pixel_is_shown():
     """A line one cell wide and a single cell are visible on a map with more cells than pixels, at any resolution."""
     eps = np.geomspace(1e-6, 1e-2, 1500)
     period = np.ones((1500, 1500), np.int8)
@@ -220,14 +220,14 @@ def test_every_cell_is_where_its_values_are_and_the_rarest_of_a_pixel_is_shown()
         assert column / seen.shape[1] == pytest.approx(400.5 / 1500, abs=2.5 / seen.shape[1])
 
 
-def test_a_megapixel_is_a_small_file(tmp_path):
+def test_megapixel_is_a_small_file(tmp_path):
     noise = np.random.default_rng(0).integers(1, 9, (1000, 1000))
     fig = map_figure(results({"A": np.linspace(1, 2, 1000), "B": np.linspace(0.1, 0.2, 1000)}, period=noise))
     for ending in ("png", "pdf", "svg"):
         assert save(fig, tmp_path / f"x.{ending}").stat().st_size < 2_000_000
 
 
-def test_cells_of_unequal_width_are_drawn_as_wide_as_they_are():
+def test_cells_of_unequal_width_keep_their_width():
     A = np.array([1.0, 2.0, 5.0])  # cells from 0.5 to 1.5, 3.5, 6.5
     row = cells(map_figure(results({"A": A, "B": np.array([0.1, 0.2])}, period=np.array([[1, 1], [2, 2], [3, 3]]))))[2][
         0
@@ -235,14 +235,14 @@ def test_cells_of_unequal_width_are_drawn_as_wide_as_they_are():
     assert [row.count(to_hex(c)) / len(row) for c in PALETTE[:3]] == pytest.approx([1 / 6, 2 / 6, 3 / 6], abs=0.01)
 
 
-def test_an_exponent_has_its_zero_in_the_middle(plane):
+def test_exponent_has_its_zero_in_the_middle(plane):
     plane.lyapunov = np.array([[-np.inf, -2.0], [-1.0, 0.1], [0.5, -0.2]])
     fig = map_figure(plane, "lyapunov")
     assert fig.axes[1].get_ylim() == (-2.0, 2.0)
     assert [t.get_text() for t in fig.legends[0].get_texts()] == ["rests"]
 
 
-def test_borders_lie_half_way_and_follow_the_scale():
+def test_borders_are_midpoints_on_the_scale_of_the_axis():
     assert borders_of(np.geomspace(1e-6, 1e-2, 3)) == pytest.approx([-7.0, -5.0, -3.0, -1.0])
     assert borders_of(np.array([1.0, 2.0, 5.0])).tolist() == [0.5, 1.5, 3.5, 6.5]
     assert borders_of(np.array([2.0])).tolist() == [1.5, 2.5]
@@ -256,11 +256,11 @@ def test_one_axis_has_marks_and_a_third_is_named():
     assert marks.get_ydata().tolist() == [0, 0, 1, 1, len(PALETTE) - 1]
     axes = {"A": np.linspace(1, 3, 4), "B": np.linspace(0.1, 0.2, 3), "tau0": np.array([0.5, 1.0])}
     fig = map_figure(results(axes, period=np.arange(24).reshape(4, 3, 2)))
-    assert r"$\tau_0 = 0.5$ (first of 2)" in told(fig)
+    assert r"$\tau_0 = 0.5$ (first of 2)" in note_texts(fig)
     assert np.shape(cells(fig)[2]) == (3, 4)
 
 
-def test_curves_lie_over_a_map_of_a_and_b(plane):
+def test_curves_are_drawn_over_a_map_of_a_and_b(plane):
     curve = Curve("border", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.1, 0.2]), ("edge", "edge"), ())
     for x in ("A", "B"):
         fig = map_figure(plane, x=x, curves=[curve])
@@ -297,7 +297,7 @@ class Straight(Curve):
     ("x", "y"),
     [("omega0", "a0"), ("a0", "omega0"), ("alpha", "a0"), ("mu", "a0"), ("omega0", "alpha"), ("alpha", "A")],
 )
-def test_curves_lie_where_a_and_b_of_the_scene_are_on_them(x, y):
+def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
     B = np.linspace(0.0, 0.5, 201)
     curve = Straight("border", 1, 1, (), 1, 1.0 + 20.0 * B, B, ("edge", "edge"), ())
     swept = scene(x, y)
@@ -311,10 +311,10 @@ def test_curves_lie_where_a_and_b_of_the_scene_are_on_them(x, y):
             shown["a0"] *= 1e-3
         here = Scene.quiet(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
         assert shown.get("A", here.A) == pytest.approx(1.0 + 20.0 * here.B, rel=1e-9)
-    assert "numbers on curves: period" in told(fig)
+    assert "numbers on curves: period" in note_texts(fig)
 
 
-def test_curves_that_do_not_reach_the_map_are_refused():
+def test_curves_outside_the_map_are_refused():
     far = Curve("border", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.3, 0.4]), ("edge", "edge"), ())
     with pytest.raises(ValueError, match=r"curves that reach B = 0\.099"):
         map_figure(scene("omega0", "a0"), curves=[far])
@@ -328,7 +328,7 @@ def disturbed():
     return results({"A": np.array([1.0, 2.0, 3.0]), "eps": np.geomspace(1e-6, 1e-4, 3)}, gaps=gaps)
 
 
-def test_structure_is_kept_where_the_gaps_are_those_of_the_undisturbed_motion(disturbed):
+def test_structure_is_kept_if_the_gaps_equal_the_undisturbed_gaps(disturbed):
     fig = map_figure(disturbed, "kept", undisturbed=np.array([[1], [122], [0]]))
     by_A = np.transpose(cells(fig)[2]).tolist()
     assert by_A == [[HOLDS, HOLDS, BROKEN], [HOLDS, BROKEN, HOLDS], [to_hex(SCREEN.lacking)] * 3]
@@ -346,7 +346,7 @@ def limits_over(axes, k2, **fixed):
     )  # fmt: skip
 
 
-def test_the_limit_is_a_line_over_the_map(disturbed):
+def test_limit_is_a_line_over_the_map(disturbed):
     found = limits_over(
         {"A": np.array([1.0, 2.5, 3.0])}, [[1e-5, 2e-5, np.inf], [1.0] * 3, [1.0] * 3], B=0.1, eta=101.0
     )
@@ -401,7 +401,7 @@ def test_power_is_half_m_v_squared_times_the_frequency():
         (("impacts",), {}, ("bifurcation", "impact_phase")),
     ],
 )
-def test_what_is_drawn_follows_from_what_is_recorded(record, wish, found):
+def test_default_drawing_follows_from_the_record(record, wish, found):
     swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record)
     assert choose_drawing(swept, **wish) == found
 
@@ -432,7 +432,7 @@ def test_what_is_drawn_follows_from_what_is_recorded(record, wish, found):
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
     ],
 )
-def test_what_was_not_recorded_is_refused_in_one_line(record, wish, told):
+def test_drawing_without_its_record_is_refused_in_one_line(record, wish, told):
     swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record)
     with pytest.raises(ValueError, match="must be") as refused:
         choose_drawing(swept, **wish)
@@ -440,8 +440,8 @@ def test_what_was_not_recorded_is_refused_in_one_line(record, wish, told):
     assert "\n" not in str(refused.value)
 
 
-def test_what_is_asked_for_now_comes_before_the_configuration():
+def test_options_override_the_configured_drawing():
     wanted = {"kind": "map", "quantity": "energy", "limits": (0.1, 30.0)}
-    assert merge_wishes(wanted, {}) == wanted
-    assert merge_wishes(wanted, {"quantity": "period"}) == {"kind": "map", "quantity": "period"}
-    assert merge_wishes(wanted, {"kind": "bifurcation"}) == {"kind": "bifurcation"}
+    assert merge_options(wanted, {}) == wanted
+    assert merge_options(wanted, {"quantity": "period"}) == {"kind": "map", "quantity": "period"}
+    assert merge_options(wanted, {"kind": "bifurcation"}) == {"kind": "bifurcation"}

@@ -30,7 +30,7 @@ def drawn(ax):
     return [a for a in ax.lines if a.get_color() != "white" and len(a.get_xdata()) > 2]
 
 
-def test_figure_holds_every_curve_its_period_and_where_they_meet(curves):
+def test_figure_shows_curves_periods_and_meeting_points(curves):
     meets = [(a, b) for a, b, _ in meeting_points(curves)]
     figure = curves_figure(curves, (1.0, 3.0), (0.0, 1.0), 2, meets)
     ax = figure.axes[0]
@@ -47,7 +47,7 @@ def test_figure_holds_every_curve_its_period_and_where_they_meet(curves):
     assert mark.get_xydata().tolist() == [[1.0, 0.0]]
 
 
-def test_over_a_map_limits_and_scale_stay(curves):
+def test_curves_over_a_map_keep_its_limits_and_scale(curves):
     fig, axes = new(1, 1, height=3.0)
     ax = axes[0, 0]
     ax.pcolormesh([0.0, 0.5, 1.0], [1.0, 2.0, 3.0], np.zeros((2, 2)))
@@ -70,11 +70,11 @@ def test_kinds_differ_in_black_and_white():
         assert np.abs(np.subtract(one, other)).max() > 0.2
 
 
-def test_nothing_to_draw():
+def test_figure_without_curves_has_no_legend():
     assert curves_figure([], (1.0, 3.0), (0.0, 1.0), 2).legends == []
 
 
-def test_the_legend_has_the_kinds_in_view_only(curves):
+def test_legend_has_the_kinds_in_view_only(curves):
     """The points of one curve are outside the view, but the line between them crosses it."""
     coarse = Curve("grazing", 1, 1, "REST", "", np.array([0.0, 4.0]), np.array([0.2, 0.2]), ("edge", "edge"), ())
     figure = curves_figure([*curves, coarse], (1.0, 1.15), (0.1, 0.3), 2)

@@ -64,7 +64,7 @@ def lab(linear):
 
 
 @pytest.mark.parametrize("eyes", BLIND)
-def test_the_first_curves_stay_apart_for_the_colour_blind(eyes):
+def test_first_curves_stay_apart_for_the_colour_blind(eyes):
     """A colour distance of 10 is clearly visible. (The line styles also differ.)"""
     linear = [np.where((c := np.array(to_rgb(hue))) > 0.04045, ((c + 0.055) / 1.055) ** 2.4, c / 12.92)
               for hue, _ in LOOKS["screen"].lines[:4]]  # fmt: skip
@@ -87,7 +87,7 @@ def test_figures_are_as_wide_as_columns(swept, width):
     assert min(letters) >= 7, "letters are not scaled with the width"
 
 
-def test_what_is_chosen_holds_inside_and_ends():
+def test_style_applies_within_its_context_only():
     before = dict(mpl.rcParams)
     assert look() is LOOKS["screen"]
     with drawn_as("print", "single"):
@@ -101,7 +101,7 @@ def test_what_is_chosen_holds_inside_and_ends():
 
 
 @pytest.mark.parametrize(("key", "value"), [("style", "nature"), ("width", "triple")])
-def test_an_unknown_style_or_width_is_named(swept, key, value):
+def test_unknown_style_or_width_is_named(swept, key, value):
     with pytest.raises(ValueError, match=f"^{key} = '{value}': must be one of"):
         figures.bifurcation(swept, **{key: value})
 
@@ -114,7 +114,7 @@ def test_letters_are_embedded(swept, tmp_path):
     assert "<text" not in save(figure, tmp_path / "x.svg").read_text(), "letters are outlines"
 
 
-def test_a_status_that_is_not_ok_is_marked_where_it_is(swept):
+def test_unusual_status_is_marked_at_its_point(swept):
     fig = figures.bifurcation(swept)
     first, second = fig.axes
     assert not first.lines
@@ -124,7 +124,7 @@ def test_a_status_that_is_not_ok_is_marked_where_it_is(swept):
     assert "out of budget" in {t.get_text() for t in fig.legends[0].get_texts()}
 
 
-def test_grey_has_a_key_and_lines_need_none(swept):
+def test_grey_has_a_legend_and_lines_have_none(swept):
     fig = figures.bifurcation(swept)
     texts = [t.get_text() for t in fig.legends[0].get_texts()]
     assert [t for t in texts if "budget" not in t] == ["spot visited once", "4 times", "13 times or more"]
@@ -137,7 +137,7 @@ def test_grey_has_a_key_and_lines_need_none(swept):
     assert not figures.bifurcation(swept).legends
 
 
-def test_the_first_and_the_last_of_few_values_are_as_wide_as_the_others(swept):
+def test_first_and_last_columns_are_as_wide_as_the_others(swept):
     ax = figures.bifurcation(swept).axes[0]
     (drawn,) = ax.get_images()
     marked = np.asarray(drawn.get_array()).max(axis=0) > 0
@@ -148,7 +148,7 @@ def test_the_first_and_the_last_of_few_values_are_as_wide_as_the_others(swept):
     assert ax.get_xlim()[0] < swept.axes["A"][0]
 
 
-def test_panels_that_are_a_choice_say_so(swept):
+def test_selected_panels_are_reported(swept):
     plan = make_plan({"A": np.linspace(3, 3.1, 20), "eps": np.linspace(0, 1e-3, 9), "periods": 8})
     many = SimpleNamespace(
         axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",),
@@ -159,7 +159,7 @@ def test_panels_that_are_a_choice_say_so(swept):
     assert "shown" not in figures.bifurcation(swept).axes[0].get_title(loc="right")
 
 
-def test_over_two_axes_of_the_start_a_map_is_drawn():
+def test_two_axes_of_the_start_give_a_map():
     plan = make_plan({"A": 3.04, "xi0": np.linspace(0, 20, 15), "tau0": np.linspace(0, 6, 12), "periods": 4})
     section = np.zeros((15, 12, 4, 2))
     section[..., -1, 1] = np.arange(180).reshape(15, 12)
@@ -187,7 +187,7 @@ def test_ticks_of_periods_are_round(count):
     assert ax.get_xlabel() == r"$\tau/2\pi - 1000$"
 
 
-def test_a_note_that_does_not_fit_beside_the_name_stands_above_it():
+def test_long_note_is_placed_above_the_panel_name():
     ax = new(height=2.0)[1][0, 0]
     ax.set_title("a) name", loc="left")
     note(ax, ["short"])
@@ -201,7 +201,7 @@ def test_a_note_that_does_not_fit_beside_the_name_stands_above_it():
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_a_note_is_smaller_than_the_name_of_its_panel(width):
+def test_note_is_smaller_than_the_name_of_its_panel(width):
     """The ratio of the font sizes is the same for both widths."""
     with drawn_as(width=width):
         ax = new(height=2.0)[1][0, 0]
@@ -213,7 +213,7 @@ def test_a_note_is_smaller_than_the_name_of_its_panel(width):
 
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("names", [["short"] * 9, ["a label that is longer than the others are", *["short"] * 8]])
-def test_a_legend_has_as_many_columns_as_fit(names, width):
+def test_legend_has_as_many_columns_as_fit(names, width):
     with drawn_as(width=width):
         fig, axes = new(height=3.0)
         for k, name in enumerate(names):

@@ -51,7 +51,7 @@ def names_in(code: CodeType) -> set[str]:
     return set(code.co_names).union(*map(names_in, inner))
 
 
-def behind_the_machine_code() -> set[str]:
+def compiled_modules() -> set[str]:
     """Return the names of modules that compiled functions use, from these functions and not from the sources."""
     loaded = modules()
     dispatchers = [v for m in loaded.values() for v in vars(m).values() if hasattr(v, "py_func") and v.stats.cache_path]
@@ -91,7 +91,7 @@ def behind_the_machine_code() -> set[str]:
     return known
 
 
-def beside_the_machine_code() -> set[str]:
+def uncompiled_modules() -> set[str]:
     """Return the names of modules of the command line, the figures and the files, recognised by their imports."""
     found = set()
     for path in ROOT.rglob("*.py"):
@@ -131,15 +131,15 @@ def changing(copy, names: set[str]) -> set[str]:
 
 
 @pytest.mark.jit
-def test_an_edit_of_whatever_is_compiled_makes_new_kernels(copy):
-    kernels = behind_the_machine_code()
+def test_edit_of_compiled_modules_makes_new_kernels(copy):
+    kernels = compiled_modules()
     assert {"vibrodrive.kernels.engine", "vibrodrive.jit.trig", "vibrodrive.model.choices"} <= kernels
     kernels |= {"vibrodrive.jit.compile", "vibrodrive.jit.pieces"}
     assert changing(copy, kernels) == kernels
 
 
-def test_an_edit_of_command_line_figures_or_files_does_not(copy):
-    assert changing(copy, beside_the_machine_code()) == set()
+def test_edit_of_other_modules_keeps_the_kernels(copy):
+    assert changing(copy, uncompiled_modules()) == set()
 
 
 TREE = {
@@ -186,7 +186,7 @@ def test_imports_are_followed_into_packages_of_packages(copy):
     assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
 
 
-def test_the_fingerprint_costs_little_at_every_start(monkeypatch):
+def test_fingerprint_is_fast(monkeypatch):
     """The fingerprint reads all sources but parses only lines with imports."""
     parsed, parse = [], ast.parse
     monkeypatch.setattr(ast, "parse", lambda source: parsed.append(len(source)) or parse(source))
@@ -204,7 +204,7 @@ def test_the_fingerprint_costs_little_at_every_start(monkeypatch):
         (np, "__version__", "9.9"),
     ],
 )
-def test_another_python_or_compiler_has_kernels_of_its_own(monkeypatch, tmp_path, where, name, value):
+def test_cache_directory_depends_on_python_and_compiler(monkeypatch, tmp_path, where, name, value):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     before = _jit._cache_directory()
     monkeypatch.setattr(where, name, value)
@@ -224,7 +224,7 @@ print(CACHE.name, compilation.seconds > 0)
 
 
 @pytest.mark.jit
-def test_unlike_processors_with_one_home_neither_share_nor_lose_kernels(monkeypatch, tmp_path):
+def test_processors_with_one_cache_neither_share_nor_lose_kernels(monkeypatch, tmp_path):
     """Each processor compiles the kernels that its cache does not contain, and reports this."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
@@ -270,7 +270,7 @@ print("vibrodrive.jit.pieces" in sys.modules, kernel(3.0), square(2.0, True), gc
 
 @pytest.mark.jit
 @pytest.mark.parametrize(("numba", "private"), [("as it is", "True"), ("changed", "False")])
-def test_a_numba_that_has_changed_compiles_the_same_kernels(tmp_path, numba, private):
+def test_kernels_compile_without_private_interfaces_of_numba(tmp_path, numba, private):
     """Without Numba's private interfaces the kernels give the same results. Python can still call their formulas."""
     (tmp_path / "pieces.py").write_text(PIECES)
     run = "import runpy, sys; runpy.run_path(sys.argv.pop(1))"
@@ -279,7 +279,7 @@ def test_a_numba_that_has_changed_compiles_the_same_kernels(tmp_path, numba, pri
 
 
 @pytest.mark.parametrize(("terminal", "shown"), [(True, False), (True, True), (False, False)])
-def test_who_waits_at_a_terminal_for_a_kernel_reads_which(monkeypatch, capsys, terminal, shown):
+def test_terminal_shows_the_kernel_being_compiled(monkeypatch, capsys, terminal, shown):
     """The message is printed once. It is not printed if a progress display already shows it."""
     from vibrodrive.jobs.progress import watching
 
@@ -288,14 +288,14 @@ def test_who_waits_at_a_terminal_for_a_kernel_reads_which(monkeypatch, capsys, t
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
     dispatcher = SimpleNamespace(_compile_for_args=lambda: "machine code", py_func=modules)
-    kernel = _jit._compiled_aside(dispatcher)
+    kernel = _jit._compiled_in_thread(dispatcher)
     with watching(lambda: None) if shown else nullcontext():
         assert kernel._compile_for_args() == "machine code"
     said = "vibrodrive: compiling tests.jit.test_compile.modules, once for this version, Python and processor\n"
     assert capsys.readouterr().err == (said if terminal and not shown else "")
 
 
-def test_a_sweep_counts_while_it_compiles_and_not_in_its_rate(monkeypatch, tmp_path, capsys):
+def test_progress_counts_compiled_functions_and_excludes_them_from_the_rate(monkeypatch, tmp_path, capsys):
     from numba.core.event import trigger_event
 
     from tests.support import fake
@@ -341,7 +341,7 @@ print("numba.cpython.randomimpl" in sys.modules)
 
 
 @pytest.mark.jit
-def test_a_kernel_on_the_disk_is_read_without_all_that_numba_compiles_with():
+def test_cached_kernel_loads_without_the_compiler():
     python(SWEEP_AND_SIMULATE)  # may have to compile
     assert python(SWEEP_AND_SIMULATE) == "False\n"
 
@@ -359,7 +359,7 @@ print([ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(r.__wrapper_address__())
 
 
 @pytest.mark.jit
-def test_kernels_of_one_factory_that_two_processes_compiled_are_not_mistaken(tmp_path):
+def test_kernels_of_one_factory_from_two_processes_are_distinguished(tmp_path):
     source = (
         "from vibrodrive.jit.compile import jit\ndef kernel(n):\n @jit\n def run(x):\n  return x + n\n return run\n"
     )

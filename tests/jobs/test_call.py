@@ -56,21 +56,21 @@ def command(*arguments):
     ],
     ids=str,
 )
-def test_the_configuration_of_a_plan_gives_that_plan(arguments):
+def test_configuration_of_a_plan_reproduces_the_plan(arguments):
     plan = make_plan({"transient": 3, "periods": 2} | arguments)
     again = parse(as_toml(plan)).plan()
     assert compare(again, plan) == []
     assert list(again.axes) == list(plan.axes)
 
 
-def test_axes_that_are_ranges_are_written_as_such():
+def test_ranges_are_written_as_ranges():
     text = as_toml(make_plan({"A": np.linspace(3, 3.25, 1000), "eps": np.geomspace(1e-6, 1e-2, 33), "B": [0.1, 0.2]}))
     assert "A = {start = 3.0, stop = 3.25, num = 1000}" in text
     assert 'eps = {start = 1e-06, stop = 0.01, num = 33, scale = "log"}' in text
     assert "B = [0.1, 0.2]" in text
 
 
-def test_a_long_list_of_values_is_kept_whole(quick):
+def test_long_list_of_values_is_kept_whole(quick):
     """The configuration is longer than 64 kB, the limit of HDF5 for attributes in the header of an object."""
     A = np.random.default_rng(3).random(5000)
     r = vd.sweep(A=A, transient=0, periods=1, path="long.h5")
@@ -83,7 +83,7 @@ def test_a_long_list_of_values_is_kept_whole(quick):
 # a file that is equal to the file of the command
 
 
-def test_it_writes_the_bytes_that_the_command_writes(quick):
+def test_sweep_writes_the_same_bytes_as_the_command(quick):
     r = vd.sweep(**SWEEP, path="py.h5")
     with h5py.File("py.h5") as file:
         Path("c.toml").write_text(file.attrs["config"])
@@ -93,7 +93,7 @@ def test_it_writes_the_bytes_that_the_command_writes(quick):
         assert r.section[start:stop].tobytes() == fake.block(make_plan(SWEEP), k).section.tobytes()
 
 
-def test_each_goes_on_with_what_the_other_began(quick):
+def test_call_and_command_resume_files_of_each_other(quick):
     vd.sweep(**SWEEP, path="x.h5")
     Path("c.toml").write_text("[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n")
     quick.clear()
@@ -107,7 +107,7 @@ def test_each_goes_on_with_what_the_other_began(quick):
     assert quick == [1]
 
 
-def test_what_is_there_is_refused_or_replaced_as_by_the_command(quick):
+def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
     vd.sweep(**SWEEP, path="x.h5")
     before = Path("x.h5").read_bytes()
     with pytest.raises(
@@ -136,7 +136,7 @@ def test_what_is_there_is_refused_or_replaced_as_by_the_command(quick):
     assert vd.sweep(**SWEEP, B=0.2, path="x.h5", overwrite=True).scalars["B"] == 0.2
 
 
-def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):
+def test_ctrl_c_leaves_a_file_that_resumes(quick, monkeypatch):
     def some(plan, which, **options):
         yield fake.block(plan, 0)
         raise KeyboardInterrupt
@@ -151,7 +151,7 @@ def test_ctrl_c_leaves_a_file_to_go_on_with(quick, monkeypatch):
     assert quick == [1, 2]
 
 
-def test_another_writer_is_waited_for_by_nobody(quick):
+def test_busy_file_is_refused_at_once(quick):
     def blocks(plan, which, **options):
         with pytest.raises(Busy, match="another process is writing this file"):
             vd.sweep(**SWEEP, path="x.h5")
@@ -162,7 +162,7 @@ def test_another_writer_is_waited_for_by_nobody(quick):
 
 
 @pytest.mark.jit
-def test_a_file_holds_what_memory_would(tmp_path):
+def test_file_and_memory_hold_the_same_results(tmp_path):
     arguments = {"A": np.linspace(3, 3.25, 40), "eps": [0, 2e-4], "transient": 20, "periods": 6}
     memory = vd.sweep(**arguments)
     with ThreadPoolExecutor(2) as pool:
@@ -181,13 +181,13 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_nobody_watches_and_nothing_is_shown(quick, capfd):
+def test_nothing_is_shown_without_a_terminal(quick, capfd):
     vd.sweep(**SWEEP, path="x.h5")
     vd.sweep(**SWEEP, path="x.h5")
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_terminal_is_told(quick, monkeypatch):
+def test_progress_is_shown_on_a_terminal(quick, monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
@@ -217,14 +217,14 @@ class Notebook(types.ModuleType):
         return types.SimpleNamespace(update=lambda content, raw: cell.append(content["text/plain"]))
 
 
-def test_a_notebook_is_told_below_the_cell(quick, monkeypatch, capfd):
+def test_progress_is_shown_below_a_notebook_cell(quick, monkeypatch, capfd):
     notebook = Notebook(types.SimpleNamespace(kernel=object()))
     monkeypatch.setitem(sys.modules, "IPython", notebook)
     monkeypatch.setitem(sys.modules, "IPython.display", notebook.display)
     vd.sweep(**SWEEP, path="x.h5")
     (cell,) = notebook.cells
     assert cell[-1].startswith("x.h5: 3000 points in ")
-    show = progress.show_to_person("y.h5")
+    show = progress.make_display("y.h5")
     show.update(lambda: "1 %")
     show.say("resumed")
     show.update(lambda: "2 %")
@@ -235,13 +235,13 @@ def test_a_notebook_is_told_below_the_cell(quick, monkeypatch, capfd):
 
 def test_ipython_in_a_terminal_is_a_terminal(monkeypatch):
     monkeypatch.setitem(sys.modules, "IPython", Notebook(types.SimpleNamespace()))
-    assert progress.show_to_person("x.h5") is None
+    assert progress.make_display("x.h5") is None
     monkeypatch.setattr(sys, "stderr", Terminal())
-    assert type(progress.show_to_person("x.h5")) is progress.Show
+    assert type(progress.make_display("x.h5")) is progress.Show
 
 
 @pytest.mark.jit
-def test_a_sweep_in_memory_is_shown_too(monkeypatch):
+def test_progress_of_a_sweep_in_memory_is_shown(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
@@ -258,7 +258,7 @@ def test_a_sweep_in_memory_is_shown_too(monkeypatch):
         ("periodic.curves._Collection.collect", lambda: vd.curves(max_period=1)),
     ],
 )
-def test_a_long_call_is_shown_to_be_under_way(monkeypatch, place, call):
+def test_long_call_is_shown_as_under_way(monkeypatch, place, call):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)

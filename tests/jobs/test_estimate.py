@@ -58,7 +58,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_an_estimate_is_within_a_factor_of_two(clock, case):
+def test_estimate_is_within_a_factor_of_two(clock, case):
     cost, arguments = CASES[case]
     plan = make_plan({"A": 3.0, "transient": 500, "periods": 500, **arguments})
     spent = clock(cost)

@@ -85,7 +85,7 @@ def assert_equal(one, other):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
 
 
-def test_a_file_of_limits_goes_on_where_it_was_stopped(tmp_path):
+def test_file_of_limits_resumes(tmp_path):
     whole = computed(CONFIG, tmp_path / "whole.h5")
     assert whole.done.all()
     with pytest.raises(Stop):
@@ -104,7 +104,7 @@ def test_a_file_of_limits_goes_on_where_it_was_stopped(tmp_path):
     assert whole.how[1, 1] == one.how
 
 
-def test_two_axes_stopped_anywhere_end_as_if_never_stopped(tmp_path):
+def test_interrupted_limits_over_two_axes_equal_uninterrupted(tmp_path):
     whole = computed(TWO, tmp_path / "whole.h5")
     assert whole.done.all()
     assert list(whole.axes) == ["eta", "A"]
@@ -119,7 +119,7 @@ def test_two_axes_stopped_anywhere_end_as_if_never_stopped(tmp_path):
         assert found == {"k2": one.k2, "last_kept": one.last_kept, "velocity": one.velocity}
 
 
-def test_what_is_missing_is_sought_in_as_few_boxes_as_there_are_kinds_of_rows():
+def test_boxes_cover_each_missing_limit_once():
     missing = np.array([[0, 0, 0], [0, 1, 1], [1, 1, 1], [1, 1, 1], [0, 1, 1]], dtype=bool)
     found = [tuple(where.tolist() for where in box) for box in boxes(missing)]
     assert sorted(found) == [([1, 4], [1, 2]), ([2, 3], [0, 1, 2])]
@@ -134,7 +134,7 @@ def test_what_is_missing_is_sought_in_as_few_boxes_as_there_are_kinds_of_rows():
     assert not list(boxes(np.zeros(3, dtype=bool)))
 
 
-def test_without_eps_the_limits_in_dtau_are_sought_for_one_eta(tmp_path, invented):
+def test_limits_in_dtau_without_eps_are_searched_for_one_eta(tmp_path, invented):
     found = computed(TWO, tmp_path / "x.h5")
     eta = [values["eta"] for _, _, values in invented]
     assert eta == [[20.3, 50.5, 101.3], [20.3], [20.3]]
@@ -147,7 +147,7 @@ def test_without_eps_the_limits_in_dtau_are_sought_for_one_eta(tmp_path, invente
     assert [len(values["eta"]) for _, _, values in invented] == [3, 3, 3]
 
 
-def test_velocities_are_stored_in_one_unit_and_of_a_scene_in_mm_s_too(tmp_path, invented):
+def test_velocities_are_stored_in_one_unit_and_in_mm_s_for_a_scene(tmp_path, invented):
     found = computed(SCENE, tmp_path / "x.h5")
     A, eta = found.fixed["A"], found.axes["eta"]
     assert abs(A - 3.0645) < 1e-4
@@ -158,7 +158,7 @@ def test_velocities_are_stored_in_one_unit_and_of_a_scene_in_mm_s_too(tmp_path, 
     assert found.mm_s == pytest.approx(0.6 * 9.80665 * math.cos(math.radians(3.4)) / 150.0 * 1e3, rel=1e-8)
 
 
-def test_the_table_has_a_line_for_each_point(tmp_path, invented):
+def test_table_has_a_line_for_each_point(tmp_path, invented):
     found = computed(TWO, tmp_path / "x.h5")
     head, *lines, note = table(found).splitlines()
     assert head.split() == ["eta", "A", "n", "k2(eps)", "V(eps)", "V(fixed)", "k2(muller)"]
@@ -173,7 +173,7 @@ def test_the_table_has_a_line_for_each_point(tmp_path, invented):
     assert float(lines[0].split()[-1]) == pytest.approx(39.158 * float(lines[0].split()[-4]), rel=1e-3)
 
 
-def test_what_is_not_known_is_a_dash_in_the_table(tmp_path, invented):
+def test_table_shows_unknown_values_as_dashes(tmp_path, invented):
     with pytest.raises(Stop):
         computed(CONFIG, tmp_path / "x.h5", stopped_after(1))
     lines = table(load(tmp_path / "x.h5")).splitlines()
@@ -200,7 +200,7 @@ def test_another_configuration_is_refused(tmp_path, invented):
 
 
 @pytest.mark.slow("8 s: k₁ and k_u of two motions")
-def test_starts_and_several_motions_have_files_and_figures_too(tmp_path):
+def test_k1_and_ku_have_files_and_figures(tmp_path):
     """The command for k₂ also computes k₁ and k_u."""
     config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 50\nperiods = 64\n"
     starts = computed(config, tmp_path / "starts.h5", quantity="k1")

@@ -17,7 +17,7 @@ from vibrodrive.store.limits import create
 
 
 @pytest.mark.jit
-def test_the_undisturbed_gaps_are_the_cycle_that_limits_ask_for():
+def test_undisturbed_gaps_equal_the_cycle_of_limits():
     A = np.array([1.05, 1.5, 2.65, 2.8, 3.04, 3.1666, 3.22])
     swept = vd.sweep(A=A, eps=[1e-5, 1e-2], tau0=[0.0, 1.0], transient=10, periods=10, record="summary")
     found = undisturbed_gaps(swept)
@@ -35,7 +35,7 @@ def test_the_undisturbed_gaps_are_the_cycle_that_limits_ask_for():
 
 
 @pytest.mark.jit
-def test_structure_is_lost_where_the_limit_says_so():
+def test_structure_is_lost_at_the_limit():
     """In a short record the gaps change at k₂. A separate search has found this k₂ from single impacts."""
     for A in (1.5, 2.5, 2.8):
         k2 = vd.limit(A, transient=100, periods=200).k2

@@ -62,7 +62,7 @@ def test_file_holds_every_orbit(written):
         assert file.bifurcation_kind.values.tolist()[1] == "period doubling"
 
 
-def test_brute_force_lies_on_the_stable_branches():
+def test_brute_force_agrees_with_the_stable_branches():
     found = family([2.95, 3.0, 3.05], max_period=2)
     motion = vd.sweep(A=found.A, transient=2000, periods=6, section_phase=2.0).section
     for there, points in zip(found.orbits, motion, strict=True):
@@ -82,7 +82,7 @@ def test_branches_end_at_bifurcations():
             assert min(abs(end - a) for a in [*ends, 2.5, 2.7]) < 2e-7
 
 
-def test_an_orbit_that_comes_back_is_another_branch():
+def test_orbit_that_reappears_is_a_new_branch():
     (orbit,) = orbits(1.5)
     there = [[orbit], [], [orbit], [orbit]]
     branches = Family(np.array([1.4, 1.5, 1.6, 1.7]), 0.1, 1, there, []).branches()
@@ -103,7 +103,7 @@ def test_figures_show_branches_marks_and_cobweb():
     assert len(cobweb(3.04, 0.1, orbit).axes[0].lines) > 5
 
 
-def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
+def test_dense_bifurcations_have_a_separate_panel():
     """Six of ten bifurcations are in an interval of A of length 0.01. Only the second panel marks these six."""
     seen = bifurcations((2.6, 2.7), max_period=2)[:3]
     places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6))]
@@ -123,7 +123,7 @@ def test_where_bifurcations_are_dense_they_have_a_panel_of_their_own():
         assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the legend must explain the shade"
 
 
-def test_on_the_level(tmp_path):
+def test_orbits_on_the_level(tmp_path):
     """Orbits at B = 0, which have no multiplier, are written and drawn."""
     config = parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])
     found, computed = run("orbits", config, tmp_path / "level.h5")

@@ -35,7 +35,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("kind", "given", "told"), REFUSED)
-def test_refused_before_a_file_is_made(kind, given, told, tmp_path):
+def test_refusal_precedes_the_file(kind, given, told, tmp_path):
     with pytest.raises((TypeError, ValueError)) as caught:
         run(kind, parse("", given), tmp_path / "x.h5")
     assert str(caught.value).startswith(told)

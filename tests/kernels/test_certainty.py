@@ -16,7 +16,7 @@ TOO_CLOSE = vd.Status.TOO_CLOSE
 
 @pytest.mark.jit
 @pytest.mark.parametrize("name", NAMES)
-def test_no_error_above_its_bound_in_the_scenes_of_the_reference(name):
+def test_errors_are_within_bounds_in_the_scenes_of_the_reference(name):
     held = compare(vd.simulate(transient=0, **SCENES[name]), scene(name), most=10**9)
     assert not held.broken
     assert held.others == 0
@@ -24,30 +24,30 @@ def test_no_error_above_its_bound_in_the_scenes_of_the_reference(name):
 
 
 @pytest.mark.parametrize(("band", "arguments"), draw(17, 24))
-def test_no_error_above_its_bound_in_scenes_of_all_bands(band, arguments):
+def test_errors_are_within_bounds_in_scenes_of_all_bands(band, arguments):
     held = hold(arguments, most=60)
     assert not held.broken, band
     assert held.others == 0, band
 
 
 @pytest.mark.jit
-def test_bounds_say_something():
+def test_bounds_are_not_too_large():
     """In half of all motions the bounds are below 1000 times the errors."""
     known = [hold(arguments, most=60).looseness for _, arguments in draw(5, 24)]
     assert np.nanmedian(known) < 1000
 
 
-def test_a_bound_that_is_too_small_is_seen(monkeypatch):
+def test_too_small_bound_is_detected(monkeypatch):
     arguments = {"A": 3.04, "B": 0.1, "eps": 2e-4, "eta": vd.ETA, "periods": 3, "section_phase": 2.0}
     plain = certainty.simulate
 
-    def braver(**given):
+    def with_small_bounds(**given):
         motion = plain(**given)
         motion.error[:] *= 1e-6
         return motion
 
     assert not hold(arguments).broken
-    monkeypatch.setattr(certainty, "simulate", braver)
+    monkeypatch.setattr(certainty, "simulate", with_small_bounds)
     assert {p.what for p in hold(arguments).broken} == {"xi of the section", "dxi of the section"}
 
 
@@ -56,7 +56,7 @@ CHAOTIC = [({"A": 12.0}, 430), ({"A": 9.0, "xi0": 1.0}, 310), ({"A": 9.5}, 360)]
 
 @pytest.mark.jit
 @pytest.mark.parametrize(("arguments", "most"), CHAOTIC)
-def test_certainty_ends_before_a_chaotic_motion_follows_another(arguments, most):
+def test_certainty_ends_before_a_chaotic_motion_deviates(arguments, most):
     """After about 400 switches the computed states differ from the true states, although all margins exceed 0.01."""
     motion = vd.simulate(**arguments, transient=0, periods=250)
     certain = np.isfinite(motion.switch_errors["tau"])
@@ -89,7 +89,7 @@ def test_certainty_ends_in_a_long_run_of_impacts_without_a_rest():
 
 
 @pytest.mark.jit
-def test_once_lost_certainty_does_not_come_back():
+def test_certainty_does_not_return_after_its_loss():
     motion = vd.simulate(A=12.0, transient=0, periods=250)
     switches, until = motion.switches, motion.certain_until
     known = np.isfinite(motion.switch_errors["tau"])
@@ -153,7 +153,7 @@ def test_bounds_grow_with_the_tolerance_of_muller():
 
 
 @pytest.mark.jit
-def test_a_tolerance_may_turn_a_decision_at_H_near_minus_1():
+def test_tolerance_may_change_a_decision_near_H_minus_1():
     """H falls through -1 where UP ends. After an earlier end the mass sticks, and after a later end it slides down."""
     scene = dict(A=3.04, xi0=1.0, dxi0=0.59222, tau0=3.0, transient=0, periods=1, method="muller", dtau=0.1)
     fine, coarse = (vd.simulate(**scene, tol=tol) for tol in (1e-9, 1e-2))
@@ -162,14 +162,14 @@ def test_a_tolerance_may_turn_a_decision_at_H_near_minus_1():
     assert coarse.certain_until == 0
 
 
-def test_a_fixed_grid_has_no_bounds():
+def test_fixed_grid_has_no_bounds():
     motion = vd.simulate(1.5, method="fixed", dtau=0.1, transient=0, periods=3)
     assert np.isnan(motion.error).all()
     assert np.isnan(motion.switch_errors["tau"]).all()
     assert math.isnan(motion.certain_until)
 
 
-def test_nothing_is_certain_where_the_start_is_undecided():
+def test_certainty_ends_at_an_undecided_start():
     """H falls through 1 at the start τ0 = 4π + …, so rounding decides if the mass leaves the obstacle there."""
     start = 4 * math.pi + math.pi - math.asin(1.1 / 3.0)
     motion = vd.simulate(3.0, tau0=start, transient=0, periods=2)
@@ -178,7 +178,7 @@ def test_nothing_is_certain_where_the_start_is_undecided():
     assert np.isinf(motion.error).all()
 
 
-def test_a_record_may_end_with_a_rest():
+def test_record_may_end_with_a_rest():
     """The motion begins at the end of a rest. Its record ends at the end of another rest, where a slide begins."""
     start = math.asin(1.1 / 1.5)
     motion = vd.simulate(1.5, tau0=start, dxi0=1e-14, transient=0, periods=3, section_phase=start)
@@ -188,7 +188,7 @@ def test_a_record_may_end_with_a_rest():
 
 
 @mp.workdps(50)
-def test_an_impact_at_the_end_of_the_record_may_have_been():
+def test_error_covers_a_possible_impact_at_the_end_of_the_record():
     """The record ends within rounding of an impact after a fall. At its end ξ' is the velocity of the fall, or 0."""
     A, B, end = 1.05, 0.1, 5.4
     begin = mp.pi + mp.asin((1 - mp.mpf(B)) / A)
@@ -204,7 +204,7 @@ def test_an_impact_at_the_end_of_the_record_may_have_been():
 
 @mp.workdps(50)
 @pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
-def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
+def test_end_of_a_wait_includes_the_rounding_of_1_minus_B(B):
     """H barely reaches -1. An error in the last bit of 1 - B shifts this instant by more than the last bit of φ."""
     for A in (1.0, 1.0 - 0.5 * B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
@@ -214,14 +214,14 @@ def test_the_end_of_a_wait_is_off_by_what_1_minus_B_has_lost(B):
         assert not held.broken, "the slide after the wait is late, too"
 
 
-def test_at_rest_for_ever_nothing_is_off():
+def test_permanent_rest_has_zero_error():
     motion = vd.simulate(0.5, transient=0, periods=3)
     assert motion.status == vd.Status.NEVER_LEAVES
     assert math.isinf(motion.certain_until)
     assert not motion.error.any()
 
 
-def test_a_spent_budget_leaves_no_bounds_behind_it():
+def test_bounds_end_with_the_budget():
     motion = vd.simulate(3.04, eps=2e-4, transient=0, periods=5, budget=5, section_phase=1.0)
     assert motion.status == vd.Status.BUDGET
     assert np.array_equal(np.isnan(motion.error), np.isnan(motion.section))
@@ -229,7 +229,7 @@ def test_a_spent_budget_leaves_no_bounds_behind_it():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("settings", [{}, dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=1e-2)])
-def test_a_sweep_records_the_largest_bounds_of_its_motions(settings):
+def test_sweep_records_the_largest_bounds_of_its_motions(settings):
     axes = dict(A=[0.5, 1.5, 2.9, 3.2, 12.0], eps=[0.0, 2e-4])
     run = dict(transient=20, periods=15, section_phase=2.0, **settings)
     others = ("section",) if settings else ("section", "summary")  # with a summary each method needs another kernel

@@ -177,7 +177,7 @@ def test_three_zeros_in_one_step():
 
 
 @pytest.mark.parametrize("tau0", np.linspace(0, 6, 13))
-def test_which_side_ends_a_stick(tau0):
+def test_first_boundary_ends_a_stick(tau0):
     """H passes 1 and -1 within a hundredth of a period. The value that H reaches first ends the sticking."""
     scene = {"A": 1.4, "B": 0.05, "eps": 1.2e-3, "eta": 31.0, "xi0": 20.0, "tau0": float(tau0)}
     found = check_decisions(scene, most=30)
@@ -217,7 +217,7 @@ def test_start_where_the_force_is_one(A, B):
 
 
 @pytest.mark.parametrize("speed", [0.0, 5e-324, 1e-300, 1e-160, 1e-80, 1e-30, 1e-16])
-def test_slide_with_hardly_any_speed(speed):
+def test_slide_with_tiny_speed(speed):
     """The slide ends almost immediately, so that its end is close to its start. The order of states is valid."""
     for xi0 in (0.0, 1e-300, 1e-24, 1.0):
         for sign in (1, -1):
@@ -247,7 +247,7 @@ def test_amplitude_on_a_boundary(B, eps):
                         assert flagged(vd.simulate(**scene, transient=0, periods=10))
 
 
-def test_amplitude_that_just_suffices():
+def test_amplitude_just_above_the_onset():
     """With A = 1 + B + 1e-9 the mass slides for a phase of 1e-4. With A = 1 + B - 1e-9 it rests for ever."""
     for B in (0.0, 0.1, 0.7):
         over = check_decisions({"A": 1 + B + 1e-9, "B": B}, most=12)
@@ -313,7 +313,7 @@ def test_start_shifted_by_whole_periods(k):
         (4.590344587110132, 0.7929144428758783, 3.0194586548802e-07, 432.0, 3.370389151409819, -2.16779556217773, 0.0),
     ],
 )
-def test_faint_disturbance_with_large_high_derivatives(A, B, eps, eta, xi0, dxi0, tau0):
+def test_tiny_disturbance_with_large_high_derivatives(A, B, eps, eta, xi0, dxi0, tau0):
     """The fifth and higher derivatives are large, so a series up to the fourth derivative would miss the only zero."""
     check_decisions({"A": A, "B": B, "eps": eps, "eta": eta, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=8, periods=4)
 
@@ -344,7 +344,7 @@ def test_vanishing_disturbance(A):
 @pytest.mark.parametrize("A", [0.4, 1.5, 3.04])
 @pytest.mark.parametrize("speed", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize("tau0", [0.0, 0.9, 2.0, 5.5])
-def test_throw_reversed_in_time(A, speed, tau0):
+def test_throw_is_reversible_in_time(A, speed, tau0):
     """The transformation τ → π - τ keeps sin τ. So a slide up at B, reversed in time, is a slide down at B + 2.
 
     The mass lands at the mirrored time of its start, with the speed of its start.
@@ -384,7 +384,7 @@ EXTREMES: dict[str, dict[str, float]] = {
 
 
 @pytest.mark.parametrize("name", EXTREMES)
-def test_extremes_end(name):
+def test_extreme_scenes_end(name):
     """Each call ends quickly, because the budget limits every search."""
     t = vd.simulate(**EXTREMES[name], transient=0, periods=3, budget=2000)
     check_order(t)
@@ -395,14 +395,14 @@ def test_extremes_end(name):
 
 
 @pytest.mark.parametrize("name", [n for n in EXTREMES if n not in ("a slide that does not brake", "everything")])
-def test_extremes_are_right(name):
+def test_extreme_scenes_agree_with_the_reference(name):
     scene = EXTREMES[name]
     fast = scene.get("eps", 0.0) * scene.get("eta", ETA) > 1e-2
     found = follow(scene, most=6, periods=1 if fast else 3)
     assert found.agrees or flagged(found.ours)
 
 
-def test_record_ends_in_mid_fall():
+def test_record_ends_during_a_fall():
     """A slide begins before the end of the record and lands later. So ξ is 6.65 at the end, and there is no impact."""
     scene = {"A": 4.722167765521558, "B": 1.0, "xi0": 3.7471638654197683, "tau0": 4.872575354352764}
     short = vd.simulate(**scene, transient=0, periods=6)
@@ -412,7 +412,7 @@ def test_record_ends_in_mid_fall():
     np.testing.assert_array_equal(short.switches["after"], long.switches["after"][:n])
 
 
-def test_strokes_that_cancel():
+def test_slides_that_cancel():
     """For B = 0 slides up and down are equally long, and ξ returns to 0 exactly where ξ' = 0.
 
     Either decision is flagged. The motion that follows is valid: impacts are at the obstacle, and never with ξ' > 0.

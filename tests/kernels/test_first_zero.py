@@ -97,7 +97,7 @@ def test_awkward_roots(name):
 
 @pytest.mark.parametrize("e", [10.0**-k for k in range(1, 15)])
 @pytest.mark.parametrize("scale", [1.0, 1e-9, 1e9])
-def test_simple_root_behind_two_close_ones(e, scale):
+def test_simple_root_before_a_close_second_root(e, scale):
     """For ((t - 1)² - e)(1.2 - t) the search finds 1 - √e, even if 1 + √e is very close and the dip 2e-15 deep."""
     p = Polynomial([1 - e, -2, 1]) * Polynomial([1.2, -1]) * scale
     function, bound = prepare(p, 1.5)
@@ -107,7 +107,7 @@ def test_simple_root_behind_two_close_ones(e, scale):
 
 
 @pytest.mark.parametrize("e", [10.0**-k for k in range(1, 14)])
-def test_simple_root_behind_a_pair_that_is_not_there(e):
+def test_simple_root_after_a_positive_minimum(e):
     """For ((t - 1)² + e)(1.2 - t) the search passes the minimum at 1, which has no zero, and finds 1.2."""
     p = Polynomial([1 + e, -2, 1]) * Polynomial([1.2, -1])
     function, bound = prepare(p, 1.5)
@@ -115,7 +115,7 @@ def test_simple_root_behind_a_pair_that_is_not_there(e):
 
 
 @pytest.mark.parametrize("order", [2, 3])
-def test_multiple_root_is_met_and_not_passed(order):
+def test_multiple_root_is_found(order):
     """(1 - t)ⁿ(1.2 - t) touches zero at 1. The search ends at 1 or, by rounding, at 1.2, but not in between."""
     p = product([1.0] * order + [1.2])
     function, bound = prepare(p, 1.5)
@@ -163,7 +163,7 @@ def test_no_function_within_the_bound_has_a_zero_before_the_step(g, dg, ddg, m3,
     bend=st.floats(-1e3, -1e-100) | st.just(0.0) | st.floats(1e-100, 1e3),
     m3=st.floats(1e-3, 1e4),
 )
-def test_no_slide_from_rest_ends_before_its_search_begins(rise, bend, m3):
+def test_zero_free_span_contains_no_zero(rise, bend, m3):
     """If g falls as steeply as m3 allows, g is zero exactly where the search begins."""
     free = zero_free_span(rise, bend, m3)
     s = np.linspace(0, free, 400)
@@ -182,7 +182,7 @@ def test_no_slide_from_rest_ends_before_its_search_begins(rise, bend, m3):
     m3=st.floats(1e-3, 1e4),
     rate=st.floats(1e-3, 1e3),
 )
-def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, rate):
+def test_series_is_used_only_if_the_zero_is_unique(g, dg, ddg, share, m3, rate):
     """On a step that is longer than the safe step, or on a step back from g < 0, g' hardly changes."""
     h = 5.0
     step, _ = safe_step(max(g, 0.0), dg, ddg, m3, 1 / rate)
@@ -202,7 +202,7 @@ def test_series_leads_only_where_a_zero_is_the_only_one(g, dg, ddg, share, m3, r
     share=st.floats(-6, 1),
     phase=st.floats(0, 6.28),
 )
-def test_ripple_that_only_high_derivatives_show(speed, bend, rate, share, phase):
+def test_ripple_in_high_derivatives_only(speed, bend, rate, share, phase):
     """The search finds the first zero of 1 - Vt + bt²/2 + a sin(ωt + φ), whose higher derivatives are large."""
     a, b, limit = speed * rate**-2 * 10**share, bend * speed**2 / 4, 3 / speed
 

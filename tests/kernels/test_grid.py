@@ -74,7 +74,7 @@ def test_skipping_equals_the_literal_scan(method, eps):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize(("A", "B", "blocks"), [(3.0, 0.5, 1), (3.0, 0.5, 4), (3.5, 0.75, 1)])
-def test_the_last_grid_point_of_a_block_is_judged_by_the_exact_form(A, B, blocks, method):
+def test_last_grid_point_of_a_block_uses_the_exact_form(A, B, blocks, method):
     """The first rest ends within rounding of the last grid point of a block of the literal scan.
 
     The tables of the scan are too inexact to decide if the rest ends before or after this point.
@@ -140,7 +140,7 @@ LEAPS: dict[str, dict[str, float]] = {
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("name", LEAPS)
-def test_a_leap_sees_what_the_scan_sees(name, method):
+def test_skipping_finds_the_switches_of_the_scan(name, method):
     """At ε = 0 a sweep evaluates only the grid points next to a zero. In a single motion the grid is scanned."""
     scene = acting({"transient": 0, **LEAPS[name], "method": method})
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
@@ -165,7 +165,7 @@ def _same(swept, at, alone):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("seed", range(20))
-def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
+def test_skipping_finds_the_switches_of_the_scan_in_any_scene(seed, method):
     """The scenes have random inclines, starts in the air and in motion, and steps from 1e-4 to half a period."""
     rng = np.random.default_rng(seed)
     B = float(rng.choice([0.0, 0.1, 0.985, 1.2, rng.uniform(0, 2)]))
@@ -183,7 +183,7 @@ def test_leaps_see_what_the_scan_sees_in_any_scene(seed, method):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
-def test_a_leap_costs_the_same_for_every_step(method):
+def test_skipping_costs_the_same_for_every_step(method):
     """The number of evaluations does not depend on Δτ in a sweep, but does in a scan. No motion repeats itself."""
     steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
     sweep = dict(method=method, transient=0, periods=60)
@@ -207,7 +207,7 @@ def test_a_leap_costs_the_same_for_every_step(method):
         ),
     ],
 )
-def test_a_grid_coarser_than_half_a_period(scene):
+def test_grid_coarser_than_half_a_period(scene):
     """ξ' is positive between two grid points, but not at these points."""
     literal, skip = (
         vd.simulate(method="muller", transient=0, **{"tol": 1.0, **scene}, scan=scan) for scan in ("literal", "skip")
@@ -231,7 +231,7 @@ def disturbed_points(method, seed, n, dtau):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
-def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
+def test_batched_lanes_with_a_disturbance_equal_one_lane(method):
     """A batch of lanes (sweep) and a single lane (simulate) give the same bits and the same number of evaluations."""
     points = disturbed_points(method, 8, 500, (-3.0, 0.0))
     run = dict(method=method, transient=3, periods=6, section_phase=2.0)
@@ -245,7 +245,7 @@ def test_lanes_abreast_with_a_disturbance_do_what_one_lane_does(method):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
-def test_no_grid_point_that_matters_is_skipped_with_a_disturbance(method):
+def test_skipping_with_a_disturbance_equals_the_literal_scan(method):
     """The literal scan also evaluates points that are skipped after a rest and before a zero, with equal results."""
     sweep = dict(points=disturbed_points(method, 9, 300, (-5.0, 0.5)), method=method, transient=0, periods=3)
     skipping, literal = (vd.sweep(**sweep, scan=scan) for scan in ("skip", "literal"))

@@ -60,7 +60,7 @@ def computed(plan):
 @pytest.mark.parametrize(
     ("motions", "transient", "periods"), [(2, 1, 4), pytest.param(24, 40, 60, marks=pytest.mark.jit)]
 )
-def test_batches_record_what_is_picked_from_single_motions(name, motions, transient, periods):
+def test_batches_record_the_main_impacts_of_single_motions(name, motions, transient, periods):
     A = np.random.default_rng(11).uniform(1.0, 4.0, motions) * (1.2 * PATHS[name].get("B", 1 / 1.2))
     plan = make_plan({"A": A, "transient": transient, "periods": periods, **PATHS[name]})
     for at, found in enumerate(computed(plan)):
@@ -70,7 +70,7 @@ def test_batches_record_what_is_picked_from_single_motions(name, motions, transi
 
 
 @pytest.mark.jit
-def test_a_motion_that_repeats_has_its_impacts_copied():
+def test_impacts_of_a_repeating_motion_are_copied():
     """In a sweep, long records at ε = 0 are copied cycle by cycle. `simulate` computes every switch."""
     A = [1.5, 2.65, 3.04, 3.1, 3.17, 3.2, 3.25, 3.9]
     plan = make_plan({"A": A, "transient": 300, "periods": 3000})

@@ -114,13 +114,13 @@ def check_zeros(t, most):
 @pytest.mark.slow("7 s: 1000 scenes, their switches at 60 digits")
 @settings(max_examples=1000, derandomize=True, deadline=None)
 @given(FAINT)
-def test_faint_disturbance(scene):
+def test_switches_with_a_tiny_disturbance_are_first_zeros(scene):
     check_zeros(motion(scene, 1), 8)
 
 
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(UNDISTURBED)
-def test_work_is_what_the_forces_do(scene):
+def test_kinetic_energy_changes_by_the_work_of_the_forces(scene):
     """Between two switches the kinetic energy changes by the work of H and friction, integrated by Simpson's rule."""
     assume(scene["xi0"] < 1e6)
     t = motion(scene, 3)
@@ -141,7 +141,7 @@ def test_work_is_what_the_forces_do(scene):
 
 @settings(max_examples=250, derandomize=True, deadline=None)
 @given(MODEST)
-def test_certified_is_the_reference(scene):
+def test_certified_equals_the_reference(scene):
     """In 250 scenes the states are those of the 50-digit reference if all margins exceed 1e-9.
 
     If a margin is smaller, the states may differ, but then the motion is flagged.
@@ -161,7 +161,7 @@ def test_certified_is_the_reference(scene):
 
 @bounded
 @given(MODEST, powers(-3, 0.3))
-def test_skipping_is_visiting(scene, dtau):
+def test_skipping_equals_the_literal_scan(scene, dtau):
     """No skipped point has a sign change, so the methods fixed and muller give the same bits with both scans."""
     for method in ("fixed", "muller"):
         skip, literal = (
@@ -174,7 +174,7 @@ def test_skipping_is_visiting(scene, dtau):
 
 @settings(max_examples=60, derandomize=True, deadline=None)
 @given(MODEST, powers(-2, 0.3))
-def test_fixed_is_the_literal_loop(scene, dtau):
+def test_fixed_equals_the_literal_loop(scene, dtau):
     """States and grid points equal those of the plain loop until a value in this loop is within 1e-11 of zero."""
     assume(scene["xi0"] <= 1e3)
     theirs = naive.fixed(**scene, dtau=dtau, periods=3).switches

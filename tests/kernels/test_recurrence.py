@@ -73,7 +73,7 @@ def test_copied_equals_computed_on_any_slope(B):
 
 
 @pytest.mark.jit
-def test_the_refined_path_may_come_back_too():
+def test_refined_path_repeats():
     A = np.linspace(1.1, 3.25, 12)
     setting = dict(method="muller", dtau=1e-3, tol=1e-9, transient=20, periods=60)
     swept = vd.sweep(A=A, **setting)
@@ -84,7 +84,7 @@ def test_the_refined_path_may_come_back_too():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
-def test_what_repeats_costs_nothing(A):
+def test_repetition_needs_no_evaluations(A):
     few, many = (evaluations(A=[A], transient=400, periods=n) for n in (400, 100_000))
     assert many <= few + 20
     assert few < 0.5 * vd.simulate(A=A, transient=400, periods=400).evaluations
@@ -92,7 +92,7 @@ def test_what_repeats_costs_nothing(A):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
-def test_after_a_billion_periods(A):
+def test_transient_of_a_billion_periods(A):
     """Cycles are skipped in the transient, too. So the result depends on the transient only modulo a cycle."""
     late, early = (vd.sweep(A=[A], transient=n, periods=24) for n in (10**9, 10**9 % 2520 + 2520))
     assert np.array_equal(late.section, early.section)
@@ -100,7 +100,7 @@ def test_after_a_billion_periods(A):
 
 
 @pytest.mark.jit
-def test_nothing_repeats_with_a_disturbance_or_on_a_fixed_grid():
+def test_no_repetition_with_a_disturbance_or_on_a_fixed_grid():
     swept = evaluations(A=[RESTS], eps=2e-4, transient=20, periods=20)
     assert swept == vd.simulate(A=RESTS, eps=2e-4, transient=20, periods=20).evaluations
     few, many = (evaluations(A=[RESTS], method="fixed", dtau=0.01, transient=0, periods=n) for n in (100, 400))
@@ -109,7 +109,7 @@ def test_nothing_repeats_with_a_disturbance_or_on_a_fixed_grid():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("budget", [1, 2, 3, 4, 5, 6, 12])
-def test_the_budget_of_a_period_is_kept(budget):
+def test_budget_of_a_period_holds_in_a_repetition(budget):
     """The motion ends in a later period that needs more than the budget, although the first period needs less."""
     A = [RESTS, DRAWN_IN, 3.17]
     swept = vd.sweep(A=A, transient=3, periods=30, budget=budget)

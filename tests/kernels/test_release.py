@@ -32,7 +32,7 @@ def waits_end(A: float, B: float) -> tuple[float, float]:
 
 
 @pytest.mark.jit
-def test_the_engine_and_the_map_agree_to_the_bit():
+def test_engine_and_map_agree_to_the_bit():
     """φ_down also agrees for B > 1, where the last bit was once different."""
     seen = 0
     for A, B in places(1, 2000).tolist():
@@ -48,7 +48,7 @@ def test_the_engine_and_the_map_agree_to_the_bit():
 
 
 @pytest.mark.jit
-def test_the_mass_moves_from_onset_on():
+def test_mass_moves_from_the_onset():
     """At A = 1 + B static friction just holds the mass. At the next larger A the mass moves, also in `simulate`."""
     for B in (0.0, 0.1, 1.0, 3.7):
         assert not moves(onset(B), B)
@@ -58,7 +58,7 @@ def test_the_mass_moves_from_onset_on():
         assert State.UP in above.switches["after"]
 
 
-def test_against_fifty_digits():
+def test_release_agrees_with_fifty_digits():
     """Both phases, and A cos φ there, are exact to two units in the last place."""
     with mp.workdps(50):
         for A, B in places(3, 2000).tolist():

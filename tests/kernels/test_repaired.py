@@ -145,7 +145,7 @@ def test_impact_where_the_force_falls_to_one():
 
 
 @pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-5])
-def test_a_slow_impact_where_the_force_falls_to_one(speed):
+def test_slow_impact_where_the_force_falls_to_one(speed):
     """H differs from 1 by more than its rounding error. The rounding of ξ shifts this slow impact, and so changes H
     by as much.
 
@@ -162,7 +162,7 @@ def test_a_slow_impact_where_the_force_falls_to_one(speed):
     assert vd.sweep(**scene, transient=0, periods=1).status == vd.Status.TOO_CLOSE
 
 
-def test_no_gap_is_too_small():
+def test_tiny_gaps_land_at_once():
     """With a disturbance, a mass above a gap that is lost in any sum lands as soon as it begins to fall."""
     scene = dict(A=6.640823138230711, B=2.0, eps=4.481376927180557e-06, eta=147.8154875011132, tau0=-78.81932951798649)
     seen = vd.simulate(**scene, xi0=1e-20, transient=0, periods=2)
@@ -195,7 +195,7 @@ def test_no_gap_is_too_small():
         ),
     ],
 )  # fmt: skip
-def test_graze_after_a_stick_under_ripple(scene):
+def test_grazing_after_a_stick_under_ripple(scene):
     """The mass falls and grazes the obstacle, at a relative distance of 1e-14.
 
     The effect of the rounding of the end of the stick is multiplied by η.
@@ -224,7 +224,7 @@ SCANNED = [
 
 
 @pytest.mark.parametrize("scene", SCANNED)
-def test_skipping_equals_visiting_under_strong_ripple(scene):
+def test_skipping_equals_the_literal_scan_under_strong_ripple(scene):
     skip, literal = (vd.simulate(**scene, transient=0, budget=5000, scan=scan) for scan in ("skip", "literal"))
     assert np.array_equal(skip.switches, literal.switches)
     assert np.array_equal(skip.section, literal.section)
@@ -269,7 +269,7 @@ def drawn_starts(count):
 
 
 @pytest.mark.parametrize("scenes", [STARTS, list(drawn_starts(240))], ids=["named", "drawn"])
-def test_a_start_is_as_exact_as_it_is_written(scenes):
+def test_errors_of_a_tiny_start_are_within_bounds(scenes):
     """No error exceeds its bound, and all states that the program calls certain are right."""
     certain = 0
     for scene in scenes:

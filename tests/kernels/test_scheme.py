@@ -24,7 +24,7 @@ FORCES = {
 
 
 @pytest.mark.jit
-def test_every_decision_is_that_of_the_table():
+def test_decisions_agree_with_the_table():
     from numba import njit
 
     decides = njit(lambda which, side, force: decide(which, side, force))
@@ -39,7 +39,7 @@ def test_every_decision_is_that_of_the_table():
 
 
 @pytest.mark.jit
-def test_every_state_is_ended_as_in_the_table():
+def test_ends_of_states_agree_with_the_table():
     from numba import njit
 
     ends = njit(lambda state: terminating_function(state))
@@ -47,7 +47,7 @@ def test_every_state_is_ended_as_in_the_table():
         assert ends(int(state)) == FUNCTIONS[names[-1]]  # a slide down searches S2 and tests ξ for S1
 
 
-def test_the_table_is_complete():
+def test_table_is_complete():
     """The table contains every end of every state, with every value of H at this end."""
     for state, names in ENDED_BY.items():
         assert sorted({name for s, name, _, _ in TRANSITIONS if s == state}) == names

@@ -28,7 +28,7 @@ def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
 
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
-def test_margin_is_how_far_an_impact_would_have_dipped(depth):
+def test_margin_is_the_depth_below_the_obstacle_without_the_impact(depth):
     """The same motion starts slightly lower. Without the obstacle, ξ would fall to -`depth`."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
@@ -55,14 +55,14 @@ def test_margin_of_a_wait_without_end(eps):
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-12])
-def test_margin_of_a_wait_that_all_but_ends(gap):
+def test_margin_of_a_wait_that_nearly_ends(gap):
     """H reaches 1 - gap and then falls. This tangency counts as a decision."""
     t = vd.simulate(A=1.5, B=0.5 + gap, transient=0, periods=3)
     assert t.status == Status.NEVER_LEAVES
     assert t.margin == pytest.approx(gap, rel=1e-3)
 
 
-def test_never_leaves_is_an_answer():
+def test_never_leaves_is_a_valid_status():
     """The section has a row for every period, all equal, if the mass rests from the start or after some motion."""
     for start in ({}, {"xi0": 2.0, "dxi0": 1.0}, {"dxi0": 3.0}):
         t = vd.simulate(A=0.4, **start, transient=3, periods=5)
@@ -87,7 +87,7 @@ def test_budget_is_per_period_and_configurable():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("scene", [dict(A=1.5), dict(A=1.5, eps=5e-4), dict(A=3.04, method="fixed", dtau=0.1)], ids=str)
-def test_the_budget_of_a_point_is_its_own(scene):
+def test_each_point_has_the_full_budget(scene):
     """A lane computes many points one after the other. Each point begins with the full budget, which just suffices."""
     run = dict(transient=0, periods=2)
     enough = next(b for b in range(1, 200) if vd.simulate(**scene, **run, budget=b).status == Status.OK)
@@ -95,7 +95,7 @@ def test_the_budget_of_a_point_is_its_own(scene):
     assert (swept.status == Status.OK).all()
 
 
-def test_samples_end_with_the_last_switch_that_was_computed():
+def test_samples_end_with_the_last_computed_switch():
     """All samples up to the last switch are finite. The motion after this switch is not known."""
     spent = vd.simulate(A=1.5, eps=5e-4, tau0=1.0, transient=0, periods=30, budget=50)
     last = spent.switches[-1]
@@ -108,7 +108,7 @@ def test_samples_end_with_the_last_switch_that_was_computed():
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 @pytest.mark.parametrize("scan", ["skip", "literal"])
-def test_budget_ends_a_scan_that_would_take_for_ever(method, scan):
+def test_budget_ends_a_very_long_scan(method, scan):
     """A literal scan of 6e10 points exceeds the budget, because each evaluated point counts. Skipped points do not."""
     t = vd.simulate(A=1.5, method=method, dtau=1e-10, scan=scan, transient=0, periods=1, budget=20_000)
     assert t.status == (Status.BUDGET if scan == "literal" else Status.OK)
@@ -132,7 +132,7 @@ def test_rounding_adds_up_over_waits(eps):
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 1e-6])
 @pytest.mark.parametrize("path", [dict(), dict(method="muller", dtau=0.05, tol=1e-15)], ids=str)
-def test_a_decision_within_rounding_is_too_close_in_lanes(path, eps):
+def test_decision_within_rounding_is_too_close_in_lanes(path, eps):
     """H falls through -1 where UP ends. With this A the mass sticks next, with a larger A it slides down."""
     scene = dict(eps=eps, transient=0, periods=1, **path)
     less, more = 1.5, 3.04
@@ -143,7 +143,7 @@ def test_a_decision_within_rounding_is_too_close_in_lanes(path, eps):
     assert (vd.sweep(A=[less - 1e-9, more + 1e-9], **scene).status == Status.OK).all()
 
 
-def test_sweep_goes_on_past_every_kind_of_point():
+def test_sweep_continues_after_every_status():
     """In a sweep with points of every status, each point has the status, margin and section of its single motion."""
     A = [1.5, 0.4, 1.0, 3.04]
     r = vd.sweep(A=A, B=[0.0, 0.1], eps=[0.0, 5e-4], transient=0, periods=20, budget=60)
@@ -158,7 +158,7 @@ def test_sweep_goes_on_past_every_kind_of_point():
         np.testing.assert_array_equal(r.section[index], alone.section)
 
 
-def test_too_close_goes_on():
+def test_motion_continues_after_too_close():
     """The motion before a decision within rounding is valid. After it, the motion of one decision is computed."""
     t = vd.simulate(A=1.38, B=0.0, transient=0, periods=20)
     assert t.status == Status.TOO_CLOSE
@@ -182,7 +182,7 @@ def test_first_of_two_reasons_is_kept():
         dict(A=1.1342130367421495, xi0=11.647921921935094, tau0=1.3245548131650067),
     ],
 )
-def test_a_tangency_met_once_is_not_held_against_later_switches(start):
+def test_margin_is_independent_of_an_earlier_tangency(start):
     """In a first, very short slide ξ' comes close to zero. Margins of later switches do not depend on this."""
     window = dict(dxi0=1e-14, transient=0, periods=3)
     alone, swept = vd.simulate(**start, **window), vd.sweep(**start, **window)

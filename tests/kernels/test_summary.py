@@ -74,7 +74,7 @@ MOTIONS = [
 
 @pytest.mark.jit
 @pytest.mark.parametrize("scene", MOTIONS, ids=str)
-def test_a_periodic_motion_is_measured_over_one_of_its_periods(scene):
+def test_periodic_motion_is_summarised_over_one_period(scene):
     run = dict(transient=600, periods=30)
     swept = vd.sweep(**(scene | {"A": [scene["A"]]}), **run, record="summary")
     motion = vd.simulate(**scene, **run)
@@ -94,7 +94,7 @@ def test_a_periodic_motion_is_measured_over_one_of_its_periods(scene):
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 1e-4])
 @pytest.mark.parametrize("A", [1.5, 2.65, 3.04])
-def test_work_and_extremes_are_those_of_the_curve(A, eps):
+def test_work_and_extremes_equal_those_of_the_curve(A, eps):
     """The work of the excitation is integrated by Simpson's rule. Extreme velocities are those of a million points."""
     run = dict(transient=200, periods=8)
     swept = vd.sweep(A=[A], eps=eps, **run, record="summary")
@@ -133,7 +133,7 @@ def test_no_impact_is_faster_than_the_largest_velocity_down(eps):
 
 
 @pytest.mark.parametrize("speed", [60.0, 60.25, 60.5, 61.0])
-def test_the_fastest_of_a_slide_of_many_turns(speed):
+def test_fastest_of_a_slide_of_many_turns(speed):
     """On a steep incline the mass slides down faster in each period, so its speed is largest in the last period."""
     scene = dict(A=2.4, B=1.3, dxi0=speed, transient=0)
     (first, *_) = (row for row in vd.simulate(**scene, periods=60).switches if row["after"] == vd.State.IMPACT)
@@ -147,7 +147,7 @@ def test_the_fastest_of_a_slide_of_many_turns(speed):
 
 
 @pytest.mark.jit
-def test_periods_and_exponents_are_those_of_the_orbits():
+def test_periods_and_exponents_equal_those_of_the_orbits():
     """λ is log |multiplier| / n for the stable orbit of period n that `vd.orbits` finds, or -∞ if the mass rests."""
     A = [2.9, 3.0, 3.04, 3.05]
     swept = vd.sweep(A=A, transient=4000, periods=20, record="summary")
@@ -162,7 +162,7 @@ def test_periods_and_exponents_are_those_of_the_orbits():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("number", [0, 1])
-def test_an_exponent_is_the_growth_of_a_small_difference(number):
+def test_exponent_is_the_growth_of_a_small_difference(number):
     """An irregular motion is restarted slightly before and slightly after each impact. The next impacts diverge."""
     run = dict(transient=500, periods=60)
     many = vd.sweep(A=np.linspace(6.0, 8.0, 401), **run, record="summary")
@@ -184,7 +184,7 @@ def test_an_exponent_is_the_growth_of_a_small_difference(number):
 
 
 @pytest.mark.jit
-def test_gaps_and_sequences_tell_orbits_apart():
+def test_gaps_and_sequences_distinguish_orbits():
     swept = vd.sweep(A=[1.5, 2.4, 2.65, 2.75, 3.04, 3.1, 3.17, 3.2, 3.25], transient=900, periods=64, record="summary")
     assert swept.gaps.tolist() == [1, 1, 1, 2, 2, 2, 122, 12, 3]
     assert swept.period.tolist() == [1, 1, 2, 2, 2, 4, 10, 3, 3]
@@ -202,14 +202,14 @@ def test_gaps_and_sequences_tell_orbits_apart():
     assert len(set.union(*words.values())) == len(words), "equal sequences must have equal numbers"
 
 
-def test_a_motion_that_never_leaves_is_at_rest():
+def test_motion_without_release_is_at_rest():
     swept = vd.sweep(A=[0.5], transient=3, periods=4, xi0=0.0, record="summary")
     assert (swept.period[0], swept.impacts[0], swept.energy[0], swept.share_rest[0]) == (1, 0.0, 0.0, 1.0)
     assert swept.lyapunov[0] == -math.inf
     assert (swept.xi_max[0], swept.dxi_max[0], swept.dxi_min[0]) == (0.0, 0.0, 0.0)
 
 
-def test_a_motion_that_sticks_for_ever_has_period_1():
+def test_permanent_stick_has_period_1():
     swept = vd.sweep(A=[0.4], B=0.25, xi0=2.0, transient=3, periods=4, record="summary")
     assert (swept.period[0], swept.impacts[0], swept.share_stick[0], swept.share_rest[0]) == (1, 0.0, 1.0, 0.0)
     assert (swept.xi_max[0], swept.dxi_max[0], swept.dxi_min[0]) == (2.0, 0.0, 0.0)
@@ -242,7 +242,7 @@ def assert_same(swept, index, motion):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("seed", range(12))
-def test_the_bits_are_those_of_the_switches(seed):
+def test_summary_has_the_bits_of_the_switches(seed):
     """Tested are all methods, with and without a disturbance, periodic and irregular motions, and short records."""
     rng = np.random.default_rng(seed)
     B = float(rng.choice([0.0, 0.1, 0.5, 0.985, 1.2, rng.uniform(0, 2)]))
@@ -265,7 +265,7 @@ def test_the_bits_are_those_of_the_switches(seed):
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 @pytest.mark.parametrize("method", ["certified", "muller", "fixed"])
-def test_what_a_lane_keeps_are_the_switches_of_the_motion(method, eps):
+def test_history_of_a_lane_equals_the_switches_of_the_motion(method, eps):
     """On a grid, the stored ξ of an impact is that at the grid point, or at a zero found within the tolerance."""
     scene = dict(A=3.04, eps=eps, transient=2, periods=6, **({} if method == "certified" else {"dtau": 0.05}))
     plan = make_plan(scene | {"method": method})
@@ -284,7 +284,7 @@ def test_what_a_lane_keeps_are_the_switches_of_the_motion(method, eps):
 
 
 @pytest.mark.jit
-def test_more_switches_than_a_lane_has_room_for():
+def test_more_switches_than_a_lane_can_store():
     scene = dict(transient=10, periods=400)
     A = [1.3, 2.4, 3.04]
     swept = vd.sweep(A=A, eps=1e-3, **scene, record="summary")
@@ -299,7 +299,7 @@ def test_more_switches_than_a_lane_has_room_for():
 
 
 @pytest.mark.jit
-def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
+def test_summary_covers_all_switches_of_a_longer_cycle():
     """If no period is found, the summary covers all switches, including copied switches."""
     A, run = [3.158, 3.1605, 3.172, 3.186], dict(transient=3000, periods=900)
     swept = vd.sweep(A=A, **run, record="summary")
@@ -308,7 +308,7 @@ def test_an_exact_cycle_longer_than_any_period_looked_for_is_summed_whole():
 
 
 @pytest.mark.jit
-def test_a_motion_that_comes_to_its_cycle_late_in_the_record():
+def test_cycle_reached_late_in_the_record():
     """The motion reaches its exact cycle shortly before the end of the record.
 
     The last n periods still differ from the n periods before, so `find_period` finds no period.
@@ -328,7 +328,7 @@ def test_columns_have_the_names_and_the_order_of_the_quantities():
 
 
 @pytest.mark.parametrize("fastest", range(3))
-def test_a_cycle_of_gaps_is_the_same_from_every_impact_on(fastest):
+def test_gap_cycle_does_not_depend_on_the_first_impact(fastest):
     """The gaps are 1, 2, 1. From the first gap on a cycle of two gaps seems to repeat, but the cycle has three gaps."""
     rows = np.zeros((3, 6))
     rows[:, PERIOD], rows[:, AFTER], rows[:, DXI] = [0, 1, 3], vd.State.IMPACT, -1.0

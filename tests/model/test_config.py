@@ -30,7 +30,7 @@ def test_every_form_of_an_axis():
     assert plan.scalars["B"] == 0.2
 
 
-def test_an_axis_ends_exactly_where_it_should():
+def test_axis_has_exact_ends():
     for scale in ("linear", "log"):
         axis = parse(f'[sweep]\nA = {{start = 0.1, stop = 0.7, num = 1000, scale = "{scale}"}}\n').plan().axes["A"]
         assert (axis[0], axis[-1], len(axis)) == (0.1, 0.7, 1000)
@@ -63,7 +63,7 @@ def test_physical_units_give_a_and_b():
     assert scalars["B"] == pytest.approx(math.tan(math.radians(3)) / 0.5, rel=1e-15)
 
 
-def test_a_scene_without_a0_leaves_a_to_an_axis_and_gives_b_and_the_units():
+def test_scene_without_a0_needs_an_axis_A_and_gives_B_and_units():
     scene = "[physical]\nomega0 = 40\nmu = 0.5\nalpha = 3\n"
     config = parse(scene + "[sweep]\nA = [1.5, 2.0]\n")
     assert config.plan().axes["A"].tolist() == [1.5, 2.0]
@@ -74,7 +74,7 @@ def test_a_scene_without_a0_leaves_a_to_an_axis_and_gives_b_and_the_units():
         parse(scene).plan()
 
 
-def test_options_replace_what_the_file_says():
+def test_options_override_the_file():
     text = "[model]\nB = 0.2\neps = 1e-4\n[sweep]\nA = {start = 1, stop = 2, num = 5}\n[run]\nperiods = 9\n"
     plan = parse(
         text,
@@ -148,18 +148,18 @@ def test_bad_input_is_one_line_with_key_value_and_what_is_allowed(text, expected
 @pytest.mark.parametrize(
     "option", ["periods", "=3", "run.=3", "nonsense=3", "run=3", "A=1\nB=2", "run.periods.x=3", "title=\udcff"]
 )
-def test_a_bad_option_is_named(option):
+def test_bad_option_is_named(option):
     with pytest.raises(ConfigError) as caught:
         parse(MINIMAL + "[run]\nperiods = 3\n", [option]).plan()
     assert "\n" not in str(caught.value)
 
 
-def test_a_byte_order_mark_is_no_part_of_a_configuration(tmp_path):
+def test_byte_order_mark_is_ignored(tmp_path):
     (tmp_path / "c.toml").write_bytes(b"\xef\xbb\xbf" + MINIMAL.encode())
     assert read(tmp_path / "c.toml").text == MINIMAL
 
 
-def test_files_that_are_none(tmp_path, monkeypatch):
+def test_unreadable_files_are_refused(tmp_path, monkeypatch):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe[sweep]")
     (tmp_path / "folder.toml").mkdir()
     (tmp_path / "large.toml").write_text("#" * 999)
@@ -169,7 +169,7 @@ def test_files_that_are_none(tmp_path, monkeypatch):
             read(tmp_path / name)
 
 
-def test_the_configurations_of_the_repository():
+def test_configurations_of_the_repository_are_valid():
     plans = {path.stem: read(path).plan() for path in CONFIGS.glob("*.toml") if "sweep" in path.read_text()}
     a = plans["fig03"].axes["A"]
     assert a[0] > 0
@@ -197,7 +197,7 @@ def test_the_configurations_of_the_repository():
         (MINIMAL, ["run.peroids=3"], "periods"),
     ],
 )
-def test_a_misspelt_name_is_refused_with_the_one_meant(text, overrides, meant):
+def test_misspelt_name_is_refused_with_a_suggestion(text, overrides, meant):
     with pytest.raises(ConfigError, match=rf"must be one of .*\. Did you mean {meant}\?$"):
         parse(text, overrides)
     with pytest.raises(ConfigError, match=r"must be one of [^.]*$"):

@@ -60,7 +60,7 @@ def defaults_of_the_model():
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
-def test_signatures_show_every_keyword_and_the_default_that_holds(function):
+def test_signatures_show_every_keyword_and_its_default(function):
     shown = inspect.signature(function).parameters
     assert {name: p.default for name, p in shown.items()} == {
         name: default
@@ -72,7 +72,7 @@ def test_signatures_show_every_keyword_and_the_default_that_holds(function):
 
 
 @pytest.mark.integration
-def test_what_is_left_out_has_the_default_shown():
+def test_omitted_arguments_have_the_default_of_the_signature():
     motion = vd.simulate(A=1.5, transient=0, periods=1)
     shown = {name: p.default for name, p in inspect.signature(vd.simulate).parameters.items()}
     shown |= {"A": 1.5, "transient": 0, "periods": 1, "method": Method.CERTIFIED, "scan": Scan.SKIP}
@@ -89,7 +89,7 @@ def test_axes_are_in_the_order_written(names):
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
-def test_unknown_and_missing_keywords_are_refused_in_the_one_sentence(function):
+def test_unknown_and_missing_keywords_are_refused_in_one_form(function):
     names = ", ".join(inspect.signature(function).parameters)
     with pytest.raises(TypeError, match=rf"^argument = 'bogus': must be one of {names}$"):
         function(A=3, bogus=3)
@@ -99,7 +99,7 @@ def test_unknown_and_missing_keywords_are_refused_in_the_one_sentence(function):
         function(B=0.1)
 
 
-def test_arguments_without_a_name_are_as_many_as_the_signature_has():
+def test_positional_arguments_are_limited_by_the_signature():
     with pytest.raises(
         TypeError,
         match=r"^arguments without a name = \(3\.0, 0\.1\): must be at most 1 \(A\); give the others by name$",
@@ -111,7 +111,7 @@ def test_arguments_without_a_name_are_as_many_as_the_signature_has():
         vd.simulate(3.0, A=3.0)
 
 
-def test_a_function_is_told_what_was_written_and_keeps_its_name():
+def test_decorated_function_receives_the_given_arguments_and_keeps_its_name():
     @as_written
     def asked(written, /, A, B=1, *, eps=2):
         """Documented."""
@@ -174,7 +174,7 @@ vd.plot.diagram(r)  # wrong: diagram
 
 
 @pytest.mark.slow("21 s: mypy reads the package")
-def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
+def test_type_checker_finds_exactly_the_mistakes_of_a_script(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
@@ -205,7 +205,7 @@ def test_a_type_checker_finds_the_mistakes_of_a_script_and_only_those(tmp_path):
         (vd.limit, {"disturbance": "dtau", "tol": 1e-9}, "tol"),
     ],
 )
-def test_what_acts_on_nothing_is_refused_with_the_methods_on_which_it_acts(function, arguments, name):
+def test_unused_argument_is_refused_with_the_methods_that_use_it(function, arguments, name):
     acts = {"dtau": "fixed and muller", "tol": "muller"}[name]
     with pytest.raises(ValueError, match=rf"^{name} = .*: must be left out .* used by {acts} only$"):
         function(A=3.0, **arguments)

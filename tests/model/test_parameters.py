@@ -64,7 +64,7 @@ def test_choices():
             check_choice("method", wrong, Method)
 
 
-def test_every_status_has_advice_of_its_own():
+def test_every_status_has_different_advice():
     advice = [s.advice for s in Status]
     assert len(set(advice)) == len(Status)
     assert all(len(text) > 20 and "\n" not in text and not text.endswith(".") for text in advice)
@@ -80,7 +80,7 @@ def test_dimensionless_numbers_of_a_scene():
     assert pytest.approx(math.tan(math.radians(10.0)) / 0.6, rel=1e-14) == scene.B
 
 
-def test_lengths_velocities_times_and_forces_fit_together():
+def test_units_of_lengths_velocities_times_and_forces_are_consistent():
     """A slide of the model, ξ'' = H ∓ 1, obeys Newton's law in SI units."""
     scene = Scene(**SCENE)
     h = 1e-3
@@ -93,7 +93,7 @@ def test_lengths_velocities_times_and_forces_fit_together():
     np.testing.assert_allclose(scene.length(np.array([1.0, 2.0])), scene.friction / 150.0**2 * np.array([1.0, 2.0]))
 
 
-def test_a_scene_takes_a_frequency_in_hertz_in_the_place_of_omega0():
+def test_scene_accepts_a_frequency_in_hertz_instead_of_omega0():
     rest = {name: value for name, value in SCENE.items() if name != "omega0"}
     scene = Scene(**rest, frequency=24.0)
     assert scene.omega0 == 48.0 * math.pi
@@ -107,7 +107,7 @@ def test_a_scene_takes_a_frequency_in_hertz_in_the_place_of_omega0():
             Scene(**rest, **given)
 
 
-def test_a_slip_is_named_where_all_points_have_it():
+def test_slip_is_named_if_all_points_have_it():
     odd = {
         "swapped": (0.1, 3.04, 0.0, 101.0),
         "per cent": (3.0, 0.1, 2.0, 101.0),
@@ -120,7 +120,7 @@ def test_a_slip_is_named_where_all_points_have_it():
     assert slip([(0.9, 0.1, 1e-3, 101.0)]) == ""  # the disturbance moves the mass
 
 
-def test_a_scene_in_other_units_is_warned_of_once():
+def test_scene_in_other_units_warns_once():
     with pytest.warns(UserWarning, match="not in SI units") as caught:
         scene = Scene(a0=0.8, omega0=150.0, mu=0.6, alpha=3.4)
     assert len(caught) == 1

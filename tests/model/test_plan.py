@@ -17,7 +17,7 @@ from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, WAVE_WORK, Plan, make_plan
 
 
-def test_axes_stand_in_the_order_written():
+def test_axes_keep_the_order_written():
     plan = make_plan({"eps": [0.0, 2e-4], "A": np.array([1, 2, 3]), "B": 0.2, "periods": 7})
     assert list(plan.axes) == ["eps", "A"]
     assert plan.shape == (2, 3)
@@ -42,7 +42,7 @@ def test_one_point_has_no_axis():
     assert plan.points(0, 1)[0, 0] == 3.04
 
 
-def test_an_axis_of_one_value_stays_an_axis():
+def test_axis_of_one_value_stays_an_axis():
     assert make_plan({"A": [3.04]}).shape == (1,)
 
 
@@ -91,17 +91,17 @@ def test_blocks_are_smaller_the_longer_their_points_take():
     assert sizes(**together)[0] == disturbed
 
 
-def test_a_given_tiling_stays():
+def test_given_tiling_is_kept():
     plan = Plan({"A": np.zeros(10)}, {}, Settings(), tiling=(3,))
     assert plan.blocks() == [(0, 3), (3, 6), (6, 9), (9, 10)]
 
 
-def test_a_grid_may_be_an_axis():
+def test_grid_may_be_an_axis():
     plan = make_plan({"A": 3, "method": Method.FIXED, "dtau": [0.1, 0.2]})
     assert plan.axes["dtau"].tolist() == [0.1, 0.2]
 
 
-def test_the_arguments_of_a_point_make_its_plan_again():
+def test_arguments_of_a_point_reproduce_its_plan():
     plan = make_plan(
         {"A": [1.0, 2.0], "eps": [0.0, 1e-4, 2e-4], "dtau": 0.1, "method": "fixed", "scan": "literal", "periods": 7}
     )
@@ -113,7 +113,7 @@ def test_the_arguments_of_a_point_make_its_plan_again():
     assert make_plan({"A": 1.0}).arguments(0)["dtau"] is None
 
 
-def test_there_is_one_table_of_settings():
+def test_settings_agree_with_the_tables_of_a_configuration():
     """A configuration accepts and refuses the same values of all settings and parameters as `make_plan`."""
     known = {key for keys in config.HOMES.values() for key in keys}
     assert known == {*COLUMNS, *SETTINGS, *SCENE_AXES, "record", "points"}
@@ -132,7 +132,7 @@ def test_there_is_one_table_of_settings():
             assert check_setting(key, {"method": "certified", "scan": "skip"}.get(key, default)) == default
 
 
-def test_the_scene_has_the_defaults_of_its_names():
+def test_scene_has_the_defaults_of_its_table():
     shown = {f.name: None if f.default is MISSING else f.default for f in fields(Scene)}
     assert list(shown.items()) == [(name, row.default) for name, row in SCENE.items()]
 
@@ -143,7 +143,7 @@ def test_the_scene_has_the_defaults_of_its_names():
      ("curves=['time']", "trajectory"), ("criterion=word", "limits"), ("max_period=2", "orbits"),
      ("A=[1, 2]", "sweep"), ("mu=[0.5, 0.6]", "sweep")],
 )  # fmt: skip
-def test_a_key_without_its_table_finds_it(option, table):
+def test_key_without_a_table_is_assigned_to_its_table(option, table):
     tables = {}
     config._override(tables, option)
     assert list(tables) == [table]

@@ -34,7 +34,7 @@ def column(plan, name):
     return plan.points(0, plan.n_points)[:, COLUMNS.index(name)].tolist()
 
 
-def test_a_configuration_and_a_call_give_the_same_points():
+def test_configuration_and_call_give_the_same_points():
     called = make_plan({"eps": [0.0, 1e-4], "points": POINTS, "periods": 3, "transient": 0})
     for plan in (called, parse(TEXT).plan()):
         assert (list(plan.axes), plan.shape) == (["eps", "point"], (2, 5))
@@ -51,7 +51,7 @@ def test_pandas_tables_are_points():
 
 
 @pytest.mark.jit
-def test_each_point_is_the_motion_of_its_own_parameters():
+def test_each_point_is_the_motion_of_its_parameters():
     r = vd.sweep(points=POINTS, eps=[0.0, 1e-4], transient=3, periods=3)
     for k, (A, xi0) in enumerate(zip(POINTS["A"], POINTS["xi0"], strict=True)):
         for e, eps in enumerate((0.0, 1e-4)):
@@ -63,7 +63,7 @@ def test_each_point_is_the_motion_of_its_own_parameters():
     assert r.select(eps=0).points.keys() == POINTS.keys()
 
 
-def test_a_file_has_them_as_coordinates(tmp_path):
+def test_file_stores_points_as_coordinates(tmp_path):
     path, config = tmp_path / "x.h5", parse(TEXT)
     writer = open_writer(path, config.plan(), Origin(config.text))
     for block in fake.run_blocks(writer.plan):
@@ -89,7 +89,7 @@ def test_a_file_has_them_as_coordinates(tmp_path):
         open_writer(path, parse(TEXT.replace("3, 4]", "3, 5]")).plan(), Origin(TEXT))
 
 
-def test_a_point_that_was_changed_in_a_file_is_found(tmp_path):
+def test_changed_point_in_a_file_is_detected(tmp_path):
     path, config = tmp_path / "x.h5", parse(TEXT)
     open_writer(path, config.plan(), Origin(TEXT)).close()
     with h5py.File(path, "a") as file:
@@ -116,12 +116,12 @@ def test_bad_points_are_refused_in_one_line(points, told):
         parse(f"[sweep]\neps = 0.0\n[sweep.points]\nA = {{start = 1, stop = 2, num = 5}}\n{points}\n").plan()
 
 
-def test_points_that_are_no_table_are_refused():
+def test_points_must_be_a_table():
     with pytest.raises(ConfigError, match=r"^sweep\.points = 3: must be a table \[sweep\.points\]$"):
         parse("[sweep]\npoints = 3\n")
 
 
-def test_results_show_what_changes_together():
+def test_repr_names_the_parameters_of_points():
     plan = parse(TEXT).plan()
     r = Results.collect(plan, fake.run_blocks(plan))
     assert "eps 0…0.0001 (2), point 0…4 (5) with A, xi0; section" in repr(r)

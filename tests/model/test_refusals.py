@@ -103,7 +103,7 @@ def swept():
 
 @pytest.mark.integration
 @pytest.mark.parametrize("name", REFUSED)
-def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
+def test_refusal_names_the_key_the_value_and_the_allowed_values(name):
     key, call, values = REFUSED[name]
     for value in values:
         with pytest.raises((TypeError, ValueError), match=rf"^{key}(\[\d+\])? = .+: must be .+$") as caught:
@@ -113,7 +113,7 @@ def test_one_sentence_names_the_key_the_value_and_what_is_allowed(name):
 
 
 @pytest.mark.integration
-def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
+def test_refusal_shows_the_given_value_and_public_names_only():
     with pytest.raises(TypeError, match=r"^A = array of 2 values: must be a single number \(for axes use `limits`\)$"):
         vd.limit([3, 3.1])
     with pytest.raises(TypeError, match=r"^B = array of 2 values: must be a single number \(for axes"):
@@ -133,7 +133,7 @@ def test_the_sentence_shows_what_was_given_and_no_function_that_is_not_public():
 
 
 @pytest.mark.jit
-def test_too_few_periods_to_judge_are_refused():
+def test_too_few_periods_are_refused():
     """The comparison omits the first and the last impact of a record. The others must contain the orbit twice."""
     with pytest.raises(ValueError, match=r"^periods = 1: must be >= 4, 4 times the period .* at A = 1.5$"):
         vd.limit(A=1.5, periods=1, transient=10)

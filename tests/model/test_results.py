@@ -24,7 +24,7 @@ def collected(plan):
     return Results.collect(plan, fake.run_blocks(plan))
 
 
-def test_every_block_is_in_its_place(plan):
+def test_blocks_are_stored_at_their_points(plan):
     r = collected(plan)
     assert r.section.shape == (4, 2, 5, 2)
     assert r.switches.shape == (4, 2, 5)
@@ -36,14 +36,14 @@ def test_every_block_is_in_its_place(plan):
     assert r.computed == 1.0
 
 
-def test_what_is_not_computed_is_marked(plan):
+def test_points_not_computed_are_marked(plan):
     r = Results.collect(plan, [])
     assert np.isnan(r.section).all()
     assert (r.status == Status.NOT_COMPUTED).all()
     assert r.computed == 0.0
 
 
-def test_select_takes_the_value_itself_or_the_nearest_and_drops_the_axis(plan):
+def test_select_finds_the_exact_or_nearest_value_and_drops_the_axis(plan):
     r = collected(plan)
     part = r.select(A=2.9, method="nearest", tolerance=0.11)
     assert list(part.axes) == ["eps"]
@@ -56,7 +56,7 @@ def test_select_takes_the_value_itself_or_the_nearest_and_drops_the_axis(plan):
         r.select(B=1)
 
 
-def test_a_value_is_met_within_rounding(plan):
+def test_select_allows_for_rounding_of_a_value(plan):
     """In double precision 0.1 · 3 exceeds 0.3, but the value 0.3 selects this value of a linspace."""
     r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
     assert r.select(A=0.1 * 3).margin == 2.0
@@ -67,7 +67,7 @@ def test_a_value_is_met_within_rounding(plan):
 
 
 @pytest.mark.parametrize("chosen", [{}, {"A": 3}, {"A": 3, "eps": 0}])
-def test_pickled_and_copied_results_are_the_same(plan, chosen):
+def test_pickled_and_copied_results_are_equal(plan, chosen):
     """A pickled selection contains only the data of the selection."""
     whole = collected(plan)
     r = whole.select(**chosen)
@@ -81,7 +81,7 @@ def test_pickled_and_copied_results_are_the_same(plan, chosen):
 
 
 @pytest.mark.integration
-def test_trajectories_are_equal_if_they_were_asked_for_the_same_and_came_out_the_same():
+def test_trajectories_are_equal_if_arguments_and_results_are_equal():
     one, same = (vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3) for _ in range(2))
     other = vd.simulate(A=3.05, eps=1e-4, transient=2, periods=3)
     assert (one == same) is True
@@ -99,13 +99,13 @@ def test_trajectories_are_equal_if_they_were_asked_for_the_same_and_came_out_the
     assert given_up[0] == given_up[1], "NaN in the same places must compare equal"
 
 
-def test_a_sweep_that_does_not_fit_the_memory_is_refused_with_the_numbers():
+def test_sweep_too_large_for_memory_is_refused_with_numbers():
     plan = make_plan({"A": np.linspace(1, 2, 100_000), "B": np.linspace(0, 1, 10_000), "periods": 10**6})
     with pytest.raises(TooLarge, match=r"1000000000 points x 1000000 periods.* take .*PB.* available"):
         Results.collect(plan, [])
 
 
-def test_the_blocks_of_an_executor_take_more_memory_than_local_ones(monkeypatch):
+def test_blocks_of_an_executor_use_more_memory_than_local_blocks(monkeypatch):
     plan = make_plan({"A": np.linspace(1, 2, 100_000), "transient": 0, "periods": 1000})
     monkeypatch.setattr(size, "available_memory", lambda: 10 * size.block_bytes(plan))
     size.refuse_large_block(plan)
@@ -113,7 +113,7 @@ def test_the_blocks_of_an_executor_take_more_memory_than_local_ones(monkeypatch)
         size.refuse_large_block(plan, remote=True)
 
 
-def test_its_name_says_what_it_holds(plan):
+def test_repr_describes_the_contents(plan):
     r = collected(plan)
     assert repr(r) == (
         "<Results of 4 × 2 points, computed: A 1…4 (4), eps 0…0.0001 (2); section; certified, 0 + 5 periods; "

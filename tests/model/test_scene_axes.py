@@ -36,7 +36,7 @@ def text(*names, scene=SCENE, more=""):
 
 
 @pytest.mark.parametrize("names", [*itertools.permutations(SCENE_AXES, 2), *((name,) for name in SCENE_AXES)])
-def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
+def test_each_point_has_exactly_the_numbers_of_its_scene(names):
     plan = parse(text(*names)).plan()
     assert list(plan.axes) == list(names)
     points = plan.points(0, plan.n_points)
@@ -48,7 +48,7 @@ def test_each_point_has_the_numbers_of_its_own_scene_to_the_bit(names):
     assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # a block of one point gives the same point
 
 
-def test_all_at_once_and_beside_other_parameters_in_the_order_written():
+def test_several_scene_axes_mix_with_other_parameters_in_the_order_written():
     plan = parse(text("mu", "omega0", more="eps = [0, 1e-4]\na0 = [1e-4, 2e-4]\n", scene={"alpha": 3.4})).plan()
     assert list(plan.axes) == ["mu", "omega0", "eps", "a0"]
     point = plan.arguments(plan.n_points - 1)
@@ -56,7 +56,7 @@ def test_all_at_once_and_beside_other_parameters_in_the_order_written():
     assert (point["A"], point["B"], point["eps"]) == (scene.A, scene.B, 1e-4)
 
 
-def test_what_does_not_vary_stays_one_number():
+def test_constant_parameters_stay_scalars():
     scalars = parse(text("omega0", "a0")).plan().scalars
     assert scalars["B"] == Scene.quiet(**SCENE).B
     assert "A" not in scalars
@@ -69,7 +69,7 @@ def test_what_does_not_vary_stays_one_number():
     assert (both["A"], both["B"]) == (Scene.quiet(**SCENE).A, Scene.quiet(**SCENE).B)
 
 
-def test_a_scene_without_a0_leaves_a_to_an_axis():
+def test_scene_without_a0_needs_an_axis_A():
     scene = {"omega0": 150.0, "mu": 0.6}
     plan = parse(text("alpha", scene=scene, more="A = [1.5, 3.0]\n")).plan()
     assert list(plan.axes) == ["alpha", "A"]
@@ -79,7 +79,7 @@ def test_a_scene_without_a0_leaves_a_to_an_axis():
     assert points[:, COLUMNS.index("B")].tolist() == expected
 
 
-def test_numbers_in_the_table_of_axes_are_a_scene_like_another():
+def test_scene_of_numbers_in_the_sweep_table_equals_a_physical_table():
     one = parse("[sweep]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n")
     other = parse("[physical]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n")
     assert one.physical == other.physical
@@ -95,7 +95,7 @@ def test_options_move_a_quantity_between_the_tables():
     assert parse(text("omega0"), ["physical.omega0=160"]).plan().axes == {}
 
 
-def test_selecting_leaves_the_numbers_of_the_scene():
+def test_select_keeps_the_numbers_of_the_scene():
     plan = parse(text("omega0", "alpha")).plan()
     results = Results.uncomputed(plan)
     results.status[:] = Status.OK
@@ -162,7 +162,7 @@ def test_bad_input_is_one_line(text, message):
     assert "\n" not in str(caught.value)
 
 
-def test_where_the_numbers_become_too_large_is_said():
+def test_values_out_of_range_are_named_with_their_scene():
     with pytest.raises(
         ConfigError, match=r"A = .*, computed from a0 = 0.001, omega0 = 1e\+09, mu = 0.6, .*: must be .* <= 1e\+09"
     ):

@@ -30,7 +30,7 @@ def test_arrays_show_names(statuses):
     assert count_statuses(statuses) == {"NOT_COMPUTED": 1, "OK": 1, "TOO_CLOSE": 1, "BUDGET": 1}
 
 
-def test_what_is_computed_from_them_is_plain(statuses):
+def test_operations_on_statuses_return_plain_arrays(statuses):
     for plain in (statuses == Status.OK, statuses != statuses, statuses + 1, np.isin(statuses, (0, 1))):
         assert type(plain) is np.ndarray
     assert (statuses == Status.OK).tolist() == [[True, False], [False, False]]

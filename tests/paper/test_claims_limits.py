@@ -48,7 +48,7 @@ def axis(name):
 
 
 @pytest.mark.jit
-def test_alike_names_where_it_does_not_hold(session):
+def test_alike_names_exceptions(session):
     found = outcome("alike", session(limits={axis("limits"): "A = [2.05, 2.4]"}))
     assert found.verdict == Verdict.NOT
     assert "A = 2.05, n = 1" in found.text
@@ -57,7 +57,7 @@ def test_alike_names_where_it_does_not_hold(session):
 
 @pytest.mark.jit
 @pytest.mark.slow("7 s: limits at three frequencies and two amplitudes")
-def test_a_limit_that_has_not_settled_at_the_papers_frequency_corrects_it(session, monkeypatch):
+def test_any_frequency_is_corrected_if_the_limit_depends_on_eta(session, monkeypatch):
     monkeypatch.setattr(claims_limits, "TIMES_ETA", (1.0, 3.0, 10.0))
     verdict = {}
     for A in (2.4, 3.1):
@@ -67,7 +67,7 @@ def test_a_limit_that_has_not_settled_at_the_papers_frequency_corrects_it(sessio
 
 
 @pytest.mark.jit
-def test_the_incline_changes_the_limit(session, monkeypatch):
+def test_incline_changes_the_limit(session, monkeypatch):
     monkeypatch.setattr(claims_limits, "A_OF_INCLINES", (2.8,))
     monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.2))
     found = outcome("any-incline", session())
@@ -78,7 +78,7 @@ def test_the_incline_changes_the_limit(session, monkeypatch):
 
 
 @pytest.mark.jit
-def test_a_rational_frequency_gives_its_denominator(session):
+def test_rational_frequency_gives_its_denominator(session):
     found = outcome("rational", session())
     assert found.verdict == Verdict.REPRODUCED
     assert found.record["numbers"]["period"] == [1, 2, 3, 5, 0]
@@ -96,7 +96,7 @@ def test_points_repeat_after_the_smallest_number_of_periods():
 
 @pytest.mark.jit
 @pytest.mark.slow("12 s: limits in ε and Δτ over a range of A")
-def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
+def test_loss_of_sticking_is_located(session):
     some = {axis("fig03"): "A = {start = 1.905, stop = 1.975, num = 8}"}
     found = outcome("interruptions-and-limit", session(fig03=some))
     assert found.record["numbers"]["stick_vanishes"] == pytest.approx(1.945)
@@ -108,7 +108,7 @@ def test_the_loss_of_sticking_is_looked_for_where_it_is(session):
 
 
 @pytest.mark.jit
-def test_a_coarse_step_is_cheaper_than_a_fine_one_and_dearer_than_exact_switches(session, monkeypatch):
+def test_coarse_step_costs_less_than_a_fine_one_and_more_than_exact_switches(session, monkeypatch):
     """The test prescribes the times, because measured times depend on other programs on the machine."""
     monkeypatch.setattr(claims_limits, "_seconds_per_period", lambda arguments: 1e-7 / arguments.get("dtau", 1.0))
     found = outcome("computing-time", session())
@@ -120,13 +120,13 @@ def test_a_coarse_step_is_cheaper_than_a_fine_one_and_dearer_than_exact_switches
 
 
 @pytest.mark.jit
-def test_a_time_per_period_is_measured():
+def test_time_per_period_is_measured():
     point = {"A": np.linspace(3.0, 3.25, 2), "method": "fixed", "dtau": 0.1, "scan": "literal", "transient": 0}
     assert claims_limits._seconds_per_period(point | {"periods": 4}) > 0.0
 
 
 @pytest.mark.jit
-def test_alike_compares_both_limits_as_velocities_also_without_a_figure(session, monkeypatch, tmp_path):
+def test_alike_compares_velocities_without_a_figure(session, monkeypatch, tmp_path):
     configs = session(limits={axis("limits"): "A = [2.4]"}).configs
     monkeypatch.setattr("vibrodrive.paper.run.configurations", lambda: configs)
     monkeypatch.setattr("vibrodrive.paper.run.CLAIMS", [c for c in CLAIMS if c.id in ("alike", "two-solutions")])
@@ -140,7 +140,7 @@ def test_alike_compares_both_limits_as_velocities_also_without_a_figure(session,
 
 
 @pytest.mark.jit
-def test_structures_leave_out_what_has_no_period(session, monkeypatch):
+def test_structures_omit_motions_without_a_period(session, monkeypatch):
     monkeypatch.setattr("vibrodrive.paper.analysis.SAMPLED", 3)
     level = {"B = 0.1": "B = 0.02"}  # for this B the motion at A = 2.8 has no period
     found = structures(session(fig10=level | {axis("fig10"): "A = [1.9, 2.8]"}), "fig10")

@@ -42,7 +42,7 @@ def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
 
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.5, 3.04])
-def test_a_step_of_a_fine_grid_has_one_zero(A):
+def test_step_of_a_fine_grid_has_one_zero(A):
     """At a small step each state ends at a simple zero, except where two switching functions have zeros."""
     plan = make_plan({"A": A, "method": "fixed", "dtau": 1e-3, "transient": 200, "periods": 4})
     found = compared(plan)
@@ -61,7 +61,7 @@ def test_jumps_of_the_state_grow_with_the_step(session):  # noqa: F811
 
 
 @pytest.mark.jit
-def test_a_fixed_step_does_not_see_a_touch_that_is_shallower_than_its_own_arc(session):  # noqa: F811
+def test_fixed_step_misses_a_touch_shallower_than_the_arc_of_a_step(session):  # noqa: F811
     numbers = outcome("touching", session()).record["numbers"]
     assert numbers["certified"] == pytest.approx(1e-13)
     for step in (1e-3, 0.1):
@@ -72,7 +72,7 @@ def test_a_fixed_step_does_not_see_a_touch_that_is_shallower_than_its_own_arc(se
 
 
 @pytest.mark.jit
-def test_two_solutions_look_the_same(session):  # noqa: F811
+def test_two_solutions_have_the_same_section(session):  # noqa: F811
     numbers = outcome("invisible-shift", session()).record["numbers"]
     assert numbers["section"] < 1e-13
     assert numbers["curve"] < 1e-13
@@ -91,7 +91,7 @@ def test_bands_are_as_wide_as_the_motions_differ(session):  # noqa: F811
 
 @pytest.mark.jit
 @pytest.mark.slow("5 s: two searches for a limit, each over a lattice of starts")
-def test_the_limit_of_uniqueness_separates_one_motion_from_several(session):  # noqa: F811
+def test_limit_of_uniqueness_separates_one_motion_from_several(session):  # noqa: F811
     numbers = outcome("unique-limit", session()).record["numbers"]
 
     def ends(dtau):

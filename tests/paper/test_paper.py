@@ -25,7 +25,7 @@ from vibrodrive.stability.structure import reference_orbit
 ROOT = Path(__file__).parents[2]
 
 
-def test_every_figure_and_enough_claims():
+def test_claims_are_complete_and_have_different_ids():
     assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
     modules = {path.stem for path in (ROOT / "vibrodrive" / "paper").glob("claims_*.py")}
     assert modules == {c.test.__module__.rpartition(".")[2] for c in CLAIMS}  # run.py imports all of them
@@ -34,7 +34,7 @@ def test_every_figure_and_enough_claims():
     assert {c.figure for c in CLAIMS} <= set(SUBJECTS)
 
 
-def test_the_drawing_shows_each_quantity_and_which_way_it_counts():
+def test_drawing_shows_each_quantity_and_its_direction():
     ax = drawing().axes[0]
     labels = " ".join(t.get_text() for t in ax.texts)
     for shown in ("gap $x$", r"\xi", "F_H", r"\mu", r"\alpha", "mg", r"a_0 \sin", "obstacle", "$m$"):
@@ -49,7 +49,7 @@ def test_the_drawing_shows_each_quantity_and_which_way_it_counts():
     assert sorted(ways) == pytest.approx([ALPHA - 180, -90, ALPHA, ALPHA, ALPHA])
 
 
-def test_the_scheme_shows_every_transition_and_only_those():
+def test_scheme_shows_exactly_the_transitions():
     ax = scheme({(State.UP, State.STICK)}).axes[0]
     arrows = [a for a in ax.texts if getattr(a, "arrow_patch", None) is not None]
     assert len(arrows) == len(TRANSITIONS)
@@ -77,7 +77,7 @@ def test_numbers_become_json():
     json.dumps(plain(numbers), allow_nan=False)
 
 
-def test_an_unknown_figure_is_named_and_nothing_is_written(tmp_path):
+def test_unknown_figure_is_named_and_nothing_is_written(tmp_path):
     with pytest.raises(ValueError, match=r"figure = 'fig99': must be one of fig01, "):
         run_paper(tmp_path / "out", ["fig99"])
     assert not list(tmp_path.iterdir())
@@ -115,7 +115,7 @@ def test_files_are_written_and_can_be_read(some):
 
 
 @pytest.mark.jit
-def test_what_came_out(some):
+def test_verdicts_of_some_claims(some):
     _, result, _ = some
     found = verdicts(result)
     assert found["two-solutions"] == Verdict.REPRODUCED
@@ -132,7 +132,7 @@ def test_what_came_out(some):
 
 @pytest.mark.jit
 @pytest.mark.slow("7 s: four figures with their claims")
-def test_another_configuration_gives_another_verdict(some, tmp_path, monkeypatch):
+def test_changed_configurations_change_verdicts(some, tmp_path, monkeypatch):
     configs = tmp_path / "configs"
     shutil.copytree(configurations(), configs)
 
@@ -157,7 +157,7 @@ def test_another_configuration_gives_another_verdict(some, tmp_path, monkeypatch
 
 
 @pytest.mark.jit
-def test_a_configuration_without_a_period_is_no_crash(tmp_path):
+def test_configuration_without_a_period_is_judged(tmp_path):
     configs = tmp_path / "configs"
     shutil.copytree(configurations(), configs)
     path = configs / "fig12.toml"
@@ -170,7 +170,7 @@ def test_a_configuration_without_a_period_is_no_crash(tmp_path):
 
 
 @pytest.mark.jit
-def test_the_slip_of_fig_12_has_a_basic_motion_on_either_side():
+def test_basic_motions_precede_and_follow_the_slip_of_fig_12():
     motion = simulate(A=3.04, method="fixed", dtau=0.1, periods=300)
     base = reference_orbit(simulate(A=3.04, transient=1000, periods=16))
     slip = find_phase_slip(motion, base)
@@ -184,7 +184,7 @@ def test_the_slip_of_fig_12_has_a_basic_motion_on_either_side():
 
 @pytest.mark.jit
 @pytest.mark.slow("60 s: every figure and every claim")
-def test_the_whole_paper(tmp_path):
+def test_verdicts_of_the_whole_paper(tmp_path):
     result = run_paper(tmp_path)
     assert len(result.claims) == len(CLAIMS)
     found = verdicts(result)

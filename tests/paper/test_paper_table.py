@@ -146,7 +146,7 @@ def test_fig07_lines_become_bands_until_the_structure_is_lost(diagrams):
     assert min(band) > 0.3
 
 
-def test_fig10_a_grid_does_what_a_disturbance_does(diagrams):
+def test_fig10_grid_and_disturbance_have_the_same_effect(diagrams):
     A, n, undisturbed, disturbed, grid = diagrams
     assert not structure_kept(n, undisturbed, grid).any(), "Δτ = 0.1 must exceed the limit for every A > 3"
 

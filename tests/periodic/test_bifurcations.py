@@ -28,7 +28,7 @@ def of_kind(found, kind):
     return [b for b in found if b.kind == kind]
 
 
-def test_the_paper_s_route(found):
+def test_route_of_the_paper(found):
     """The bifurcations are those of the paper.
 
     These are the onset at A = 1 + B, period doublings at 2.604 (to period 2) and 3.057 (to period 4), a grazing at 2.69
@@ -54,7 +54,7 @@ def test_doublings_in_the_reference(found):
         assert [o.kind for o in twice] == ["stable"]
 
 
-def test_folds_are_met_by_two_orbits_with_multiplier_one(found):
+def test_two_orbits_with_multiplier_one_meet_at_a_fold(found):
     for b in of_kind(found, "fold"):
         pairs = [[o for o in orbits(b.A + d, b.B, b.orbit.period) if o.name == b.orbit.name] for d in (-1e-7, 1e-7)]
         (one, other), none = sorted(pairs, key=len, reverse=True)
@@ -83,7 +83,7 @@ def test_borders_grazings_and_sticks_in_the_reference(found):
             assert gap_at_closest(b.A + 1e-5, b) > 100 * here
 
 
-def test_grazing_touches_and_border_meets_the_window(found):
+def test_grazing_touches_and_border_is_at_the_end_of_the_window(found):
     for b in of_kind(found, "border"):
         up = math.asin((1 + b.B) / b.A)
         ends = np.array([up, math.pi - up])
@@ -94,13 +94,13 @@ def test_grazing_touches_and_border_meets_the_window(found):
         assert float(lowest) < 1e-9
 
 
-def test_a_finer_grid_finds_no_more(found):
+def test_finer_grid_finds_no_further_bifurcations(found):
     finer = bifurcations(PAPER, 0.1, 4, step=1 / 700)
     assert [b.kind for b in finer] == [b.kind for b in found]
     np.testing.assert_allclose([b.A for b in finer], [b.A for b in found], rtol=0, atol=1e-12)
 
 
-def test_between_bifurcations_nothing_changes(found):
+def test_orbits_do_not_change_between_bifurcations(found):
     values = [b.A for b in found]
     for low, high in itertools.pairwise(values):
         names = {
@@ -109,7 +109,7 @@ def test_between_bifurcations_nothing_changes(found):
         assert len(names) == 1
 
 
-def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
+def test_grazing_agrees_from_both_sides():
     """At a grazing an orbit of three impacts vanishes together with an orbit of two impacts.
 
     The longer flight of the second orbit passes just above the obstacle. At the grazing the multiplier of the first
@@ -127,7 +127,7 @@ def test_a_flight_that_touches_and_goes_on_seen_from_both_sides():
     assert pytest.approx(b.A, abs=1e-12) == A
 
 
-def test_phases_are_as_far_apart_as_on_the_circle():
+def test_phase_differences_are_measured_on_the_circle():
     """An impact just before the end of a period is close to an impact just after the beginning of a period."""
     (orbit,) = orbits(1.5, 0.1, 1)
     one, other, two = (
@@ -137,11 +137,11 @@ def test_phases_are_as_far_apart_as_on_the_circle():
     assert gap_between(one, two) == gap_between(two, one) == pytest.approx(0.03)
 
 
-def test_nothing_below_the_onset():
+def test_no_bifurcations_below_the_onset():
     assert bifurcations((0.5, 1.0)) == []
 
 
-def test_on_the_level_the_touching_orbit_changes_once():
+def test_touching_orbit_on_the_level_changes_once():
     """For B = 0 the search ends. An earlier version did not end."""
     assert bifurcations((2.9, 3.0), 0.0, 2) == []
     onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
@@ -151,20 +151,20 @@ def test_on_the_level_the_touching_orbit_changes_once():
 
 
 @pytest.mark.parametrize("B", [1e-15, 1e-12, 1e-9])
-def test_close_to_the_level_only_the_orbit_that_rests_changes(B):
+def test_only_the_resting_orbit_changes_close_to_the_level(B):
     found = bifurcations((0.9, 3.25), B, 2)
     assert [b.kind for b in found] == ["onset", "stick", "border"]
     assert abs(found[-1].A - math.sqrt(1.0 + 0.25 * math.pi**2)) < 1e-3
     assert {b.orbit.kind for b in found} == {"superstable"}
 
 
-def test_close_to_the_level_nothing_changes_by_rounding():
+def test_no_bifurcation_by_rounding_close_to_the_level():
     """For B = 1e-6 there is no bifurcation in this range. The search once found hundreds."""
     assert bifurcations((1.9, 2.4), 1e-6, 3) == []
 
 
 @pytest.mark.parametrize("step", [None, 4.0])
-def test_far_out_distances_grow_with_A(step):
+def test_steps_and_tolerances_grow_with_A(step):
     """Steps and tolerances in A grow with A. Constant ones would be below the last bit of a large A."""
     for B in (1e3, 1e6):
         scale = 1e-3 * B
@@ -176,7 +176,7 @@ def test_far_out_distances_grow_with_A(step):
             assert orbit.multiplier == pytest.approx(-1.0, abs=1e-7)
 
 
-def test_a_wide_range_has_a_grid_that_follows_it():
+def test_grid_of_a_wide_range_grows_with_A():
     """The spacing of the grid grows with A. All values of A with a spacing of 1/256 would not fit into memory."""
     values = spread(1.05, 1e9, None)
     assert len(values) < 25_000
@@ -185,7 +185,7 @@ def test_a_wide_range_has_a_grid_that_follows_it():
     assert bifurcations((1e8, 1e9), max_period=1) == []
 
 
-def test_too_much_is_refused_before_it_begins(monkeypatch):
+def test_too_much_work_is_refused_beforehand(monkeypatch):
     with pytest.raises(ValueError, match=r"max_period = 101: must be an integer >= 1 and <= 100"):
         bifurcations(max_period=101)
     monkeypatch.setattr(orbit_bifurcations, "MOST_WORK", 1000)
@@ -193,7 +193,7 @@ def test_too_much_is_refused_before_it_begins(monkeypatch):
         bifurcations(max_period=4)
 
 
-def test_orbits_and_bifurcations_say_what_they_are_in_a_line():
+def test_repr_of_orbits_and_bifurcations_is_one_line():
     border, doubling = bifurcations((2.5, 2.61), max_period=1)
     assert (
         repr(doubling) == "<period doubling at A = 2.60408063766, B = 0.1: period 1 to 2; orbit of period 1, 1 impact>"

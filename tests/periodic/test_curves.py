@@ -42,13 +42,13 @@ def agree(found, A, B, max_period, atol=1e-12):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.03, 0.0371, 0.0768234, 0.1, 0.1299])
-def test_at_one_B_they_are_the_bifurcations_there(found, B):
+def test_curves_at_one_B_equal_the_bifurcations(found, B):
     """The curves give exactly the bifurcations at B, for a B at which curves begin and between two such values."""
     assert agree(found, (1.5, 3.2), B, 3) >= 5
 
 
 @pytest.mark.jit
-def test_a_grazing_becomes_that_of_an_orbit_that_rests_and_three_curves_begin():
+def test_three_curves_begin_where_a_grazing_orbit_begins_to_rest():
     """Up to B = 0.00489 the orbit at a grazing has one impact in four periods and no rest. For a larger B it rests.
     At this B three curves meet the grazing: the border of its orbit, and fold and border of an orbit of two impacts."""
     A = (2.105, 2.15)
@@ -78,13 +78,13 @@ def test_every_curve_ends_at_the_edge_of_the_range(found):
 
 
 @pytest.mark.jit
-def test_points_of_a_curve_are_what_at_gives(found):
+def test_at_returns_the_points_of_a_curve(found):
     for c in found:
         for k in (0, len(c.A) // 2, -1):
             assert np.abs(c.at(float(c.B[k])) - c.A[k]).min() < 1e-13
 
 
-def test_the_onset_is_a_straight_line_alone_below_other_curves():
+def test_onset_is_a_straight_line_below_other_curves():
     (onset,) = curves((1.0, 1.8), (0.0, 1e-9), 1)
     assert onset.kind == "onset"
     assert onset.at(5e-10).tolist() == [1.0 + 5e-10]
@@ -92,7 +92,7 @@ def test_the_onset_is_a_straight_line_alone_below_other_curves():
 
 
 @pytest.mark.jit
-def test_on_the_level_they_come_out_of_one_point():
+def test_curves_begin_at_one_point_on_the_level():
     """As B → 0 the distance of a curve from A = √(1 + π²/4) falls like B for a stick, and like √B for other kinds."""
     found = curves((1.2, 1.9), (0.0, 0.001), 1, num=2)
     assert [c.kind for c in found] == ["stick", "border", "period doubling"]
@@ -156,7 +156,7 @@ def test_grazings_and_sticks_in_the_reference(found):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.02, 1.7])
-def test_the_stick_in_closed_form(B):
+def test_stick_agrees_with_the_closed_form(B):
     """The first slide begins from rest at H = 1 and ends with ξ' = 0 exactly at H = -1."""
     b = mp.mpf(B)
 
@@ -190,7 +190,7 @@ def test_every_bifurcation_is_recognised():
 
 
 @pytest.mark.jit
-def test_an_orbit_that_halves_its_period_has_no_margin_left():
+def test_fold_margin_vanishes_at_a_period_doubling():
     """The curve of a fold ends at a period doubling, because the orbit becomes another orbit that is passed twice."""
     (b,) = bifurcations((2.6, 2.61), 0.1, 1)
     once, u = recognise(b)
@@ -210,7 +210,7 @@ def test_short_slides_lose_no_digits():
                 assert abs(value[0] / form - 1) < 3e-15
 
 
-def test_derivatives_are_those_of_differences():
+def test_derivatives_equal_difference_quotients():
     slides = (
         Slide(False, FROM_GROUND, 0, False),
         Slide(True, FROM_REVERSAL, 0, False),
@@ -253,7 +253,7 @@ def as_curve(condition, path):
     return Curve("fold", 1, 2, "", "", points[:, 0], points[:, 1], ends, (), condition, points)
 
 
-def test_a_closed_curve_turns_back_twice_and_is_passed_once():
+def test_closed_curve_has_two_turns_and_is_traced_once():
     points, ends = trace(Circle(), np.array([3.5, 1.0]), BOX)
     assert ends == (CLOSED, CLOSED)
     np.testing.assert_array_equal(points[0], points[-1])
@@ -267,7 +267,7 @@ def test_a_closed_curve_turns_back_twice_and_is_passed_once():
         np.testing.assert_allclose(curve.at(b), [3.0 - half, 3.0 + half], rtol=0, atol=1e-15 + 1e-15 / half)
 
 
-def test_a_curve_ends_where_its_condition_does():
+def test_curve_ends_with_its_condition():
     end = math.sqrt(0.25 - 0.2**2)
     points, ends = trace(Circle(limit=3.2), np.array([2.5, 1.0]), BOX)
     assert ends == ("grazing", "grazing")
@@ -286,7 +286,7 @@ def test_parts_of_a_curve_in_the_range():
     np.testing.assert_allclose(sorted(b for _, b in edges), [1 - math.sqrt(0.21), 1 + math.sqrt(0.21)], atol=1e-14)
 
 
-def test_where_two_curves_cross_and_where_one_ends_on_another():
+def test_crossings_and_ends_on_another_curve_are_found():
     class Line(Circle):
         """A condition with the known curve A - 3 = (B - 1) / 2."""
 
@@ -306,7 +306,7 @@ def test_where_two_curves_cross_and_where_one_ends_on_another():
     assert sorted(m.what for m in with_meetings([circle, half])[1].meets) == ["crossing", "end"]
 
 
-def test_close_to_a_turn_B_is_approached_along_the_curve():
+def test_points_close_to_a_turn_are_approached_along_the_curve():
     b = 1.5 - 1e-6
     here = np.array([3.0, 1.5])
     there = np.array([3.0 + 0.5 * math.sin(0.1), 1.0 + 0.5 * math.cos(0.1)])
@@ -325,13 +325,13 @@ def test_close_to_a_turn_B_is_approached_along_the_curve():
         ({"num": 1}, "num = 1: must be an integer >= 2"),
     ],
 )
-def test_refused(arguments, told):
+def test_bad_arguments_are_refused(arguments, told):
     with pytest.raises((TypeError, ValueError), match=told):
         curves(**arguments)
 
 
 @pytest.mark.jit
-def test_a_curve_is_a_line_of_text_and_computed_at_arrays():
+def test_curve_has_a_repr_and_accepts_arrays():
     border, doubling = curves((2.4, 2.8), (0.05, 0.2), 1)
     assert repr(doubling).startswith("<period doubling: orbit of period 1, 1 impact; A 2.4…2.8, B ")
     assert len(repr(border)) < 200

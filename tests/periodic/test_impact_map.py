@@ -23,7 +23,7 @@ def inner(system, count: int, seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("A", "B"), PLACES)
-def test_next_impact_is_that_of_the_reference(A, B):
+def test_next_impact_equals_the_reference(A, B):
     system = impact_map(A, B)
     phi = inner(system, 6, 1)
     found = system(phi)
@@ -36,7 +36,7 @@ def test_next_impact_is_that_of_the_reference(A, B):
 
 
 @pytest.mark.parametrize(("A", "B"), PLACES[1::2])
-def test_derivative_is_the_difference_quotient_of_the_reference(A, B):
+def test_derivative_equals_the_difference_quotient_of_the_reference(A, B):
     system = impact_map(A, B)
     phi = inner(system, 5, 2)
     found = system(phi)
@@ -45,7 +45,7 @@ def test_derivative_is_the_difference_quotient_of_the_reference(A, B):
         assert found.derivative[i] == pytest.approx(float(slope(A, B, start)), rel=1e-9, abs=1e-12)
 
 
-def test_a_rest_forgets_everything_a_stick_keeps_the_gap():
+def test_derivative_vanishes_after_a_rest_and_not_after_a_stick():
     system = impact_map(3.04)
     rests, sticks, slides = system([5.0, 2.5, 1.0]), system(2.5), system(1.0)
     assert rests.word[0].startswith("REST")
@@ -73,7 +73,7 @@ def test_limits_at_the_ends_of_the_window(A, B):
 
 
 @pytest.mark.parametrize(("A", "B"), PLACES)
-def test_between_breakpoints_one_word_and_a_falling_map(A, B):
+def test_map_falls_with_one_word_between_breakpoints(A, B):
     system = impact_map(A, B)
     points = system.breakpoints
     assert points[0] == system.window[0]
@@ -87,7 +87,7 @@ def test_between_breakpoints_one_word_and_a_falling_map(A, B):
 
 
 @pytest.mark.parametrize(("A", "B"), [(3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (9.0, 2.0)])
-def test_breakpoints_are_where_the_reference_changes_its_word(A, B):
+def test_word_of_the_reference_changes_at_breakpoints(A, B):
     system = impact_map(A, B)
     inner_points = zip(system.breakpoints[1:-1], system.kinds[1:-1], strict=True)
     for point, kind in inner_points:
@@ -97,7 +97,7 @@ def test_breakpoints_are_where_the_reference_changes_its_word(A, B):
         assert (jump > 0.1) == (kind == "grazing")
 
 
-def test_the_mass_that_never_leaves_has_no_next_impact():
+def test_permanent_rest_has_no_next_impact():
     system = impact_map(1.05, 0.1)
     found = system([0.3, 1.5])
     assert np.isnan(found.phase).all()
@@ -106,7 +106,7 @@ def test_the_mass_that_never_leaves_has_no_next_impact():
     assert len(system.breakpoints) == 0
 
 
-def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
+def test_mass_on_the_level_may_never_land():
     """For B = 0 slides up and down cancel each other if the first slide down ends in the air."""
     found = impact_map(2.0, 0.0)([0.55, 0.9])
     assert found.periods.tolist() == [-1, 1]
@@ -116,7 +116,7 @@ def test_on_the_level_the_mass_may_stay_in_the_air_for_good():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
-def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
+def test_launch_on_the_level_lands_in_its_first_fall_or_never(A):
     """For B = 0 the boundary is A cos ψ = π/2. Only at the boundary the result depends on the last bits of ψ."""
     system = impact_map(A, 0.0)
     low, high = system.window
@@ -133,7 +133,7 @@ def test_on_the_level_a_launch_lands_in_its_first_fall_or_never(A):
 
 
 @pytest.mark.jit
-def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
+def test_breakpoints_close_to_the_level_belong_to_short_flights():
     """There are tens of thousands of breakpoints, one for each possible number of periods of a flight. By default only
     some of these breakpoints are computed.
     """
@@ -142,7 +142,7 @@ def test_breakpoints_close_to_the_level_are_those_of_flights_that_land_soon():
     assert np.all(np.diff(points) > 0)
 
 
-def test_any_shape_any_turn_and_the_same_bits():
+def test_map_accepts_any_shape_and_any_number_of_turns():
     system = impact_map(3.17)
     phi = np.linspace(0, 2 * math.pi, 12, endpoint=False).reshape(3, 4)
     found = system(phi)
@@ -152,7 +152,7 @@ def test_any_shape_any_turn_and_the_same_bits():
 
 
 @pytest.mark.jit
-def test_a_million_evaluations_are_a_few_calls_of_the_kernel(monkeypatch):
+def test_million_evaluations_need_few_kernel_calls(monkeypatch):
     system, calls = impact_map(3.04), []
     phi = np.linspace(0, 2 * math.pi, 1_000_000)
     system(phi[:10])

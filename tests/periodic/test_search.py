@@ -72,7 +72,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 
 @pytest.mark.jit
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE[::2])
-def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
+def test_search_finds_all_orbits_of_a_dense_sampling(A, B):
     """The search finds all orbits of the sampling, and only orbits that the sampling allows.
 
     The sampling misses branches that are narrower than its spacing.
@@ -90,7 +90,7 @@ def test_no_orbit_of_a_dense_sampling_is_missed(A, B):
             assert set(np.flatnonzero(crossed)) == {c for c in cells if smooth[c]}
 
 
-def test_the_two_periodic_motion_of_the_paper():
+def test_two_periodic_motion_of_the_paper():
     """At A = 3.04 there is one impact in two periods, and the section points of the undisturbed motion are known."""
     (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
     assert (stable.period, stable.impacts) == (2, 1)
@@ -99,7 +99,7 @@ def test_the_two_periodic_motion_of_the_paper():
     np.testing.assert_allclose(np.array(section, dtype=float), known, atol=1e-9)
 
 
-def test_a_rest_makes_superstable_whatever_follows():
+def test_orbits_with_a_rest_are_superstable():
     (orbit,) = orbits(1.5)
     assert (orbit.period, orbit.kind, orbit.word) == (1, "superstable", "REST UP STICK DOWN IMPACT")
     for A in (1.1, 0.0):
@@ -121,7 +121,7 @@ STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
 
 @pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
-def test_on_the_level_one_orbit_touches(A):
+def test_one_orbit_on_the_level_touches(A):
     """For B = 0 the orbit is touching. Rounding errors once gave other kinds of orbits at two of these values of A."""
     (orbit,) = orbits(A, 0.0, 2)
     assert (orbit.kind, orbit.period, orbit.impacts) == ("touching", 1, 1)
@@ -134,7 +134,7 @@ def test_on_the_level_one_orbit_touches(A):
 
 
 @pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
-def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
+def test_touching_orbit_bounds_motions_in_the_air(A):
     """A motion that starts 1e-3 above the orbit returns to this ξ (reference). After a later launch the mass lands.
 
     After an earlier launch the mass does not land.
@@ -152,7 +152,7 @@ def test_a_touching_orbit_is_the_edge_of_motions_in_the_air(A):
 
 
 @pytest.mark.jit
-def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
+def test_first_fall_after_a_stick_close_to_the_level_lands():
     """Because of gravity the mass would fall below the obstacle, even if this depth of 1e-17 is lost by rounding."""
     for A in np.linspace(1.01, 1.85, 29).tolist():
         for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
@@ -164,7 +164,7 @@ def test_close_to_the_level_the_first_fall_after_a_sticking_always_lands():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [1e-15, 1e-9, 1e-6, 1e-4])
-def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
+def test_no_orbit_close_to_the_level_depends_on_rounding(B):
     """The list of orbits does not depend on the last bit of A, and no speed is negative. Both were once wrong."""
     for A in np.linspace(1.9, 4.0, 22).tolist():
         names = [[o.name for o in orbits(a, B, 3)] for a in np.linspace(A, A * (1.0 + 1e-12), 5).tolist()]
@@ -176,7 +176,7 @@ def test_close_to_the_level_no_orbit_is_there_by_rounding(B):
 
 @pytest.mark.jit
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
-def test_an_orbit_followed_twice_is_not_another_one():
+def test_orbit_passed_twice_is_listed_once():
     """Far above A = 1 + B rounding separates two passes of an orbit. Both passes were once listed as another orbit."""
     for A in np.linspace(1000.0, 1100.0, 401).tolist():
         for orbit in orbits(A, 0.1, 2):

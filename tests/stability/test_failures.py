@@ -18,7 +18,7 @@ def plan(method, **arguments):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
-def test_a_fine_grid_fails_nowhere(method):
+def test_fine_grid_has_no_failures(method):
     """Zeros of the undisturbed motion are more than 0.001 apart, and all margins are larger than 0.001."""
     verdict = count_failures(plan(method, A=3.04, dtau=1e-3))
     assert verdict.judged > 15
@@ -34,7 +34,7 @@ def test_two_zeros_in_one_step_are_counted(method):
 
 
 @pytest.mark.jit
-def test_wrong_decisions_are_the_fixed_paths_own():
+def test_wrong_decisions_are_mostly_of_the_fixed_method():
     """`fixed` decides by H at the next grid point, `muller` by H at the refined zero."""
     arguments = dict(A=1.5, eps=2e-4, dtau=0.004)
     fixed, muller = count_failures(plan("fixed", **arguments)), count_failures(plan("muller", **arguments))
@@ -45,7 +45,7 @@ def test_wrong_decisions_are_the_fixed_paths_own():
 @pytest.mark.jit
 @pytest.mark.parametrize("dtau", [0.003, 0.05, 0.4])
 @pytest.mark.parametrize(("method", "early"), [("fixed", 1e-11), ("muller", 1e-6)])
-def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
+def test_no_method_switches_before_the_first_zero(method, early, dtau):
     """No delay is negative, even after a slide that ended late, below the obstacle. Every restart has a next switch."""
     for A in (1.5, 1.8, 2.6, 3.04):
         behind = compared(plan(method, A=A, eps=2e-4, dtau=dtau)).behind
@@ -55,7 +55,7 @@ def test_no_method_is_ahead_of_the_first_zero(method, early, dtau):
 
 
 @pytest.mark.jit
-def test_restart_meets_the_switch_of_the_motion_itself():
+def test_restart_finds_the_next_switch_of_the_motion():
     """A certified motion that starts at a switch of another certified motion has the same next switch."""
     from vibrodrive.batch.trajectory import simulate
 
@@ -72,7 +72,7 @@ def test_restart_meets_the_switch_of_the_motion_itself():
 
 
 @pytest.mark.jit
-def test_command(run):
+def test_failures_command(run):
     """The command writes a file and a figure."""
     config, small = Path("small.toml"), Path("small.h5")
     config.write_text(
@@ -88,7 +88,7 @@ def test_command(run):
 
 
 @pytest.mark.parametrize("name", ["atlas_dtau", "atlas_eps", "atlas_undisturbed"])
-def test_configurations(name):
+def test_failures_configurations(name):
     from vibrodrive.model import config
 
     found = config.read(Path(__file__).parents[2] / "configs" / f"{name}.toml").plan()

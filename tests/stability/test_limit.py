@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import vibrodrive as vd
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.stability import structure
-from vibrodrive.stability.evaluate import Motion, _became
+from vibrodrive.stability.evaluate import Motion, _describe_gaps
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
@@ -30,7 +30,7 @@ def find(kind, kept):
 
 
 @given(threshold=st.floats(1e-7, 0.4))
-def test_a_clean_loss_is_bracketed(threshold):
+def test_clean_loss_is_bracketed(threshold):
     for kind in GRIDS:
         band = find(kind, lambda x: x < threshold)
         assert band.kept_below < threshold <= band.lost
@@ -48,12 +48,12 @@ def test_isolated_losses_make_a_band_with_two_ends():
     assert band.share_kept == pytest.approx(12 / 15)
 
 
-def test_a_single_value_kept_among_losses_is_no_end():
+def test_single_value_kept_among_losses_does_not_end_the_band():
     band = find("dtau", lambda x: x < 0.03 or x == 0.045)
     assert band.last_kept == band.kept_below < 0.03
 
 
-def test_the_values_tried_are_close_enough_together():
+def test_values_tried_are_close_enough():
     for grid in GRIDS.values():
         values = np.array([grid.value(k) for k in range(-200, 100)])
         ratio = values[1:] / values[:-1]
@@ -61,7 +61,7 @@ def test_the_values_tried_are_close_enough_together():
         assert ratio.max() < 1.1501
 
 
-def test_steps_tried_are_those_one_would_choose():
+def test_grid_values_are_round():
     assert [GRIDS["dtau"].value(k) for k in (-1, 0, 1, 90, 130, 180)] == [
         0.00099,
         0.001,
@@ -72,20 +72,20 @@ def test_steps_tried_are_those_one_would_choose():
     ]
 
 
-def test_what_is_never_lost_has_no_limit():
+def test_structure_never_lost_has_no_limit():
     band = find("dtau", lambda x: True)
     assert band.lost == math.inf
     assert 6 < band.last_kept < 2 * math.pi
 
 
-def test_what_is_never_kept_has_the_limit_zero():
+def test_structure_never_kept_has_the_limit_zero():
     band = find("eps", lambda x: False)
     assert band.kept_below == band.last_kept == 0.0
     assert band.lost <= 1e-12
 
 
 @pytest.mark.jit
-def test_a_limit_below_all_that_is_tried_says_so(monkeypatch):
+def test_limit_below_the_smallest_value_is_reported(monkeypatch):
     monkeypatch.setattr(Motion, "keeps", lambda *arguments: False)
     k = limit(1.5, "eps", transient=20, periods=20)
     assert (k.kept_below, k.kept) == (0.0, None)
@@ -112,8 +112,8 @@ def test_first_subharmonic_in_epsilon():
         ([2], [2], "gaps 2 became 2, of fewer impacts"),
     ],
 )
-def test_what_became_of_gaps(usual, now, said):
-    assert _became(usual, now) == said
+def test_change_of_gaps_is_described(usual, now, said):
+    assert _describe_gaps(usual, now) == said
 
 
 @pytest.mark.jit
@@ -124,7 +124,7 @@ def test_what_became_of_gaps(usual, now, said):
         (3.16, 500, "gaps 1, 2, 2, 1 became 1, 2 in another order"),
     ],
 )
-def test_a_loss_says_what_has_changed(A, periods, how):
+def test_how_describes_the_loss(A, periods, how):
     assert limit(A, "eps", transient=500, periods=periods).how == how
 
 
@@ -139,7 +139,7 @@ def test_first_subharmonic_on_a_fixed_grid():
 
 @pytest.mark.jit
 @pytest.mark.slow("10 s: limits of three methods, then single motions")
-def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
+def test_both_sides_of_a_limit_agree_with_trajectories():
     for A, kind, method in ((3.04, "eps", "certified"), (3.1, "dtau", "fixed"), (2.65, "dtau", "muller")):
         k = limit(A, kind, method, periods=600)
         exact = structure.reference_orbit(simulate(A=A, periods=128))
@@ -152,7 +152,7 @@ def test_both_sides_of_a_limit_judged_again_by_whole_trajectories():
 
 
 @pytest.mark.jit
-def test_the_word_of_the_simplest_motion_is_lost_between_065_and_07():
+def test_word_of_the_simplest_motion_is_lost_between_065_and_07():
     k = limit(1.5, "dtau", "fixed", "word", transient=999, periods=100)
     assert 0.65 < k.k2 <= 0.7
     assert k.lost.impacts, "the impacts are kept after the word is lost"
@@ -169,7 +169,7 @@ def test_sensitivity_grows_with_the_order_of_the_subharmonic():
 
 
 @pytest.mark.jit
-def test_many_at_once_find_what_one_finds_alone():
+def test_each_limit_equals_single_limits():
     A = [2.5, 2.8, 3.04]
     together = dict(each_limit({"A": A, "transient": 200, "periods": 100}, "dtau", "fixed", threads=2))
     for i, a in enumerate(A):
@@ -177,7 +177,7 @@ def test_many_at_once_find_what_one_finds_alone():
 
 
 @pytest.mark.jit
-def test_an_irregular_motion_has_nothing_to_lose():
+def test_irregular_motion_has_no_limit():
     k = limit(3.05711, "eps", transient=0, periods=10)
     assert k.n == 0
     assert math.isnan(k.k2)
@@ -185,7 +185,7 @@ def test_an_irregular_motion_has_nothing_to_lose():
 
 
 @pytest.mark.jit
-def test_among_many_one_whose_record_is_too_short_to_judge_says_so():
+def test_too_short_record_is_reported_for_its_point():
     found = dict(each_limit({"A": [1.5, 3.1], "transient": 50, "periods": 14}, threads=1))
     assert (found[0].n, found[1].n) == (1, 4)
     assert found[0].k2 > 1e-4
@@ -194,7 +194,7 @@ def test_among_many_one_whose_record_is_too_short_to_judge_says_so():
 
 
 @pytest.mark.jit
-def test_axes_are_those_of_a_sweep_and_a_velocity_is_one_unit():
+def test_axes_and_velocity_of_limits():
     some = {"eta": [50.5, 101.3], "A": [1.5, 2.0, 2.5], "transient": 50, "periods": 50}
     found = dict(each_limit(some))
     assert sorted(found) == list(range(6))
@@ -223,7 +223,7 @@ def test_nearness_to_the_orbit_as_a_curve_is_a_criterion():
 
 
 @pytest.mark.jit
-def test_limits_over_an_axis_are_an_object_as_a_file_of_them_gives():
+def test_limits_return_the_object_of_a_file():
     found = vd.limits([1.5, 2.0], "eps", transient=50, periods=50)
     one = vd.limit(2.0, "eps", transient=50, periods=50)
     assert (found.numbers["k2"][0, 1], found.n[0, 1], found.how[0, 1]) == (one.k2, one.n, one.how)
@@ -240,7 +240,7 @@ def test_limits_over_an_axis_are_an_object_as_a_file_of_them_gives():
 
 
 @pytest.mark.jit
-def test_a_slip_is_warned_of_once_and_the_answer_still_comes():
+def test_slip_warns_once_and_the_limit_is_returned():
     with pytest.warns(UserWarning, match="swapped") as caught:
         found = vd.limit(0.1, B=3.04, transient=0, periods=10)
     assert len(caught) == 1
@@ -249,7 +249,7 @@ def test_a_slip_is_warned_of_once_and_the_answer_still_comes():
 
 
 @pytest.mark.jit
-def test_a_limit_says_what_it_is_in_a_line():
+def test_repr_of_a_limit_is_one_line():
     found = vd.limit(1.5, transient=50, periods=50)
     assert repr(found).startswith(
         f"<Limit k2 = {found.k2:.6g} in eps at A = 1.5, B = 0.1: gaps 1 became 1, 2; kept up to"

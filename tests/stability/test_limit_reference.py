@@ -56,7 +56,7 @@ def same_landings(orbit, motion):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [2.4, 3.04, 3.1])
-def test_both_sides_of_a_limit_at_50_digits(A):
+def test_both_sides_of_a_limit_agree_with_50_digits(A):
     found = limit(A, transient=TRANSIENT, periods=PERIODS)
     orbit = landings(A, 0.0, 150, 16)
     assert same_landings(orbit, landings(A, found.kept_below, TRANSIENT, PERIODS))

@@ -45,13 +45,13 @@ def with_touch(rows, at, phase, speed):
     return both[np.lexsort((both["phase"], both["period"]))]
 
 
-def test_the_cycle_of_an_orbit_is_its_shortest():
+def test_cycle_of_an_orbit_is_the_shortest():
     found = impact_cycle(orbit())
     assert found.n == 3
     assert (found.gaps.tolist(), found.phase.tolist(), found.speed.tolist()) == ([2, 1], [4.0, 5.0], [1.0, 2.0])
 
 
-def test_phases_at_both_ends_of_a_period_are_the_same():
+def test_phases_at_both_ends_of_a_period_are_equal():
     """Rounding moves an impact at phase 0 to the beginning of a period or to the end of the previous period."""
     rows = landings(np.ones(20, int), 1e-9, 1.0)
     rows["period"][::3] -= 1
@@ -62,7 +62,7 @@ def test_phases_at_both_ends_of_a_period_are_the_same():
     assert impact_cycle(rows) is None
 
 
-def test_a_motion_that_has_not_settled_has_no_cycle():
+def test_unsettled_motion_has_no_cycle():
     assert impact_cycle(orbit(noise=1e-5)) is None
     assert impact_cycle(orbit(noise=0.1)) is None
     assert impact_cycle(orbit()[:4]) is None, "seen once"
@@ -72,7 +72,7 @@ def test_a_motion_that_has_not_settled_has_no_cycle():
 
 
 @given(noise=st.floats(0, 0.4), start=st.integers(0, 1))
-def test_a_motion_near_the_orbit_follows_it_from_any_impact_on(noise, start):
+def test_motion_near_the_orbit_follows_it_from_any_impact(noise, start):
     rows = orbit(noise=noise, start=start)
     for ordered in (False, True):
         chosen = follow_cycle(CYCLE, rows, PERIODS, ordered)
@@ -87,12 +87,12 @@ def test_two_impacts_in_the_wrong_order_break_order_but_not_gaps():
     assert follow_cycle(cycle, rows, PERIODS) is None
 
 
-def test_a_missing_and_an_additional_impact_break_gaps():
+def test_missing_or_additional_impact_breaks_gaps():
     assert follow_cycle(CYCLE, np.delete(orbit(), 17), PERIODS, ordered=False) is None
     assert follow_cycle(CYCLE, with_touch(orbit(), 32, 1.0, 1.1 * SHARE), PERIODS, ordered=False) is None
 
 
-def test_touches_may_be_left_out_whatever_speed_divides_them_from_main_impacts():
+def test_touches_are_omitted_for_any_speed_between_them_and_main_impacts():
     rows = with_touch(with_touch(orbit(), 32, 1.0, 0.9 * SHARE), 35, 1.0, 0.5 * SHARE)
     main = np.flatnonzero(rows["speed"] > 0.5)
     assert follow_cycle(CYCLE, rows, PERIODS).tolist() == main[1:-1].tolist()
@@ -103,7 +103,7 @@ def test_touches_may_be_left_out_whatever_speed_divides_them_from_main_impacts()
     assert follow_cycle(CYCLE, slow, PERIODS, ordered=False) is None
 
 
-def test_phases_are_near_across_the_end_of_a_period():
+def test_nearest_compares_phases_across_the_end_of_a_period():
     cycle = ImpactCycle(np.array([1, 1]), np.array([0.1, 3.0]), np.array([1.0, 1.0]))
     rows = landings([1, 1], [6.2, 3.5], [1.0, 1.0])
     assert nearest(cycle, rows).tolist() == [0, 1]
@@ -116,5 +116,5 @@ def test_gaps_are_rounded_to_whole_periods():
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
-def test_too_few_landings_follow_nothing(count):
+def test_too_few_landings_follow_no_cycle(count):
     assert follow_cycle(CYCLE, orbit()[:count], PERIODS) is None

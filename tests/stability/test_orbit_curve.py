@@ -49,7 +49,7 @@ coordinate = st.integers(-300, 300).map(lambda k: k / 100)
 
 @settings(max_examples=60, deadline=None)
 @given(data=st.data())
-def test_the_farthest_point_whatever_edge_one_begins_with(data):
+def test_farthest_is_independent_of_the_first_edge(data):
     count = data.draw(st.integers(1, 12))
     vertices = np.array(data.draw(st.lists(st.tuples(coordinate, coordinate), min_size=count, max_size=count)))
     points = data.draw(st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=8))
@@ -68,7 +68,7 @@ def orbit():
     return simulate(3.04, transient=1000, periods=8)
 
 
-def test_an_orbit_lies_on_its_own_curve(orbit):
+def test_orbit_is_on_its_curve(orbit):
     """ϱ is a rounding error at the instants of the vertices and one period later. Elsewhere it is the chord error."""
     curve = closed(orbit)
     assert curve_distance(curve, orbit) < 1e-12
@@ -87,7 +87,7 @@ def test_jumps_are_part_of_the_curve(orbit):
     assert np.hypot(sampled.xi, sampled.dxi + speed / 2).min() > 0.1
 
 
-def test_points_moved_off_the_curve_by_hand(orbit):
+def test_farthest_of_points_moved_along_the_normal(orbit):
     """A point moved along the normal by d, less than the radius of curvature, has the distance d from the curve."""
     curve = closed(orbit)
     k = int(np.argmax(curve.vertices[:, 0]))  # at the largest ξ the curve is parallel to the ξ' axis
@@ -100,7 +100,7 @@ def test_points_moved_off_the_curve_by_hand(orbit):
     ("A", "arguments"),
     [(3.04, {"eps": 1e-4}), (3.04, {"method": "fixed", "dtau": 0.05}), (3.25, {"eps": 1e-3}), (1.5, {"eps": 5e-4})],
 )
-def test_against_a_naive_search(A, arguments):
+def test_farthest_equals_a_naive_search(A, arguments):
     orbit = simulate(A, transient=2000, periods=128)
     motion = simulate(A, **arguments, transient=100, periods=6)
     curve = closed(orbit)
@@ -119,7 +119,7 @@ def test_against_a_naive_search(A, arguments):
     assert curve_distance(curve, motion, enough=0.5 * best) > 0.5 * best
 
 
-def test_the_distance_grows_with_the_disturbance_and_does_not_see_delays():
+def test_distance_grows_with_the_disturbance_and_not_with_delays():
     orbit = closed(simulate(3.04, transient=1000, periods=8))
     near = [curve_distance(orbit, simulate(3.04, eps=eps, transient=300, periods=100)) for eps in (1e-7, 1e-6, 1e-5)]
     assert near[0] < near[1] < near[2] < 0.3
@@ -127,7 +127,7 @@ def test_the_distance_grows_with_the_disturbance_and_does_not_see_delays():
     assert curve_distance(orbit, late) < 2e-4, "the same curve, sampled at other phases"
 
 
-def test_a_motion_that_is_not_known_to_its_end_is_infinitely_far():
+def test_incomplete_motion_has_infinite_distance():
     chatter = simulate(1.5, eps=5e-4, transient=2, periods=5, budget=20)
     assert chatter.status == Status.BUDGET
     assert curve_distance(closed(simulate(1.5, transient=100, periods=4)), chatter) == math.inf

@@ -36,14 +36,14 @@ def limit_at(A, axis, **start):
 
 
 @given(edge=st.floats(1e-11, 5.9), bit=st.sampled_from([0.0, 1e-15]))
-def test_a_clean_edge_is_found_to_the_last_bits(edge, bit):
+def test_clean_edge_is_found_to_the_last_bits(edge, bit):
     found = find_edge(lambda d: d < edge, 6.0, bit)
     assert found.kept < edge <= found.lost
     assert found.lost - found.kept <= max(1.001 * EXACT * edge, bit)
 
 
 @given(edge=st.floats(1e-3, 5.0), ratio=st.floats(1.5, 8.0), share=st.floats(0.3, 0.7))
-def test_slices_that_close_in_on_an_edge_are_followed_down_to_it(edge, ratio, share):
+def test_edge_is_found_below_accumulating_slices(edge, ratio, share):
     """Above the edge kept and lost values alternate, at distances that decrease as near an unstable orbit."""
 
     def same(d):
@@ -54,7 +54,7 @@ def test_slices_that_close_in_on_an_edge_are_followed_down_to_it(edge, ratio, sh
     assert edge <= found.lost <= edge * (1 + 1e-11)
 
 
-def test_where_nothing_is_lost_there_is_no_edge():
+def test_no_edge_without_a_loss():
     found = find_edge(lambda d: np.ones(len(d), bool), 6.0)
     assert found == (6.0, math.inf, 6.0)
     assert find_edge(lambda d: d < 0, 0.0).lost == math.inf, "no room in this direction"
@@ -75,7 +75,7 @@ def test_edges_of_starts_at_rest_on_the_obstacle(edges):
         assert 0 < limit.k1 < math.inf
 
 
-def test_edges_in_time_are_those_of_the_same_basins_a_period_apart(edges):
+def test_edges_in_time_are_a_period_apart(edges):
     """For a start at rest at the obstacle, all τ0 between two edges lead to one solution. So the edges are 2π apart."""
     _, found = edges
     tau = found["tau0"]
@@ -99,7 +99,7 @@ def test_at_an_edge_the_impacts_follow_an_unstable_orbit(edges):
             assert min(np.sort(d[:8])[5] for d in apart) < 1e-9, f"{name} = {sign * side.lost}"
 
 
-def test_an_edge_in_time_is_the_phase_of_an_unstable_orbit():
+def test_edge_in_time_is_the_phase_of_an_unstable_orbit():
     """The state after an impact is a start at rest on the obstacle, so the error in τ is the phase of an impact."""
     for A in (2.75, 3.04):
         (orbit,) = [o for o in orbits(A, max_period=1) if o.kind == UNSTABLE]
@@ -107,7 +107,7 @@ def test_an_edge_in_time_is_the_phase_of_an_unstable_orbit():
         assert edge.lost == pytest.approx(orbit.phases[0], abs=1e-12)
 
 
-def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
+def test_map_of_phases_separates_the_two_sides_of_an_edge():
     """At A = 3.04 the map takes starts on both sides of an edge to solutions an odd number of periods apart."""
     follow = impact_map(3.04)
     edge = limit_at(3.04, "tau0").above
@@ -124,7 +124,7 @@ def test_the_map_of_phases_parts_the_two_sides_of_an_edge():
 
 
 @pytest.mark.parametrize("name", COORDINATES)
-def test_both_sides_of_an_edge_with_fifty_digits(name):
+def test_both_sides_of_an_edge_agree_with_fifty_digits(name):
     """No kernel is used. The main impacts at A = 3.04 are in even or in odd periods, depending on the solution."""
     edge = limit_at(3.04, name).above.lost
 
@@ -140,7 +140,7 @@ def test_both_sides_of_an_edge_with_fifty_digits(name):
     assert lands_in(edge * (1 + 1e-8)) != here
 
 
-def test_whole_periods_of_delay_reach_the_solutions_one_after_the_other():
+def test_delays_by_whole_periods_reach_the_solutions_in_turn():
     for A, n in ((2.75, 2), (3.1, 4), (3.25, 3)):
         late = 2 * math.pi * np.arange(-2 * n, 2 * n + 1)
         assert same_solution(settled({"A": A}), "tau0", late).tolist() == [k % n == 0 for k in range(-2 * n, 2 * n + 1)]
@@ -162,7 +162,7 @@ def test_one_solution_has_no_edges_and_irregular_motion_no_solution():
     assert "no period" in still.how
 
 
-def test_a_start_is_off_from_where_it_is():
+def test_edges_are_measured_from_the_start():
     """If τ0 changes, the edges remain at the same times, so their distances from τ0 change."""
     here, there = limit_at(3.04, "tau0"), limit_at(3.04, "tau0", tau0=0.3)
     assert 0.3 + there.above.lost == pytest.approx(here.above.lost, abs=1e-12)

@@ -34,7 +34,7 @@ def motion(times, word, speed=2.0, section=None, sizes=None):
     return SimpleNamespace(switches=switches, section=section, impacts=impacts)
 
 
-def test_period_is_the_smallest_and_must_be_seen_twice():
+def test_period_is_the_smallest_and_must_occur_twice():
     assert structure.period(np.tile(POINTS, (20, 1))) == 3
     assert structure.period(np.tile(POINTS, (2, 1))) == 3
     assert structure.period(np.tile(POINTS, (2, 1))[:5]) == 0
@@ -42,7 +42,7 @@ def test_period_is_the_smallest_and_must_be_seen_twice():
     assert structure.period(np.full((4, 2), np.nan)) == 0
 
 
-def test_a_motion_still_jumping_about_its_orbit_has_no_period_yet():
+def test_motion_alternating_about_its_orbit_has_no_period():
     """Near a period doubling the deviations from an orbit change sign every period and decay slowly."""
     there = 3e-6 * (-0.999999) ** np.arange(60)
     section = np.stack([1.0 + there, -2.0 + there], axis=1)
@@ -51,13 +51,13 @@ def test_a_motion_still_jumping_about_its_orbit_has_no_period_yet():
     assert structure.period(section + 0.01 * (-1.0) ** np.arange(60)[:, None]) == 2
 
 
-def test_period_of_many_points_at_once():
+def test_period_of_many_points():
     irregular = np.random.default_rng(0).uniform(size=(60, 2))
     sections = np.stack([np.tile(POINTS, (20, 1)), irregular, np.ones((60, 2))])
     assert structure.period(sections).tolist() == [3, 0, 1]
 
 
-def test_a_shifted_copy_has_the_same_structure_and_tells_its_shift():
+def test_shifted_copy_has_the_same_structure_and_gives_its_shift():
     for s in range(3):
         section = np.roll(np.tile(POINTS, (20, 1)), -s, axis=0)
         found = structure.judge(structure.ReferenceOrbit(POINTS, None), section, np.empty(0, MAIN_IMPACT))
@@ -72,7 +72,7 @@ def test_one_skipped_point_breaks_the_order():
     assert not structure.order(POINTS, np.repeat(section, 2, axis=0))
 
 
-def test_order_of_many_sections_at_once():
+def test_order_of_many_sections():
     good = np.tile(POINTS, (20, 1))
     bad = good.copy()
     bad[7] = bad[8]
@@ -106,7 +106,7 @@ def test_orbit_reads_cycle_and_word():
     assert np.array_equal(np.sort(orbit.points, axis=0), np.sort(POINTS, axis=0))
 
 
-def test_an_orbit_that_never_lands_takes_its_period_from_the_section():
+def test_orbit_without_impacts_has_the_period_of_its_section():
     flying = motion(times=[], word=())
     orbit = structure.reference_orbit(flying)
     assert (orbit.n, orbit.cycle) == (3, None)
@@ -120,14 +120,14 @@ def every(times, until=60):
     return [start + t for start in range(0, until, 3) for t in times]
 
 
-def test_gaps_may_begin_anywhere_in_the_cycle_but_not_leave_it():
+def test_gaps_may_begin_anywhere_in_the_cycle():
     base = structure.reference_orbit(motion(times=every([0, 1]), word=(UP, DOWN)))
     assert structure.compare_structure(base, motion(times=every([1, 3]), word=(UP, DOWN))).gaps
     assert not structure.compare_structure(base, motion(times=every([0, 1, 2]), word=(UP, DOWN))).gaps
     assert not structure.compare_structure(base, motion(times=[0], word=(UP, DOWN))).gaps, "landing once is no cycle"
 
 
-def test_a_missed_interruption_changes_the_word_alone():
+def test_missed_interruption_changes_the_word_only():
     once = motion(times=range(60), word=(REST, UP, STICK, DOWN), section=np.ones((60, 2)))
     base = structure.reference_orbit(once)
     at = np.flatnonzero(once.switches["after"] == STICK)[4]
@@ -137,7 +137,7 @@ def test_a_missed_interruption_changes_the_word_alone():
     assert (found.order, found.gaps, found.impacts, found.word) == (True, True, True, False)
 
 
-def test_without_a_period_there_is_nothing_to_compare_with():
+def test_irregular_motion_has_no_reference_orbit():
     irregular = np.random.default_rng(0).uniform(size=(60, 2))
     assert structure.reference_orbit(motion(times=[], word=(UP, DOWN), section=irregular)) is None
 

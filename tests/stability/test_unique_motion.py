@@ -11,9 +11,9 @@ from vibrodrive.stability.questions import unique_limit
 from vibrodrive.stability.unique_motion import (
     SIDES,
     each_unique_limit,
-    ends_on_one,
+    is_unique,
     lattice,
-    starts_that_reach_all,
+    sufficient_starts,
     unique_from,
 )
 
@@ -24,13 +24,13 @@ SHORT = {"A": 3.04, "transient": 200, "periods": 100}
 
 def test_all_solutions_are_reached_from_few_starts():
     for A, n in ((1.5, 1), (2.75, 2), (3.04, 2), (3.1, 4), (3.25, 3)):
-        found, reached, (xi0, dxi0) = starts_that_reach_all({"A": A})
+        found, reached, (xi0, dxi0) = sufficient_starts({"A": A})
         assert (found, reached) == (n, n)
         assert len(xi0) == len(dxi0) <= SIDES[1]
-    assert starts_that_reach_all({"A": 0.5})[:2] == (0, 0)
+    assert sufficient_starts({"A": 0.5})[:2] == (0, 0)
 
 
-def test_starts_are_allowed_ones():
+def test_starts_are_valid():
     for side in SIDES:
         xi0, dxi0 = lattice(3.0, side)
         assert xi0[0] == 0.0
@@ -38,18 +38,18 @@ def test_starts_are_allowed_ones():
         assert 0.0 in dxi0
 
 
-def test_a_large_step_leaves_one_motion_and_a_small_one_two():
+def test_large_step_leaves_one_motion_and_a_small_one_two():
     """At Δτ = 0.1 there is one motion (Fig. 11). The test gives the bounds of Δτ between which two solutions merge."""
-    assert ends_on_one({"A": 3.04}, "dtau", [0.01, 0.05, 0.063, 0.1]).tolist() == [False, False, True, True]
+    assert is_unique({"A": 3.04}, "dtau", [0.01, 0.05, 0.063, 0.1]).tolist() == [False, False, True, True]
 
 
 def test_no_disturbance_leaves_all_solutions():
-    assert ends_on_one(SHORT, "eps", [0.0, 1e-6]).tolist() == [False, False]
-    assert ends_on_one(SHORT | {"A": 1.5}, "eps", [0.0, 1e-6]).tolist() == [True, True]
+    assert is_unique(SHORT, "eps", [0.0, 1e-6]).tolist() == [False, False]
+    assert is_unique(SHORT | {"A": 1.5}, "eps", [0.0, 1e-6]).tolist() == [True, True]
 
 
 @pytest.mark.parametrize(("dtau", "one"), [(0.04, False), (0.1, True)])
-def test_against_naive_loops(dtau, one):
+def test_unique_motion_agrees_with_naive_loops(dtau, one):
     """Compare the last section points of motions from three starts with loops that evaluate every grid point."""
     periods = 120
     starts = [(0.0, 0.0), (1.5, 0.0), (3.0, 1.5)]
@@ -57,34 +57,34 @@ def test_against_naive_loops(dtau, one):
     assert (np.ptp(ends, axis=0).max() == 0.0) == one
     point = {"A": 3.04, "transient": periods - 16, "periods": 16}
     lattice_of_three = np.array([0.0, 1.5, 3.0]), np.array([0.0, 1.5])
-    assert ends_on_one(point, "dtau", [dtau], lattice_of_three).tolist() == [one]
+    assert is_unique(point, "dtau", [dtau], lattice_of_three).tolist() == [one]
 
 
-def test_only_on_a_fixed_grid_no_difference_at_all_is_allowed():
+def test_only_a_fixed_grid_allows_no_difference():
     """Without impacts two motions keep their distance. Impacts at grid points would make the motions bitwise equal."""
     starts = np.array([100.0, 100.0 + 1e-7]), np.array([0.0])
     short = {"A": 1.5, "transient": 0, "periods": 3}
-    assert ends_on_one(short, "dtau", [0.1], starts).tolist() == [False]
-    assert ends_on_one(short | {"method": "muller"}, "dtau", [0.1], starts).tolist() == [True]
-    assert ends_on_one(short, "eps", [1e-4], starts).tolist() == [True]
+    assert is_unique(short, "dtau", [0.1], starts).tolist() == [False]
+    assert is_unique(short | {"method": "muller"}, "dtau", [0.1], starts).tolist() == [True]
+    assert is_unique(short, "eps", [1e-4], starts).tolist() == [True]
 
 
-def test_the_band_in_which_the_motion_becomes_unique():
+def test_band_in_which_the_motion_becomes_unique():
     band = unique_from({"A": 3.04}, "eps")
     assert 1e-4 < band.kept_below < band.lost < 3e-4
     assert band.searched_to >= BEYOND * band.lost
-    below, above = ends_on_one({"A": 3.04}, "eps", [band.kept_below, band.lost])
+    below, above = is_unique({"A": 3.04}, "eps", [band.kept_below, band.lost])
     assert (below, above) == (False, True)
 
 
-def test_where_there_is_one_solution_or_none_nothing_is_sought():
+def test_unique_limit_needs_several_solutions():
     one = unique_limit(1.5)
     assert (one.ku, one.n, one.how) == (0.0, 1, "there is one solution only")
     with pytest.warns(UserWarning, match="the mass cannot leave"):
         assert math.isnan(unique_limit(0.5, "dtau").ku)
 
 
-def test_a_limit_is_the_band_of_its_point_and_says_what_it_is():
+def test_unique_limit_has_the_band_of_its_point_and_a_repr():
     some = {"transient": 50, "periods": 64}
     k = unique_limit(3.04, **some)
     assert (k.ku, k.several_below, k.last_several, k.share_several, k.searched_to) == unique_from(
@@ -100,11 +100,11 @@ def test_bad_arguments_are_named():
     with pytest.raises(ValueError, match="disturbance = 'tau': must be one of eps, dtau"):
         unique_from({"A": 3.04}, "tau")
     with pytest.raises(TypeError, match="disturbance = None: must be"):
-        ends_on_one({"A": 3.04}, None, [0.1])
+        is_unique({"A": 3.04}, None, [0.1])
     with pytest.raises(ValueError, match=r"dtau\[0\] = 0.0: must be a number >= 1e-12"):
-        ends_on_one({"A": 3.04}, "dtau", [0.0])
+        is_unique({"A": 3.04}, "dtau", [0.0])
     with pytest.raises(ValueError, match="periods = 0: must be"):
-        ends_on_one({"A": 3.04, "periods": 0}, "dtau", [0.1])
+        is_unique({"A": 3.04, "periods": 0}, "dtau", [0.1])
     with pytest.raises(ValueError, match="method = 'certified': must be fixed or muller"):
         unique_limit(3.04, "dtau", "certified")
     with pytest.raises(TypeError, match=r"^A = array of 2 values: must be a single number$"):

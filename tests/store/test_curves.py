@@ -33,7 +33,7 @@ def made():
     return StoredCurves([onset, border], 2, (1.0, 2.0), (0.0, 1.0), ORIGIN.title)
 
 
-def test_what_is_read_is_what_was_written(tmp_path):
+def test_curves_survive_a_round_trip(tmp_path):
     found = made()
     save(tmp_path / "c.h5", found, ORIGIN)
     read = load(tmp_path / "c.h5")
@@ -47,13 +47,13 @@ def test_what_is_read_is_what_was_written(tmp_path):
     assert read.curves[0].at(0.3).tolist() == [1.3]
 
 
-def test_no_curves(tmp_path):
+def test_file_without_curves(tmp_path):
     save(tmp_path / "c.h5", StoredCurves([], 2, (0.5, 0.9), (0.0, 1.0)), ORIGIN)
     assert load(tmp_path / "c.h5").curves == []
     assert summary(tmp_path / "c.h5", thorough=True).faults == []
 
 
-def test_summary(tmp_path):
+def test_summary_of_curves(tmp_path):
     save(tmp_path / "c.h5", made(), ORIGIN)
     assert read_kind(tmp_path / "c.h5") == "curves"
     found = summary(tmp_path / "c.h5", thorough=True)
@@ -79,7 +79,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("lengths", [[2, 1], [1, 3], [2, 3]])
-def test_parts_of_a_table_are_all_of_it(lengths):
+def test_parts_must_cover_the_table(lengths):
     """A table of 4 rows is refused if its parts have one row too few, one row too many, or a wrong beginning."""
     with h5py.File("parts", "w", driver="core", backing_store=False) as file:
         file["first"], file["points"], file["point"] = [0, 2], lengths, np.arange(4)
@@ -89,7 +89,7 @@ def test_parts_of_a_table_are_all_of_it(lengths):
         assert list(tables.parts(file, "first", "points", "point")) == [slice(0, 2), slice(2, 4)]
 
 
-def test_a_word_damaged_within_json_is_named(tmp_path):
+def test_word_damaged_within_json_is_named(tmp_path):
     """After a flipped bit the JSON may still be valid, but have another key or a list of another length."""
     for old, new in (("critical", "britical"), ("true, 2", "true. 2"), ("0, true", "0. true"), ("0, true]", "0]")):
         save(tmp_path / "c.h5", made(), ORIGIN)
@@ -101,7 +101,7 @@ def test_a_word_damaged_within_json_is_named(tmp_path):
                 load(tmp_path / "c.h5")
 
 
-def test_an_error_of_the_reader_is_no_damage(tmp_path, monkeypatch):
+def test_error_of_the_reader_is_not_reported_as_damage(tmp_path, monkeypatch):
     save(tmp_path / "c.h5", made(), ORIGIN)
     monkeypatch.setattr(curves, "Curve", lambda *values: Curve(*values, "one too many"))
     with pytest.raises(TypeError, match="positional arguments"):
@@ -111,7 +111,7 @@ def test_an_error_of_the_reader_is_no_damage(tmp_path, monkeypatch):
         load(tmp_path / "c.h5")
 
 
-def test_xarray_opens_it(tmp_path):
+def test_xarray_opens_the_file(tmp_path):
     xr = pytest.importorskip("xarray")
     found = made()
     save(tmp_path / "c.h5", found, ORIGIN)

@@ -33,7 +33,7 @@ def path(request, tmp_path):
     return tmp_path / "x.h5"
 
 
-def test_it_is_what_xarray_reads_from_the_file(path):
+def test_dataset_equals_the_file_read_by_xarray(path):
     made = load(path).to_xarray()
     with xr.open_dataset(path, engine="h5netcdf") as read:
         xr.testing.assert_equal(made, read.drop_vars("checksum"))
@@ -46,7 +46,7 @@ def test_it_is_what_xarray_reads_from_the_file(path):
         assert made.attrs["title"] == read.attrs["title"]
 
 
-def test_its_attributes_are_the_parameters(path):
+def test_dataset_attributes_are_the_parameters(path):
     results = load(path)
     attrs = results.to_xarray().attrs
     swept = {*results.axes, *results.points}
@@ -57,7 +57,7 @@ def test_its_attributes_are_the_parameters(path):
 
 
 @everything
-def test_it_can_be_written_and_read_again(path, tmp_path):
+def test_dataset_survives_a_round_trip(path, tmp_path):
     made = load(path).to_xarray()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -68,7 +68,7 @@ def test_it_can_be_written_and_read_again(path, tmp_path):
 
 
 @everything
-def test_without_xarray_one_line_says_what_to_install(path, monkeypatch):
+def test_missing_xarray_is_reported_in_one_line(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match=r"^to_xarray needs xarray: pip install 'vibrodrive\[data\]'$"):
         load(path).to_xarray()

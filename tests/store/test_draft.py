@@ -34,7 +34,7 @@ def a_figure(path):
 
 
 @pytest.mark.parametrize("write", [hdf5, a_sweep, a_figure])
-def test_one_way_for_all(write, tmp_path, monkeypatch):
+def test_every_writer_uses_a_draft(write, tmp_path, monkeypatch):
     """Every file is written to a temporary file, which is renamed once. If the renaming fails, no file remains."""
     renamed = []
 
@@ -55,7 +55,7 @@ def test_one_way_for_all(write, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [target]
 
 
-def test_a_file_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
+def test_file_is_synced_before_it_is_renamed(tmp_path, monkeypatch):
     """In another order a loss of power could replace an older file by an empty file."""
     order, replace = [], os.replace
     monkeypatch.setattr(os, "fsync", lambda fd: order.append(os.fstat(fd).st_size))
@@ -64,7 +64,7 @@ def test_a_file_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
     assert order == [(tmp_path / "x.h5").stat().st_size, "name"]
 
 
-def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
+def test_failure_keeps_the_older_file_and_links(tmp_path):
     there, link = tmp_path / "there.txt", tmp_path / "link.txt"
     there.write_text("old")
     link.symlink_to("there.txt")
@@ -84,7 +84,7 @@ def test_what_fails_leaves_the_older_file_and_a_link_stays_one(tmp_path):
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
-def test_no_draft_is_left_behind(error, tmp_path):
+def test_draft_is_removed_after_an_error(error, tmp_path):
     """No temporary file remains if an error or Ctrl-C ends the block that writes this file."""
 
     def half_a_file():
@@ -97,7 +97,7 @@ def test_no_draft_is_left_behind(error, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_foreign_file_that_appears_meanwhile_is_not_replaced(tmp_path):
+def test_foreign_file_created_during_a_computation_is_not_replaced(tmp_path):
     """A computation may take hours, so the path of the result is checked again at its end."""
     path = tmp_path / "x.h5"
 
@@ -111,7 +111,7 @@ def test_a_foreign_file_that_appears_meanwhile_is_not_replaced(tmp_path):
     assert path.read_text() == "precious"
 
 
-def test_a_lock_may_be_given_back_twice(tmp_path):
+def test_lock_may_be_released_twice(tmp_path):
     first = Lock(tmp_path / "x", create=True)
     first.release()
     first.release()
@@ -122,7 +122,7 @@ def test_a_lock_may_be_given_back_twice(tmp_path):
     second.release()
 
 
-def test_a_lock_is_that_of_the_file_that_has_the_name(tmp_path, monkeypatch):
+def test_lock_belongs_to_the_file_of_the_name(tmp_path, monkeypatch):
     """Another process may replace the file after it was opened. A lock of the old file would be useless."""
     path, newer, take = tmp_path / "x", tmp_path / "newer", locks._lock
     path.touch()
@@ -139,7 +139,7 @@ def test_a_lock_is_that_of_the_file_that_has_the_name(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("write", [hdf5, a_sweep])
-def test_a_name_may_be_as_long_as_the_system_allows(write, tmp_path):
+def test_name_may_be_as_long_as_the_system_allows(write, tmp_path):
     path = tmp_path / ("n" * 252 + ".h5")
     write(path)
     assert list(tmp_path.iterdir()) == [path]

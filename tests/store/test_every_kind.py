@@ -78,7 +78,7 @@ def made(kind, tmp_path):
 
 
 @each
-def test_what_it_holds_is_loaded(made, kind):
+def test_every_kind_is_loaded(made, kind):
     for found in (vd.load(made), vd.load(str(made), kind=kind)):
         assert type(found) is MAKERS[kind][1]
     for other in MAKERS.keys() - {kind}:
@@ -89,7 +89,7 @@ def test_what_it_holds_is_loaded(made, kind):
 
 
 @each
-def test_it_says_in_a_line_and_a_table_what_it_is(made, kind):
+def test_repr_and_html_describe_the_contents(made, kind):
     found = vd.load(made)
     assert repr(found).startswith(f"<{type(found).__name__} of ")
     assert len(repr(found)) < 300
@@ -102,7 +102,7 @@ def test_it_says_in_a_line_and_a_table_what_it_is(made, kind):
 
 @pytest.mark.jit  # the orbits are drawn over a simulated sweep
 @each
-def test_it_draws_itself_also_into_given_axes(made, kind):
+def test_plot_accepts_given_axes(made, kind):
     found = vd.load(made)
     figure = found.plot()
     drawn = [ax for ax in figure.axes if ax.lines or ax.images or ax.collections]
@@ -114,7 +114,7 @@ def test_it_draws_itself_also_into_given_axes(made, kind):
     assert [len(ax.lines) for ax in given] == [len(ax.lines) for ax in panels]
 
 
-def test_another_figure_than_there_are_is_refused(tmp_path):
+def test_unknown_figure_is_refused(tmp_path):
     for kind, wrong in (("limits", "bands"), ("orbits", "map")):
         MAKERS[kind][0](tmp_path / kind)
         with pytest.raises(ValueError, match=f"^kind = '{wrong}': must be "):
@@ -128,7 +128,7 @@ def test_two_runs_give_the_same_bytes(made, kind, tmp_path):
 
 
 @each
-def test_a_stranger_reads_what_it_is(made, kind):
+def test_attributes_describe_the_contents(made, kind):
     with xr.open_dataset(made, engine="h5netcdf") as data:
         assert data.attrs["kind"] == kind
         words = ["oscillator", "incline", "dimensionless", "τ"]
@@ -161,7 +161,7 @@ def test_every_dataset_is_a_variable_of_netcdf(made, tmp_path):
     assert_netcdf(tmp_path / "none.h5")
 
 
-def test_a_variable_lies_over_its_dimensions(tmp_path):
+def test_variable_has_its_dimensions(tmp_path):
     with h5py.File(tmp_path / "x.h5", "w") as file:
         netcdf.dimension(file, "A", np.array([1.0, 2.0, 3.0]), "amplitude")
         netcdf.dimension(file, "none", np.arange(0), "of nothing")
@@ -177,7 +177,7 @@ def an_orbit(path):
     orbits.save(path, orbits.Family(np.array([2.0, 2.1]), 0.1, 1, [[ORBIT], []], []), origin, 0.0)
 
 
-def test_orbits_of_another_incline_than_that_of_the_configuration_have_no_sweep(tmp_path):
+def test_orbits_of_another_incline_have_no_sweep(tmp_path):
     """The searched values of A are taken from the file and not from the configuration."""
     for name, B, searched in (("same.h5", 0.1, [2.0, 2.1]), ("other.h5", 0.2, [2.0])):
         found = orbits.Family(np.array([2.0, 2.1]), B, 1, [[replace(ORBIT, B=B)], []], [])
@@ -207,7 +207,7 @@ def a_scene(path):
         (two_curves, "/", ["max_period", "range_A", "range_B"]),
     ],
 )
-def test_no_number_that_describes_a_file_changes_unnoticed(make, at, names, tmp_path):
+def test_changed_attributes_are_found(make, at, names, tmp_path):
     path = tmp_path / "x.h5"
     make(path)
     assert summary(path, thorough=True).faults == []
@@ -222,7 +222,7 @@ def test_no_number_that_describes_a_file_changes_unnoticed(make, at, names, tmp_
 
 
 @pytest.mark.parametrize("kind", failures.KINDS)
-def test_a_failure_map_with_a_cell_that_was_not_written_is_found(kind, tmp_path):
+def test_unwritten_cell_of_a_failure_map_is_found(kind, tmp_path):
     path = tmp_path / "x.h5"
     some_failures(path)
     for judged, count in ((0, 1), (-1, -1)):
@@ -231,7 +231,7 @@ def test_a_failure_map_with_a_cell_that_was_not_written_is_found(kind, tmp_path)
         assert summary(path, thorough=True).faults == ["judged: less than the sum of the failures"]
 
 
-def test_every_place_exists():
+def test_named_objects_exist():
     """All objects that strings name exist: those of each kind of file, and functions of higher layers in ABOVE."""
     for kind in FILES.values():
         for place in (kind.reader, kind.faults, kind.recipe):
@@ -241,14 +241,14 @@ def test_every_place_exists():
     assert all(callable(part) for place in recipes for part in named(place)[:5])
 
 
-def test_limits_tell_their_own_periods(tmp_path):
+def test_limits_store_their_default_periods(tmp_path):
     """By default a sweep has 250 periods and limits have 1500."""
     some_limits(tmp_path / "l.h5")
     with h5py.File(tmp_path / "l.h5") as file:
         assert (file.attrs["transient"], file.attrs["periods"], file.attrs["criterion"]) == (1000, 1500, "word")
 
 
-def test_switches_of_single_motions_are_for_others(tmp_path):
+def test_load_refuses_switches_of_single_motions(tmp_path):
     with h5py.File(tmp_path / "s.h5", "w") as file:
         file.attrs.update(about("switches", Origin("")))
         file.create_group("motion_0")
@@ -256,7 +256,7 @@ def test_switches_of_single_motions_are_for_others(tmp_path):
         vd.load(tmp_path / "s.h5")
 
 
-def test_a_seal_is_of_names_shapes_types_and_values():
+def test_content_digest_covers_names_shapes_types_and_values():
     """A difference in a name, shape, type or value changes the seal. The order of writing does not change it."""
 
     def sealed(**arrays):

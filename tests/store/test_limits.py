@@ -42,7 +42,7 @@ def written(path, text, k2=lambda c, place: 1e-3 * (1 + c + sum(place))):
     return path
 
 
-def test_a_status_is_written_between_two_flushes_behind_all_data(tmp_path, monkeypatch):
+def test_status_is_written_after_the_data_between_two_flushes(tmp_path, monkeypatch):
     """With this order, even after a loss of power, no limit counts as computed before its data are written."""
     order, put, flush = [], h5py.Dataset.__setitem__, h5py.File.flush
     monkeypatch.setattr(h5py.Dataset, "__setitem__", lambda data, *more: order.append(data.name) or put(data, *more))
@@ -59,7 +59,7 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(tmp_path, monke
 
 
 @pytest.mark.parametrize(("text", "shape"), [(OVER_A, (3,)), (OVER_TWO, (2, 3))])
-def test_what_is_read_is_what_was_written(tmp_path, text, shape):
+def test_limits_survive_a_round_trip(tmp_path, text, shape):
     found = load(written(tmp_path / "x.h5", text))
     assert tuple(map(len, found.axes.values())) == shape
     done = np.ones((3, *shape), dtype=bool)
@@ -79,7 +79,7 @@ def test_what_is_read_is_what_was_written(tmp_path, text, shape):
     assert found.mm_s is None
 
 
-def test_fixed_is_what_is_no_axis(tmp_path):
+def test_fixed_contains_parameters_that_are_no_axes(tmp_path):
     assert load(written(tmp_path / "x.h5", OVER_A)).fixed == {"B": 0.1, "eta": 50.5}
     found = load(written(tmp_path / "y.h5", OVER_TWO))
     assert found.fixed == {"A": 2.5}
@@ -87,7 +87,7 @@ def test_fixed_is_what_is_no_axis(tmp_path):
         _ = found.A
 
 
-def test_dimensions_are_the_axes_in_order_and_the_diagram_stands_over_a_alone(tmp_path):
+def test_dimensions_are_the_axes_in_order_and_the_diagram_is_over_a_only(tmp_path):
     with xarray.open_dataset(written(tmp_path / "a.h5", OVER_A), engine="h5netcdf") as data:
         assert data["k2"].dims == data["velocity"].dims == ("curve", "A")
         assert data["section_dxi"].dims == ("A_fine", "period")
@@ -99,7 +99,7 @@ def test_dimensions_are_the_axes_in_order_and_the_diagram_stands_over_a_alone(tm
     assert load(tmp_path / "two.h5").diagram is None
 
 
-def test_a_scene_in_si_units_has_its_velocities_in_mm_s(tmp_path):
+def test_scene_in_si_units_has_its_velocities_in_mm_s(tmp_path):
     path = written(tmp_path / "x.h5", SCENE)
     found = load(path)
     unit = 0.6 * 9.80665 * math.cos(math.radians(3.4)) / 150.0 * 1e3
@@ -114,7 +114,7 @@ def test_a_scene_in_si_units_has_its_velocities_in_mm_s(tmp_path):
     assert said["eps"].endswith(f"({unit * 1e-3 * 50.5 * found.fixed['A']:.3g} to 6.06 mm/s)")
 
 
-def test_a_summary_names_axes_what_is_fixed_and_velocities(tmp_path):
+def test_summary_names_axes_fixed_parameters_and_velocities(tmp_path):
     found = summary(written(tmp_path / "x.h5", OVER_TWO), thorough=True)
     assert not found.faults
     assert found.share == 5 / 6
@@ -128,7 +128,7 @@ def test_a_summary_names_axes_what_is_fixed_and_velocities(tmp_path):
     assert found.lines[5] == ("dtau", "fixed: 5 of 6 limits, 0.002 to 0.004, V = 0.002 to 0.004")
 
 
-def test_a_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
+def test_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
     path = written(tmp_path / "x.h5", OVER_A)
     with h5py.File(path, "r+") as file:
         file.attrs["limits_schema"] = 4
@@ -136,7 +136,7 @@ def test_a_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
         load(path)
 
 
-def test_the_ratio_is_nan_where_either_limit_is_missing(tmp_path):
+def test_ratio_is_nan_if_a_limit_is_missing(tmp_path):
     """The limit in ε is infinite at the first A, the limit in Δτ at the second. At the last A none is computed."""
     table = {(0, 0): math.inf, (1, 1): math.inf}
     four = OVER_A.replace("[2.5", "[2.4, 2.5")

@@ -42,14 +42,14 @@ def refused(output, words, overwrite=(False, True), config="c.toml", figures=())
 
 
 @pytest.mark.parametrize("spelling", ["c.toml", "./x/../c.toml", "link.h5", "hard.h5"])
-def test_a_result_never_takes_the_place_of_its_configuration(spelling):
+def test_result_never_replaces_its_configuration(spelling):
     Path("x").mkdir()
     Path("link.h5").symlink_to("c.toml")
     os.link("c.toml", "hard.h5")
     refused(spelling, ["output", "another file", "c.toml"])
 
 
-def test_nor_does_its_draft():
+def test_draft_never_replaces_the_configuration():
     Path("c.h5.part").write_text("[sweep]\n")
     refused("c.h5", ["draft", "c.h5.part"], config="c.h5.part")
     Path("c.png.part").write_text("[sweep]\n")
@@ -59,7 +59,7 @@ def test_nor_does_its_draft():
 
 
 @pytest.mark.parametrize("spelling", ["new.png", "./new.png", "x/../new.png", "there/new.png"])
-def test_two_new_files_of_one_name_are_one_file(spelling):
+def test_figure_may_not_have_the_path_of_a_new_map(spelling):
     """Both files do not exist yet. The second file would replace the first file."""
     Path("x").mkdir()
     Path("there").symlink_to(".")
@@ -68,7 +68,7 @@ def test_two_new_files_of_one_name_are_one_file(spelling):
 
 
 @pytest.mark.parametrize("name", ["x.png", "x.PDF", "x.svg"])
-def test_a_result_is_no_picture(name):
+def test_result_with_a_picture_suffix_is_refused(name):
     refused(name, ["output", name, f"plot FILE.h5 -o {name}"])
 
 
@@ -88,7 +88,7 @@ def test_only_result_files_are_replaced():
         check_output(a_sweep("s.h5"), None, "limits", overwrite=False)
 
 
-def test_places_where_no_file_can_be(tmp_path):
+def test_impossible_paths_are_refused(tmp_path):
     for name in ("loop.h5", "loop"):
         Path(name).symlink_to(name)
     os.mkfifo("pipe.h5")
@@ -99,7 +99,7 @@ def test_places_where_no_file_can_be(tmp_path):
     refused("nowhere/x.h5", ["nowhere/x.h5", "directory that exists"])
 
 
-def test_a_directory_that_cannot_be_written():
+def test_directory_without_permission_is_refused():
     Path("locked").mkdir()
     a_sweep("locked/s.h5")
     Path("locked").chmod(0o555)

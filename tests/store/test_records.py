@@ -51,7 +51,7 @@ def assert_complete(path, plan):
             assert found.section[start:stop].tobytes() == expected.section.tobytes()
 
 
-def test_what_is_recorded_comes_back(path, plan):
+def test_recorded_values_are_read(path, plan):
     write(path, plan, which=[0, 3])
     half = load(path)
     assert (half.record, half.computed) == (plan.record, 40 / 90)
@@ -63,7 +63,7 @@ def test_what_is_recorded_comes_back(path, plan):
     assert load(path).select(A=3.1, method="nearest").record == plan.record
 
 
-def test_a_file_is_as_large_as_foretold_and_a_summary_small(path, plan):
+def test_file_has_the_estimated_size_and_a_summary_is_small(path, plan):
     write(path, plan)
     assert path.stat().st_size == pytest.approx(file_bytes(plan), abs=70_000), "HDF5's own tables grow by doubling"
     if plan.record == ("summary",):
@@ -73,7 +73,7 @@ def test_a_file_is_as_large_as_foretold_and_a_summary_small(path, plan):
         assert held / points < 160, "bytes a point"
 
 
-def test_what_is_not_recorded_is_named(path):
+def test_missing_records_are_named(path):
     write(path, make(("summary",)))
     found = load(path)
     with pytest.raises(ValueError, match='extended by "section" to contain the section'):
@@ -87,7 +87,7 @@ def test_what_is_not_recorded_is_named(path):
 
 
 @pytest.mark.parametrize("name", ["sequence", "impact_states"])
-def test_a_flipped_bit_is_found_named_and_mended(path, name):
+def test_flipped_bit_is_found_named_and_repaired(path, name):
     plan = make(("impacts", "summary"))
     write(path, plan)
     with h5py.File(path) as file:
@@ -113,7 +113,7 @@ def test_a_flipped_bit_is_found_named_and_mended(path, name):
     assert_complete(path, plan)
 
 
-def test_two_quantities_that_changed_places_are_found(path):
+def test_swapped_quantities_are_found(path):
     write(path, make(("summary",)))
     with h5py.File(path, "a") as file:
         energy, momentum = file["energy"][:20], file["momentum"][:20]
@@ -121,7 +121,7 @@ def test_two_quantities_that_changed_places_are_found(path):
     assert list(verify(path).faults) == [0]
 
 
-def test_counts_of_switches_have_the_width_that_the_budget_asks_for(path):
+def test_counts_of_switches_have_the_width_of_the_budget(path):
     """Without sections a number of switches takes 4 bytes, or 8 bytes if it may reach 2³¹."""
     plan = make_plan({"A": [3.0], "transient": 0, "periods": 12, "budget": 2**30, "record": "summary"})
     block = fake.block(plan, 0)
@@ -133,7 +133,7 @@ def test_counts_of_switches_have_the_width_that_the_budget_asks_for(path):
     assert {v.name: v.dtype for v in variables_of(make(("summary",)))}["switches"] == "<i4"
 
 
-def test_a_stranger_reads_units_and_meanings(path, plan):
+def test_variables_have_units_and_long_names(path, plan):
     write(path, plan)
     with xr.open_dataset(path, engine="h5netcdf") as data:
         for q in quantities(plan.record):

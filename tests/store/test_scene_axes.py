@@ -35,7 +35,7 @@ def path(tmp_path):
     return tmp_path / "x.h5"
 
 
-def test_the_file_has_coordinates_with_units_and_the_rest_of_the_scene(path):
+def test_file_has_coordinates_with_units_and_the_scene(path):
     plan = parse(TEXT).plan()
     write(path, plan)
     with h5py.File(path) as file:

@@ -52,7 +52,7 @@ def assert_complete(path, plan):
         assert results.switches.reshape(-1, 5)[start:stop].tobytes() == expected.switches.tobytes()
 
 
-def test_what_is_written_is_let_go_before_it_is_committed(path):
+def test_written_blocks_are_released_before_the_commit(path):
     """Blocks are views of the array of a wave. A reference to one block would keep the memory of all its blocks."""
     plan = make()
     writer = open_writer(path, plan, Origin(TEXT, (), "A title"))
@@ -66,7 +66,7 @@ def test_what_is_written_is_let_go_before_it_is_committed(path):
     writer.close()
 
 
-def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypatch):
+def test_status_is_written_after_the_data_between_two_flushes(path, monkeypatch):
     """With this order, even after a loss of power, no block counts as computed before its data are written."""
     order, put, flush = [], Writer._put, h5py.File.flush
     monkeypatch.setattr(Writer, "_put", lambda self, k, name, values: order.append(name) or put(self, k, name, values))
@@ -81,7 +81,7 @@ def test_a_status_is_written_between_two_flushes_behind_all_data(path, monkeypat
 
 
 @pytest.mark.parametrize("sync", [True, False])
-def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
+def test_closed_file_is_synced(path, monkeypatch, sync):
     """fsync is called once, after all blocks. After a signal fsync is not called, because it would take too long."""
     asked = []
     monkeypatch.setattr(
@@ -95,7 +95,7 @@ def test_a_closed_file_is_on_the_disk(path, monkeypatch, sync):
     assert [(same, report.complete) for same, report in asked] == [(True, True)] * sync
 
 
-def test_a_damaged_block_loses_its_status_before_its_data(finished, monkeypatch):
+def test_status_of_a_damaged_block_is_cleared_before_its_data(finished, monkeypatch):
     """With this order no reader finds a blank block that counts as computed, even if the process is killed."""
     with h5py.File(finished) as file:
         chunk = file["margin"].id.get_chunk_info(1)
@@ -125,7 +125,7 @@ def finished(path):
     return path
 
 
-def test_what_comes_back_is_what_was_written(finished):
+def test_results_survive_a_round_trip(finished):
     plan = make()
     results = load(finished)
     assert list(results.axes) == ["A", "eps"]
@@ -138,7 +138,7 @@ def test_what_comes_back_is_what_was_written(finished):
     assert_complete(finished, plan)
 
 
-def test_a_selection_reads_only_its_part_and_is_the_same(finished):
+def test_selection_reads_only_its_part(finished):
     whole = load(finished)
     part = load(finished).select(A=3.1, method="nearest")
     k = int(np.argmin(abs(whole.axes["A"] - 3.1)))
@@ -146,7 +146,7 @@ def test_a_selection_reads_only_its_part_and_is_the_same(finished):
     np.testing.assert_array_equal(part.select(eps=0).switches, whole.switches[k, 0])
 
 
-def test_results_of_a_file_that_grows_or_goes_are_shown_as_it_is(path, tmp_path):
+def test_repr_follows_a_file_that_grows_or_is_deleted(path, tmp_path):
     plan = make()
     write(path, plan, which=[0])
     results = load(path)
@@ -160,7 +160,7 @@ def test_results_of_a_file_that_grows_or_goes_are_shown_as_it_is(path, tmp_path)
     assert "not readable" in gone._repr_html_()
 
 
-def test_pickled_results_go_on_reading_their_file(finished, monkeypatch, tmp_path):
+def test_pickled_results_read_their_file(finished, monkeypatch, tmp_path):
     monkeypatch.chdir(finished.parent)
     whole, part = load(finished.name), load(finished.name).select(A=3.1, method="nearest")
     assert whole.margin.size
@@ -191,7 +191,7 @@ def test_xarray_sees_named_dimensions(finished):
         np.testing.assert_array_equal(chosen, results.select("nearest", eps=2e-4, A=3.04).section[:, 1])
 
 
-def test_attributes_tell_where_it_comes_from(finished):
+def test_attributes_give_the_origin(finished):
     with h5py.File(finished) as file:
         assert file.attrs["Conventions"] == "CF-1.10"
         assert file.attrs["title"] == "A title"
@@ -203,7 +203,7 @@ def test_attributes_tell_where_it_comes_from(finished):
         assert all(file[v.name].fletcher32 for v in variables_of(make()))
 
 
-def test_what_all_points_share_lies_open(finished):
+def test_shared_parameters_are_attributes(finished):
     """Other programs read B, eta, periods, … as attributes. They do not need the plan of the sweep."""
     plan = make()
     with xr.open_dataset(finished, engine="h5netcdf") as data:
@@ -219,7 +219,7 @@ def test_what_all_points_share_lies_open(finished):
 
 
 @pytest.mark.parametrize(("name", "value"), [("B", 0.2), ("periods", 13), ("method", "muller")])
-def test_an_open_attribute_that_was_changed_is_found(finished, name, value):
+def test_changed_attribute_is_found(finished, name, value):
     with h5py.File(finished, "a") as file:
         file.attrs[name] = value
     assert verify(finished).general == [f"attribute {name}: changed after it was written"]
@@ -231,7 +231,7 @@ def test_an_open_attribute_that_was_changed_is_found(finished, name, value):
 
 
 @pytest.mark.parametrize("name", ["A", "eps"])
-def test_an_axis_that_was_changed_is_found(finished, name):
+def test_changed_axis_is_found(finished, name):
     with h5py.File(finished, "a") as file:
         file[name][0] += 0.5
     for reads in (load, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
@@ -239,7 +239,7 @@ def test_an_axis_that_was_changed_is_found(finished, name):
             reads(finished)
 
 
-def test_a_file_that_this_process_reads_is_not_written(finished):
+def test_file_open_for_reading_is_not_written(finished):
     with xr.open_dataset(finished, engine="h5netcdf"), pytest.raises(Busy, match="open for reading in this process"):
         open_writer(finished, make(), Origin(TEXT))
     open_writer(finished, make(), Origin(TEXT)).close()
@@ -258,7 +258,7 @@ def test_two_runs_give_the_same_bytes(path, tmp_path):
             assert offsets[0] == offsets[1]  # the layout does not depend on the order of writing
 
 
-def test_a_sweep_of_one_point(path):
+def test_sweep_of_one_point(path):
     plan = make_plan({"A": 3.04, "transient": 0, "periods": 7})
     write(path, plan)
     results = load(path)
@@ -290,7 +290,7 @@ def test_blocks_of_every_shape(path, arguments):
     assert path.stat().st_size == pytest.approx(file_bytes(plan), rel=0.01, abs=20_000)
 
 
-def test_nothing_is_computed_until_its_status_says_so(path):
+def test_block_counts_as_computed_after_its_status(path):
     writer = open_writer(path, make(), Origin(TEXT))
     writer.write(fake.block(writer.plan, 1))
     assert look(path).done.tolist() == [False] * 5  # written, not yet committed
@@ -298,7 +298,7 @@ def test_nothing_is_computed_until_its_status_says_so(path):
     assert look(path).done.tolist() == [False, True, False, False, False]
 
 
-def test_an_unfinished_file_can_be_read(path):
+def test_unfinished_file_can_be_read(path):
     plan = make()
     write(path, plan, which=[1, 4])
     results = load(path)
@@ -313,7 +313,7 @@ def test_an_unfinished_file_can_be_read(path):
         assert np.isnan(data.section_xi.values[~done]).all()
 
 
-def test_what_is_half_written_is_not_read(path):
+def test_blocks_without_a_status_are_not_read(path):
     """From an unfinished file all committed blocks are read, and no other block."""
     plan = make()
     write(path, plan, which=[1])
@@ -334,7 +334,7 @@ with xarray.open_dataset(sys.argv[1], engine="h5netcdf") as data:
 
 
 @pytest.mark.integration
-def test_a_reader_needs_no_permission_of_the_writer(path):
+def test_reader_needs_no_permission_of_the_writer(path):
     writer = open_writer(path, make(), Origin(TEXT))
     writer.write(fake.block(writer.plan, 0))
     assert load(path).section.shape == (90, 2, 12, 2)
@@ -347,14 +347,14 @@ def test_a_reader_needs_no_permission_of_the_writer(path):
     open_writer(path, make(), Origin(TEXT)).close()
 
 
-def test_others_may_hold_the_file_in_the_same_process(finished):
+def test_file_may_be_open_in_other_readers_of_the_process(finished):
     with xr.open_dataset(finished, engine="h5netcdf") as data:
         np.testing.assert_array_equal(load(finished).section[..., 0], data.section_xi)
     with h5py.File(finished):
         assert load(finished).computed == 1.0
 
 
-def test_resuming_computes_what_is_missing_and_keeps_the_rest(path):
+def test_resuming_computes_missing_blocks_only(path):
     plan = make()
     write(path, plan, which=[0, 2, 3])
     with h5py.File(path) as file:
@@ -370,7 +370,7 @@ def test_resuming_computes_what_is_missing_and_keeps_the_rest(path):
     assert_complete(path, plan)
 
 
-def test_a_file_keeps_its_own_blocks(path):
+def test_file_keeps_its_block_size(path):
     """A version with other block sizes resumes a file with the blocks of this file."""
     write(path, make(), which=[0])
     plan = replace(make(), tiling=None)
@@ -411,7 +411,7 @@ def test_axes_in_another_order_are_another_configuration(finished):
         open_writer(finished, swapped, Origin(TEXT))
 
 
-def test_no_result_files_are_refused_and_left_alone(path):
+def test_foreign_files_are_refused_and_unchanged(path):
     path.write_text("no HDF5 at all\n" * 100)
     with h5py.File(path.with_name("other.h5"), "w") as file:
         file["x"] = 1.0
@@ -434,7 +434,7 @@ def test_another_schema_version_is_refused(finished):
         open_writer(finished, make(), Origin(TEXT))
 
 
-def test_a_truncated_file_is_refused(finished):
+def test_truncated_file_is_refused(finished):
     raw = finished.read_bytes()
     for length in (len(raw) - 1, len(raw) // 2, 700, 3, 0):
         finished.write_bytes(raw[:length])
@@ -444,7 +444,7 @@ def test_a_truncated_file_is_refused(finished):
             open_writer(finished, make(), Origin(TEXT))
 
 
-def test_overwrite_replaces_only_once_the_new_file_exists(finished, monkeypatch):
+def test_overwrite_replaces_after_the_new_file_exists(finished, monkeypatch):
     before = finished.read_bytes()
 
     def fail(done, total):
@@ -461,7 +461,7 @@ def test_overwrite_replaces_only_once_the_new_file_exists(finished, monkeypatch)
     assert load(finished).computed == 0.0
 
 
-def test_a_file_that_appears_while_a_new_one_is_begun_is_not_replaced(path, monkeypatch):
+def test_file_created_by_another_process_is_not_replaced(path, monkeypatch):
     """The file may have been created by another process, so it is replaced only with `overwrite`."""
     monkeypatch.setattr(writer_module, "refuse_large_file", lambda plan, place: place.write_text("another"))
     with pytest.raises(Busy, match="another process is writing this file"):
@@ -470,7 +470,7 @@ def test_a_file_that_appears_while_a_new_one_is_begun_is_not_replaced(path, monk
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_too_little_disk_is_refused_beforehand_with_the_numbers(path, monkeypatch):
+def test_too_little_disk_space_is_refused_with_numbers(path, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda p: shutil._ntuple_diskusage(10**6, 10**6 - 50_000, 50_000))
     with pytest.raises(TooLarge, match=r"180 points x 12 periods.* takes .* kB, 50.0 kB are free"):
         open_writer(path, make(), Origin(TEXT))
@@ -503,7 +503,7 @@ def assert_complete_but_for(path, plan, block, variable):
 
 
 @pytest.mark.parametrize("variable", [v.name for v in variables_of(make())])
-def test_a_flipped_bit_is_found_named_and_mended(finished, variable):
+def test_flipped_bit_is_found_named_and_repaired(finished, variable):
     with h5py.File(finished) as file:
         chunk = file[variable].id.get_chunk_info(3)
         block = chunk.chunk_offset[0] // 20
@@ -524,7 +524,7 @@ def test_a_flipped_bit_is_found_named_and_mended(finished, variable):
     assert_complete(finished, make())
 
 
-def test_data_lost_under_their_status_are_found(finished):
+def test_lost_data_with_a_status_are_found(finished):
     """After a loss of power a block may have a status but blank data. The checksums of blank chunks are right."""
     plan = make()
     with h5py.File(finished, "a") as file:
@@ -535,7 +535,7 @@ def test_data_lost_under_their_status_are_found(finished):
 
 
 @pytest.mark.parametrize("first", [41, 59])
-def test_a_block_of_which_a_part_is_marked_as_computed_is_found(finished, first):
+def test_partly_computed_block_is_found(finished, first):
     """The status is written block by block, so a block is damaged if only a part of its points have a status."""
     with h5py.File(finished, "a") as file:
         file["status"][first:60] = Status.NOT_COMPUTED
@@ -549,7 +549,7 @@ def test_a_block_of_which_a_part_is_marked_as_computed_is_found(finished, first)
 
 
 @pytest.mark.parametrize("names", [["section_xi"], [v.name for v in variables_of(make())]], ids=["one", "all"])
-def test_chunks_that_changed_places_are_found(finished, names):
+def test_swapped_chunks_are_found(finished, names):
     with h5py.File(finished, "a") as file:
         for name in names:
             first, second = file[name][:20], file[name][20:40]
@@ -558,7 +558,7 @@ def test_chunks_that_changed_places_are_found(finished, names):
 
 
 @pytest.mark.integration
-def test_no_flipped_bit_anywhere_goes_unnoticed(finished):
+def test_any_flipped_bit_is_detected_or_harmless(finished):
     """After any flipped bit the file is read as before, or there is an error or a warning. No wrong number is read."""
     whole = load(finished)
     expected = {name: getattr(whole, name).tobytes() for name in ARRAYS}

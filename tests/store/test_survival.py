@@ -129,7 +129,7 @@ def assert_one_line(err, *words):
 @pytest.mark.parametrize(
     "times", [6, pytest.param(12, marks=pytest.mark.slow("12 s: 12 kills, each of a new process"))]
 )
-def test_killed_at_random(scene, undisturbed, times):
+def test_kill_at_a_random_time_leaves_a_file_that_resumes(scene, undisturbed, times):
     """Committed blocks survive each kill undamaged. The final file equals the file of an uninterrupted sweep."""
     random = np.random.default_rng()
     committed, struck = 0, 0
@@ -158,7 +158,7 @@ def test_killed_at_random(scene, undisturbed, times):
     assert contents(scene.file) == undisturbed
 
 
-def test_a_signal_ends_it_with_the_way_to_resume(scene, undisturbed):
+def test_signal_ends_a_sweep_with_the_command_to_resume(scene, undisturbed):
     process = scene.start(delay=0.3)
     scene.wait_for_blocks(process)
     process.send_signal(signal.SIGHUP)
@@ -174,7 +174,7 @@ def test_a_signal_ends_it_with_the_way_to_resume(scene, undisturbed):
     assert contents(scene.file) == undisturbed
 
 
-def test_a_signal_does_not_wait_for_a_block(scene):
+def test_signal_does_not_wait_for_a_block(scene):
     process = scene.start(delay=10 * LIMIT)
     while not scene.file.exists() and process.poll() is None:
         time.sleep(0.01)
@@ -184,7 +184,7 @@ def test_a_signal_does_not_wait_for_a_block(scene):
     assert_one_line(err, "SIGINT", "0 of 60 blocks")
 
 
-def test_the_way_to_resume_does_not_overwrite(scene):
+def test_command_to_resume_does_not_overwrite(scene):
     scene.run(delay=0)
     process = scene.start("--overwrite", delay=10 * LIMIT)
     limit = time.monotonic() + LIMIT
@@ -196,7 +196,7 @@ def test_the_way_to_resume_does_not_overwrite(scene):
     assert "--overwrite" not in err
 
 
-def test_a_hangup_that_nohup_has_switched_off_stays_off(scene):
+def test_ignored_hangup_stays_ignored(scene):
     process = scene.start(delay=0.02, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     scene.wait_for_blocks(process)
     process.send_signal(signal.SIGHUP)
@@ -218,7 +218,7 @@ Writer._flush = interrupted
 """
 
 
-def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
+def test_interrupt_during_a_flush(scene, undisturbed):
     code, _, err = scene.run(delay=0.01, before=IN_A_FLUSH)
     assert code == 130
     report = verify(scene.file)
@@ -229,7 +229,7 @@ def test_interrupted_in_the_middle_of_a_flush(scene, undisturbed):
     assert contents(scene.file) == undisturbed
 
 
-def test_of_many_that_start_at_once_one_writes(scene, undisturbed):
+def test_one_of_several_processes_writes(scene, undisturbed):
     processes = [scene.start(delay=10 * LIMIT) for _ in range(4)]
     limit = time.monotonic() + LIMIT
     while sum(p.poll() is None for p in processes) > 1 and time.monotonic() < limit:
@@ -254,14 +254,14 @@ def limit_files(size):
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-def test_a_file_that_would_grow_too_large_is_refused_beforehand(scene):
+def test_too_large_file_is_refused_beforehand(scene):
     code, _, err = scene.run(preexec_fn=limit_files(1 << 20))
     assert code == 2
     assert_one_line(err, "file size limit", "MB are allowed")
     assert [p.name for p in scene.folder.iterdir()] == ["c.toml"]
 
 
-def test_a_full_disk_in_mid_run_leaves_a_file_that_resumes(scene, undisturbed):
+def test_full_disk_leaves_a_file_that_resumes(scene, undisturbed):
     """A limit on the size of files has the same effect as a full disk."""
     process = scene.start(delay=0.2)
     scene.wait_for_blocks(process, 3)
@@ -278,7 +278,7 @@ def test_a_full_disk_in_mid_run_leaves_a_file_that_resumes(scene, undisturbed):
     assert contents(scene.file) == undisturbed
 
 
-def test_a_computation_that_breaks_off_keeps_what_it_had(scene, undisturbed):
+def test_failed_computation_keeps_its_blocks(scene, undisturbed):
     broken = """
 from tests.support import fake
 def block(plan, k, whole=fake.block):
@@ -295,7 +295,7 @@ fake.block = block
 
 
 @pytest.mark.jit
-def test_a_signal_does_not_wait_for_the_kernels(scene):
+def test_signal_does_not_wait_for_the_kernels(scene):
     (scene.folder / "c.toml").write_text(
         "[sweep]\nA = [3.04, 3.1]\neps = 1e-4\n[run]\ntransient = 1000000000\nperiods = 1\n"
     )

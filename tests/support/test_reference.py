@@ -80,7 +80,7 @@ def cosine_above(level: str) -> Switching:
 
 
 @pytest.mark.parametrize("depth", ["1e-3", "1e-8", "1e-16", "1e-30", "1e-45"])
-def test_a_close_pair_of_zeros_is_neither_missed_nor_invented(depth):
+def test_close_zeros_are_found_if_they_exist(depth):
     g = cosine_above("-" + depth)
     exact = 2 * mp.pi - mp.asin(1 - mp.mpf(depth))
     first = min(exact, 3 * mp.pi - exact)
@@ -88,19 +88,19 @@ def test_a_close_pair_of_zeros_is_neither_missed_nor_invented(depth):
     assert cosine_above(depth).first_zero(100, may_touch=False) is None
 
 
-def test_a_double_zero_ends_a_slide_but_not_a_wait():
+def test_double_zero_ends_a_slide_but_not_a_wait():
     g = cosine_above("0")
     assert abs(g.first_zero(100, may_touch=False) - 3 * mp.pi / 2) < mp.mpf("1e-30")
     assert g.first_zero(100, may_touch=True) is None
 
 
-def test_a_double_zero_at_the_start_is_left_behind():
+def test_double_zero_at_the_start_is_skipped():
     mp.dps = 70
     g = Switching(mp.one, mp.zero, -1, 1, [(mp.one, mp.one, mp.zero)])  # 1 - cos h
     assert abs(g.first_zero(100, may_touch=False) - 2 * mp.pi) < mp.mpf("1e-30")
 
 
-def test_no_zero_at_all_beyond_a_long_way():
+def test_distant_zero_is_found():
     mp.dps = 70
     g = Switching(mp.mpf("1e9"), mp.mpf(-1), 1, 0, [(mp.one, mp.one, mp.zero)])  # 1e9 - h + sin h
     zero = g.first_zero(mp.inf, may_touch=False)
@@ -110,7 +110,7 @@ def test_no_zero_at_all_beyond_a_long_way():
 # ---- exact cases of the motion
 
 
-def test_waits_hold_where_the_force_only_touches_its_limit():
+def test_wait_continues_where_the_force_touches_its_limit():
     above = math.nextafter(1.5, 2)
     assert reference(1.5, B=0.5, periods=20).switches == []
     assert reference(above, B=0.5, periods=1).switches[0].before == REST
@@ -127,25 +127,25 @@ def test_free_fall_without_excitation():
     assert fall.margin == mp.inf
 
 
-def test_a_push_without_excitation_ends_in_sticking():
+def test_push_without_excitation_ends_in_sticking():
     (stop,) = reference(0.0, B=0.5, xi0=1.0, dxi0=3.0, periods=2).switches  # ξ'' = -3/2
     assert (stop.tau, stop.xi, stop.after, stop.margin) == (2, 4, STICK, mp.mpf("0.5"))
 
 
-def test_at_B_one_a_slide_touches_rest_and_goes_on():
+def test_slide_touches_rest_and_continues_for_B_1():
     r = reference(3.0, B=1.0, xi0=50.0, periods=4)
     touch = [s for s in r.switches if abs(s.tau - 5 * mp.pi) < mp.mpf("1e-40")]
     assert [(s.before, s.after) for s in touch] == [(DOWN, STICK), (STICK, DOWN)]
     assert touch[0].margin == 0
 
 
-def test_thrown_at_the_obstacle_from_the_obstacle():
+def test_start_on_the_obstacle_moving_into_it():
     first, second = reference(1.5, dxi0=-2.0, periods=1).switches[:2]
     assert (first.tau, first.after, first.dxi) == (0, IMPACT, -2)
     assert (second.tau, second.after) == (0, REST)
 
 
-def test_more_digits_change_nothing():
+def test_more_digits_give_the_same_switches():
     arguments = {"A": 3.04, "eps": 2e-4, "periods": 10}
     short = reference(**arguments)
     with digits50.with_digits(80):
@@ -160,7 +160,7 @@ def test_more_digits_change_nothing():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_order_of_states_obeys_fig_2(name):
+def test_order_of_states_agrees_with_fig_2(name):
     r = scene(name)
     assert {(s.before, s.after) for s in r.switches} <= FIG2
     assert all(a.after == b.before for a, b in pairwise(r.switches))
@@ -235,7 +235,7 @@ def agree(loop: naive.Naive, exact: Reference, tolerance: float) -> None:
         ({"A": 2.7, "xi0": 3.0, "dxi0": -1.5, "tau0": 2.2}, 0.01),
     ],
 )
-def test_mullers_loop_meets_the_reference_where_its_grid_is_fine_enough(arguments, dtau):
+def test_mullers_loop_equals_the_reference_on_a_fine_grid(arguments, dtau):
     agree(naive.muller(**arguments, dtau=dtau, tol=1e-11, periods=8), reference(**arguments, periods=8), 1e-9)
 
 

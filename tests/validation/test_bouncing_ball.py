@@ -34,7 +34,7 @@ def ball(phase, gamma):
 
 
 @pytest.mark.parametrize("gamma", [3.35, 3.5, 3.7])
-def test_the_laws_are_those_of_the_ball(gamma):
+def test_laws_agree_with_the_ball(gamma):
     phase = math.acos(math.pi / gamma)
     back, speed = ball(phase, gamma)
     assert back == pytest.approx(phase, abs=1e-12)
@@ -43,19 +43,19 @@ def test_the_laws_are_those_of_the_ball(gamma):
     assert slope == pytest.approx(1.0 - math.sqrt(gamma**2 - math.pi**2), abs=1e-8)
 
 
-def test_the_ball_leaves_at_once_and_is_stable_between_the_two_values_of_gamma():
+def test_laws_give_the_limits_of_gamma():
     rest, doubling = (law.limit for law in laws()[:2])
     assert rest * math.sin(math.acos(math.pi / rest)) == pytest.approx(1.0, abs=1e-14)
     assert 1.0 - math.sqrt(doubling**2 - math.pi**2) == pytest.approx(-1.0, abs=1e-14)
 
 
-def test_every_law_holds_with_an_error_of_1_over_B_and_its_factor(found):
+def test_laws_hold_with_an_error_of_1_over_B(found):
     for a in found:
         assert a.holds, a.law
         assert a.slope == pytest.approx(-1.0, abs=2e-3)
 
 
-def test_what_the_first_order_leaves_is_of_second_order_and_then_rounding(found):
+def test_remainder_of_the_first_order_is_of_second_order(found):
     for a in found:
         second = a.beyond[:5] * a.B[:5] ** 2  # up to B = 1e6
         assert second == pytest.approx(np.full(5, second[2]), rel=0.05)
@@ -63,7 +63,7 @@ def test_what_the_first_order_leaves_is_of_second_order_and_then_rounding(found)
         assert a.beyond[-1] < 1e-14
 
 
-def test_a_law_that_is_wrong_is_said_to_fail(found):
+def test_wrong_law_fails(found):
     for a in found:
         assert not replace(a, law=replace(a.law, limit=a.law.limit * (1 + 1e-6))).holds
         assert not replace(a, law=replace(a.law, factor=a.law.factor * (1 + 1e-4))).holds
@@ -72,7 +72,7 @@ def test_a_law_that_is_wrong_is_said_to_fail(found):
 
 
 @pytest.mark.parametrize("B", [1e2, 1e4, 1e6])
-def test_simulated_motions_end_on_the_orbit_that_was_found(B):
+def test_simulated_motions_reach_the_found_orbit(B):
     """A motion simulated from rest, without the map, has the phase and speed of the orbit after 500 periods."""
     motion = vd.simulate(A=MIDDLE * B, B=B, transient=500, periods=20)
     _, _, phase, speed, _ = measure(B)
@@ -82,7 +82,7 @@ def test_simulated_motions_end_on_the_orbit_that_was_found(B):
     assert motion.impacts["speed"] / B == pytest.approx(np.full(20, speed), rel=1e-12)
 
 
-def test_in_SI_units_the_impact_is_a_free_fall_along_the_incline_that_lasts_one_period():
+def test_impact_speed_is_that_of_a_free_fall_of_one_period():
     alpha, g, period = 30.0, 9.81, 0.02
     mu = math.tan(math.radians(alpha)) / 1e6
     scene = vd.Scene(a0=1e-4, omega0=2 * math.pi / period, mu=mu, alpha=alpha, g=g)
@@ -90,13 +90,13 @@ def test_in_SI_units_the_impact_is_a_free_fall_along_the_incline_that_lasts_one_
     assert speed == pytest.approx(g * math.sin(math.radians(alpha)) * period, rel=1e-12)
 
 
-def test_the_page_shows_what_comes_out(found):
+def test_page_shows_the_table(found):
     page = (DOCS / "bouncing_ball.md").read_text().splitlines()
     verdicts = list(table(found))[: 2 + len(found)]
     assert set(verdicts) <= set(page)
 
 
-def test_the_figure_shows_every_law_over_B_with_a_line_of_slope_minus_one(found):
+def test_figure_shows_every_law_with_a_line_of_slope_minus_one(found):
     (ax,) = figure(found).axes
     marks = [line for line in ax.lines if not line.get_label().startswith("_")]
     assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")

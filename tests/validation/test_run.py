@@ -31,7 +31,7 @@ HOLDS = [Finding("a number", 0.5, 1.0)]
         (math.inf, 1.0, False), ("ab", "ab", True), ("ab", "ac", False),
     ],
 )  # fmt: skip
-def test_a_number_holds_up_to_its_bound_and_a_text_if_it_is_equal(number, bound, holds):
+def test_number_holds_up_to_its_bound_and_text_if_equal(number, bound, holds):
     assert Finding("", number, bound).holds is holds
 
 
@@ -59,7 +59,7 @@ def test_verdicts():
     assert seeded.verdict is Verdict.FAILS
 
 
-def test_the_command_writes_both_files_and_its_exit_code_is_1_if_one_fails(monkeypatch, tmp_path, capsys):
+def test_command_writes_both_files_and_returns_1_after_a_failure(monkeypatch, tmp_path, capsys):
     checks = [Check("good", "A | B", lambda: HOLDS), Check("lacking", "Digits", list, ("no_such_package",))]
     monkeypatch.setattr(run, "CHECKS", checks)
     command = ["validate", "-o", str(tmp_path / "out"), "--seed", "5"]
@@ -90,13 +90,13 @@ def test_short_checks_hold(id):
     assert verdict(id) is Verdict.HOLDS
 
 
-def test_the_hash_fails_for_another_sweep(monkeypatch):
+def test_hash_fails_for_another_sweep(monkeypatch):
     monkeypatch.setattr(fingerprint, "SCENES", {"A": [1.5], "eps": [0.0], "transient": 0, "periods": 1})
     assert verdict("hash") is Verdict.FAILS
 
 
 @pytest.mark.jit
-def test_fixed_scenes_hold_and_fail_for_a_scene_that_is_slightly_another(monkeypatch):
+def test_fixed_scenes_hold_and_fail_for_a_slightly_different_scene(monkeypatch):
     monkeypatch.setattr(digits, "SCENES", {"one": {"A": 1.5, "periods": 5}})
     assert verdict("digits") is Verdict.HOLDS
     honest = vd.simulate
@@ -109,7 +109,7 @@ def test_fixed_scenes_hold_and_fail_for_a_scene_that_is_slightly_another(monkeyp
 
 
 @pytest.mark.jit
-def test_drawn_scenes_hold_and_fail_for_motions_of_another_scene(monkeypatch):
+def test_drawn_scenes_hold_and_fail_for_another_scene(monkeypatch):
     monkeypatch.setattr(digits, "draw", lambda seed, draw=digits.draw: draw(seed, 8))
     assert verdict("drawn", seed=3) is Verdict.HOLDS
     honest = vd.simulate
@@ -127,7 +127,7 @@ def test_drawn_scenes_follow_from_the_seed():
 
 
 @pytest.mark.jit
-def test_the_grazing_ladder_holds_and_fails_where_flights_are_lower_than_said(monkeypatch):
+def test_grazing_ladder_holds_and_fails_for_lower_flights(monkeypatch):
     monkeypatch.setattr(grazing, "THROWS", {k: grazing.THROWS[k] for k in ("undisturbed", "steep")})
     assert verdict("grazing") is Verdict.HOLDS
     honest = vd.simulate
@@ -137,7 +137,7 @@ def test_the_grazing_ladder_holds_and_fails_where_flights_are_lower_than_said(mo
 
 
 @pytest.mark.jit
-def test_phases_hold_and_fail_for_a_clock_that_is_off(monkeypatch):
+def test_phases_hold_and_fail_for_a_wrong_clock(monkeypatch):
     clocks = import_module("vibrodrive.validation.clocks")
     monkeypatch.setattr(clocks, "MILLION", 1000)
     assert verdict("million") is Verdict.HOLDS
@@ -154,7 +154,7 @@ def test_phases_hold_and_fail_for_a_clock_that_is_off(monkeypatch):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("lost", ["friction_loss", "energy", "drive_work"])
-def test_the_balance_fails_where_a_part_of_it_is_off(monkeypatch, lost):
+def test_balance_fails_for_a_wrong_term(monkeypatch, lost):
     honest = energy.collect
 
     def off(plan):
@@ -186,7 +186,7 @@ def test_equality_to_the_bit_fails_for_one_bit(monkeypatch):
 
 
 @pytest.mark.jit
-def test_resuming_fails_where_the_file_is_of_other_points(monkeypatch):
+def test_resuming_fails_for_other_points(monkeypatch):
     honest = identity.collect
     run = {"A": np.linspace(3.0, 3.25, 700), "eps": [0.0, 1e-4, 2e-4], "tau0": 1e-15, "transient": 5, "periods": 5}
     monkeypatch.setattr(identity, "collect", lambda plan: honest(make_plan(run)))
@@ -208,7 +208,7 @@ def test_side_by_side(monkeypatch, id):
 
 @pytest.mark.parametrize("tau", [0.3, 2.0, 4.0, 40.0])
 @pytest.mark.parametrize("state", [vd.State.STICK, vd.State.REST])
-def test_a_scan_for_the_end_of_a_rest_finds_the_arcsine(state, tau):
+def test_scan_for_the_end_of_a_rest_finds_the_arcsine(state, tau):
     A, B = 1.5, 0.1
 
     def H(t):
@@ -222,13 +222,13 @@ def test_a_scan_for_the_end_of_a_rest_finds_the_arcsine(state, tau):
     assert peers.scanned(lambda t: 0.5, 1.0)(state, tau) == math.inf
 
 
-def test_what_is_not_installed_is_not_done(monkeypatch):
+def test_checks_without_their_packages_are_not_done(monkeypatch):
     for name in ("scipy", "heyoka", "mpmath"):
         monkeypatch.setitem(sys.modules, name, None)
     assert [verdict(id) for id in ("scipy", "heyoka", "digits")] == [Verdict.NOT_DONE] * 3
 
 
-def test_the_laws_of_the_ball_are_findings(monkeypatch):
+def test_ball_laws_are_findings(monkeypatch):
     ball = import_module("vibrodrive.validation.bouncing_ball")
     good = ball.Approach(ball.Law("q", "f", 1.0, 2.0), np.array([1e2, 1e4]), np.array([1.02, 1.0002]))
     bad = ball.Approach(ball.Law("q", "f", 1.0, 3.0), good.B, good.found)

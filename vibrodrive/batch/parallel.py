@@ -45,19 +45,19 @@ typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: _FUNCTION)
 _COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 
 _lock = threading.Lock()  # the layer `workqueue` aborts the process if two threads use it simultaneously
-_alone = False
+_single_threaded = False
 _workers: list[_Worker] = []  # idle threads
 
 
 def _in_child() -> None:
     """Store, in a forked child, whether it can use only one thread because the threading layer of its parent fails."""
-    global _lock, _alone
+    global _lock, _single_threaded
     _lock = threading.Lock()
     _workers.clear()
     try:
-        _alone = numba.threading_layer() not in FORK_SAFE
+        _single_threaded = numba.threading_layer() not in FORK_SAFE
     except ValueError:  # no layer was started
-        _alone = False
+        _single_threaded = False
 
 
 if hasattr(os, "register_at_fork"):
@@ -90,7 +90,7 @@ def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: 
     calling thread with the first set of arguments only, because starting threads would take longer than the work.
     Raises Halted if `halt` is called.
     """
-    threads = 1 if _alone or brief else len(calls[0][1])
+    threads = 1 if _single_threaded or brief else len(calls[0][1])
     if _COMPILES:  # compile in the calling thread, which Ctrl-C can interrupt; `halt` does not end a compilation
         for kernel, _ in calls:
             prepare(kernel, *_SIGNATURE.args)

@@ -28,7 +28,7 @@ from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
-from vibrodrive.model.size import refuse_large_sample, refuse_many_rows, rows_that_fit
+from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
 
 if TYPE_CHECKING:
     import pandas
@@ -435,7 +435,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     s, halt = plan.settings, halt or Halt()
     eps, eta, dtau = (plan.scalars[name] for name in ("eps", "eta", "dtau"))
     brief = s.work(eps, eta, dtau, bounded=False) <= BRIEF
-    capacity = rows_that_fit(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
+    capacity = fitting_rows(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
     while True:
         section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
         status, margin = np.empty(1, np.int8), np.empty(1)

@@ -71,7 +71,7 @@ def verify(file: Path) -> None:
     """
     from vibrodrive.store.every_kind import summary
 
-    found = read_apart(file, partial(summary, thorough=True))
+    found = read_in_process(file, partial(summary, thorough=True))
     if not math.isnan(found.share):
         click.echo(f"computed: {100 * found.share:.1f} %")
     for name, text in found.lines:
@@ -88,7 +88,7 @@ PATIENCE = 60
 """Longest time in seconds for one step of reading: a block of a sweep, a few MB, or a complete file of another kind."""
 
 
-def read_apart(file: Path, read: Callable[..., Summary], patience: int = PATIENCE) -> Summary:
+def read_in_process(file: Path, read: Callable[..., Summary], patience: int = PATIENCE) -> Summary:
     """Call `read` in a separate process, and show its progress.
 
     On some damaged files HDF5 loops endlessly and never returns to Python, where signals are handled. On other files it

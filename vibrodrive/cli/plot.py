@@ -170,7 +170,7 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
 
     report = look(file)
     figure = report.header.origin.parsed().figure
-    wanted = drawing.merge_wishes({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
+    wanted = drawing.merge_options({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
     check_drawing(wanted, report.header.plan, asked="kind" in options)
     results, drawn_over = load(file), read_overlays(over)
     if wanted.get("quantity") == drawing.KEPT:

@@ -107,7 +107,7 @@ def sweep(
         show.say(run(Job(plan, Origin.of(settings), path, threads, dask, overwrite), show))
     except Stopped as stopped:
         common.leave(130, f"{stopped}; resume with: {common.same_command()}")
-    _tell_statuses(path)
+    _print_statuses(path)
     if picture:
         draw(path, picture, {})
 
@@ -141,7 +141,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
 BASE_MEMORY = 200_000_000  # bytes of memory for the interpreter, NumPy, Numba and the compiled kernels
 
 
-def _tell_statuses(path: Path) -> None:
+def _print_statuses(path: Path) -> None:
     """Print the number of points of each status other than OK, with advice."""
     from vibrodrive.model.choices import Status
     from vibrodrive.store.reader import look

@@ -22,7 +22,7 @@ from vibrodrive.jit.slices import Halt, Halted
 LOOK_SECONDS = 0.02  # interval between checks of the flag while the other process computes
 
 
-class Aside:
+class SeparateProcess:
     """Separate process, started at the first call. Its first action is a call of `warm`."""
 
     def __init__(self, warm: Callable[[], object]) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from vibrodrive.errors import TooLarge
-from vibrodrive.explorer.aside import Aside
+from vibrodrive.explorer.aside import SeparateProcess
 from vibrodrive.explorer.worker import Rank, Slot, Worker
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
@@ -60,7 +60,7 @@ class Engine:
         self.threads = threads
         self.tasks = tasks
         self.worker = Worker(self._failed)
-        self.aside = Aside(_warm_exact)
+        self.aside = SeparateProcess(_warm_exact)
         self.pace = Pace()
         self.pages: dict[int, Any] = {}
         self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, by their arguments

@@ -1,6 +1,7 @@
 """Exact results for a view, as plain data: periodic orbits and bifurcations, curves over the plane, limits.
 
-Orbits, bifurcations and curves are those of the undisturbed motion. `Aside` runs these functions in a separate process.
+Orbits, bifurcations and curves are those of the undisturbed motion. `SeparateProcess` runs these functions in a
+separate process.
 """
 
 from __future__ import annotations

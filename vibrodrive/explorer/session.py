@@ -50,21 +50,21 @@ class Session:
             except ValueError as error:
                 self.refused = _one_line(error)
         self.page = build(document, self.view, token)
-        document.on_message("asked", self._heard)
+        document.on_message("asked", self._receive)
         engine.pages[self.number] = self
         document.on_session_destroyed(lambda context: self._closed())
 
     def _closed(self) -> None:
-        self._left()
+        self._cancel_work()
         self.engine.pages.pop(self.number, None)
 
-    def _left(self) -> None:
+    def _cancel_work(self) -> None:
         """Cancel the work of a page that the user has left. Its session may stay open, because browsers keep pages for
         "back"."""
         self.engine.worker.cancel(self.number)
         self.work = None
 
-    def _heard(self, message: str) -> None:
+    def _receive(self, message: str) -> None:
         asked = json.loads(message)
         self.seq = asked["seq"]
         if asked.get("pixels"):
@@ -73,25 +73,25 @@ class Session:
         try:
             self._answer(asked)
         except Exception as error:  # report every error: otherwise the page would wait for an answer
-            self.tell({"refused": _one_line(error), "done": self.seq})
+            self.notify({"refused": _one_line(error), "done": self.seq})
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
         if asked.get("hello"):
-            self.tell({"apply": self.view.state(), "refused": self.refused})
+            self.notify({"apply": self.view.state(), "refused": self.refused})
         elif asked.get("ping"):
-            self.tell({})
+            self.notify({})
         elif asked.get("left"):
-            self._left()
+            self._cancel_work()
         elif asked.get("reset"):
-            self.tell({"apply": self.base.state()})
+            self.notify({"apply": self.base.state()})
         elif "address" in asked:
-            self.tell({"apply": read_address(asked["address"]).state()})
+            self.notify({"apply": read_address(asked["address"]).state()})
         elif "changed" in asked:
-            self.tell({"apply": adapted(asked["view"], asked["changed"]).state()})
+            self.notify({"apply": adapted(asked["view"], asked["changed"]).state()})
         elif "dive" in asked:
             view = View.read(asked["view"])
             there = {view.y: asked["dive"], "mode": "diagram", "bottom": None, "top": None}
-            self.tell({"apply": View.read(asked["view"] | there).state()})
+            self.notify({"apply": View.read(asked["view"] | there).state()})
         elif "file" in asked:
             self.request(Rank.EXPORT, self.sized(View.read(asked["view"])), asked["file"])
         else:
@@ -106,7 +106,7 @@ class Session:
             self.page.lines.data, self.page.marks.data = dict(NO_CURVES), dict(NO_CURVES)
         if self.page.motion.data["time"] and not view.follows:
             self.page.motion.data = dict(NO_MOTION)
-            self.tell({"words": ""})
+            self.notify({"words": ""})
         if only_motion:
             self.request(Rank.MOTION, self.sized(view), seq, instead_of=(Rank.EXACT,))
         else:
@@ -129,16 +129,16 @@ class Session:
 
     def failed(self, rank: Rank, error: BaseException) -> None:
         """Show the error of a task of this page, in one line."""
-        self.later(partial(self.tell, {"refused": _one_line(error), "done": self.seq}))
+        self.later(partial(self.notify, {"refused": _one_line(error), "done": self.seq}))
         if rank != Rank.EXPORT:  # the failed task would have requested the exact curves
-            self.later(self.nothing_sought)
+            self.later(self.clear_note)
 
     def later(self, change: Callable[[], None]) -> None:
         """Call `change` in the thread of the server, if the page is still open."""
         with suppress(RuntimeError, AttributeError):  # raised by Bokeh if the document has been destroyed
             self.document.add_next_tick_callback(change)
 
-    def tell(self, news: Mapping[str, Any]) -> None:
+    def notify(self, news: Mapping[str, Any]) -> None:
         """Send these values to the scripts of the page."""
         self.send("news", json.dumps(news))
 
@@ -151,9 +151,9 @@ class Session:
         wanted = overlay_of(self.view)
         return overlay is not None and wanted is not None and wanted[0] == overlay[0]
 
-    def nothing_sought(self) -> None:
+    def clear_note(self) -> None:
         """Remove the note that exact curves are being computed."""
-        self.tell({"note": ""})
+        self.notify({"note": ""})
 
 
 Overlay = tuple[tuple[Any, ...], tuple[float, ...]]

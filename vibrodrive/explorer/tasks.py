@@ -111,7 +111,7 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
         session.send("forces", drives)
         session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
         news = {"words": "<br>".join([*said, PENDING]), "column": float(place(motion.x, view.scale))}
-        session.tell({**news, "address": session.view.address(), "done": seq})
+        session.notify({**news, "address": session.view.address(), "done": seq})
 
     session.later(show)
     session.follow(halt, Rank.EXACT, view, motion, said)
@@ -130,7 +130,7 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
     if wanted is None:
         return
     if wanted == session.overlay:  # these curves are already shown
-        session.later(session.nothing_sought)
+        session.later(session.clear_note)
         return
     if view.mode == MAP:
         spans = {view.x: (view.low, view.high), view.y: (view.y_low, view.y_high)}
@@ -148,10 +148,10 @@ def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -
         for line, lost in exact_words(session.engine, halt, motion):
             known.append(line)
             losses += [line] if lost else []
-            session.later(partial(session.tell, {"words": "<br>".join([*known, PENDING])}))
+            session.later(partial(session.notify, {"words": "<br>".join([*known, PENDING])}))
     finally:
         if not halt.called:  # after an error, too: that is shown above the diagram
-            session.later(partial(session.tell, {"words": "<br>".join(known), "lost": "; ".join(losses)}))
+            session.later(partial(session.notify, {"words": "<br>".join(known), "lost": "; ".join(losses)}))
 
 
 def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: list[exact.Curve]) -> None:
@@ -168,7 +168,7 @@ def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: lis
             **dict(zip(("colour", "width", "dash"), map(list, looks), strict=True)),
         }
     session.overlay = overlay_of(view)
-    session.nothing_sought()
+    session.clear_note()
 
 
 def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
@@ -186,7 +186,7 @@ def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:
         else:
             content = export.drawn(view, picture_of(view, level, session.pixels[1]), session.page, kind)
     file = {"name": export.file_name(view, kind), "base64": base64.b64encode(content).decode()}
-    session.later(partial(session.tell, {"file": file}))
+    session.later(partial(session.notify, {"file": file}))
 
 
 TASKS: dict[Rank, Callable[..., None]] = {

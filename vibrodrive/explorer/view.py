@@ -167,7 +167,7 @@ class View:
                 values = dict(zip(keys, RANGES[values[axis]], strict=True)) | values
         view = cls(**values)
         if "scene" not in values:
-            view = replace(view, scene=view._usual_scene)
+            view = replace(view, scene=view._default_scene)
         view._check()
         return view
 
@@ -216,14 +216,14 @@ class View:
         return incline(self.mu, self.alpha) if self.scene == SI else self.B
 
     @property
-    def _usual_scene(self) -> str:
+    def _default_scene(self) -> str:
         return SI if {*self.axes} & {*SCENE_AXES} else UNITLESS
 
     def address(self) -> str:
         """Return the query of the address: all fields that differ from their defaults."""
         defaults = {f.name: f.default for f in fields(self)}
         defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
-        defaults["scene"] = self._usual_scene
+        defaults["scene"] = self._default_scene
         values = ((name, getattr(self, name)) for name in defaults)
         chosen = {name: v for name, v in values if v is not None and v != defaults[name] and v == v}
         return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in chosen.items()})

@@ -76,9 +76,9 @@ class Work:
         if not first or sketch is not None:
             yield Level(self.part, sketch)
         waiting = self.order[~done[self.order]]
-        count = self._at_once(pace, LEVEL_SECONDS)
+        count = self._points_within(pace, LEVEL_SECONDS)
         if first and sketch is None:
-            affordable = self._at_once(pace, FRAME_SECONDS)
+            affordable = self._points_within(pace, FRAME_SECONDS)
             count = max(n for n in self.steps.tolist() if n <= affordable)
         while waiting.size:
             began = perf_counter()
@@ -91,7 +91,7 @@ class Work:
             count = max(FEWEST, int(count * min(GROWTH, longer)))
             yield Level(self.part, sketch)
 
-    def _at_once(self, pace: Pace, seconds: float) -> int:
+    def _points_within(self, pace: Pace, seconds: float) -> int:
         """Return the number of points of each plan that can be computed in this time."""
         each = sum(length(plan) / pace.of(plan) for plan in self.plans)
         return max(1, int(seconds / each))
@@ -102,7 +102,7 @@ class Work:
         Return None if all periods of this grid can be computed within the time of one frame.
         """
         least = int(self.steps[0])
-        share = self._at_once(pace, FRAME_SECONDS) / least
+        share = self._points_within(pace, FRAME_SECONDS) / least
         if share >= 1.0:
             return None
         s = self.plans[0].settings

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 
-from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, some, told
+from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, some, status_phrases
 from vibrodrive.figures.ink import LINES, ink_of
 from vibrodrive.figures.style import as_shown, equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Method, Status
@@ -110,7 +110,7 @@ def bifurcation(
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         shared = conditions(of_sweep(results), results.axes) if k == 0 else []
         chosen = choice(len(rows), len(panels), "panels, one for each " + ", ".join(map(symbol, rest)))
-        note(ax, [*shared, *(chosen if k == 0 else []), *told(status[index])])
+        note(ax, [*shared, *(chosen if k == 0 else []), *status_phrases(status[index])])
     name_axes(axes[-1, 0], x, None)
     explain(fig, () if len(rows) == 1 and _undisturbed(results) else key)
     return fig

@@ -51,7 +51,7 @@ def named(quantity: str, text: str) -> str:
     return text.replace("k_2", "k_u") if quantity == "ku" else text
 
 
-def told(status: np.ndarray) -> list[str]:
+def status_phrases(status: np.ndarray) -> list[str]:
     """Return the number of points of each status other than OK as phrases.
 
     For example: "of 100 points not computed: 3", "out of budget: 2".

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
-from vibrodrive.figures.conditions import STARTS, choice, conditions, of_sweep, some, told
+from vibrodrive.figures.conditions import STARTS, choice, conditions, of_sweep, some, status_phrases
 from vibrodrive.figures.curves import as_motions, phase_curve, shared_by, trajectory_figure
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, name_axes, narrow, new, note, styled
@@ -140,6 +140,6 @@ def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:
     shared = [
         *conditions(of_sweep(source), source.axes),
         *choice(len(shown), len(points), "points"),
-        *told(np.asarray(source.status)),
+        *status_phrases(np.asarray(source.status)),
     ]
     return [np.where(done[index], section[index], np.nan) for index in shown], titles, shared

@@ -22,7 +22,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from vibrodrive.figures.bifurcation import density
 from vibrodrive.figures.colours import paint
 from vibrodrive.figures.conditions import choice, conditions, named, some
-from vibrodrive.figures.map import LABELS, apart, draw_map
+from vibrodrive.figures.map import LABELS, draw_map, legend_entries
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, MAP, Style, Width
@@ -96,7 +96,7 @@ def limits_map(found: Limits, limits: tuple[float, float] | None = None, *, ax: 
     x, y = found.axes
     fig, ax = draw_map(found.axes, x, y, painted, values, named(found.quantity, LABELS[K2]))
     note(ax, shared_by(found), side="left")
-    explain(fig, apart(painted))
+    explain(fig, legend_entries(painted))
     return fig
 
 

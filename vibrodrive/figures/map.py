@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 
 from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
-from vibrodrive.figures.conditions import conditions, of_sweep, told
+from vibrodrive.figures.conditions import conditions, of_sweep, status_phrases
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, draw_limit, draw_lines, placed
 from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
@@ -122,13 +122,13 @@ def map_figure(
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
-    said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *told(status)]
+    said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *status_phrases(status)]
     note(ax, [*said, *([NUMBERED] if curves else [])], side="left")
     if curves:
         draw_lines(ax, placed(curves, results, x, y))
     if k2 is not None:
         draw_limit(ax, k2, results, x, y)
-    explain(fig, apart(painted) if y is not None else [])
+    explain(fig, legend_entries(painted) if y is not None else [])
     return fig
 
 
@@ -284,7 +284,7 @@ def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
         bar.ax.tick_params(which="both", length=0, labelsize=7 if small else mpl.rcParams["ytick.labelsize"])
 
 
-def apart(painted: Painted) -> list[Patch]:
+def legend_entries(painted: Painted) -> list[Patch]:
     """Return the legend entries for colours outside the scale and for hatched points."""
     handles = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
     return handles + ([Patch(**HATCHED, label=painted.blank)] if painted.blank else [])

@@ -202,7 +202,7 @@ def jit(function=None, **options):
     try:
         dispatcher = numba.njit(error_model="numpy", nogil=True, **options)(function)
         dispatcher._cache = _Cache(dispatcher.py_func)
-        return _compiled_aside(dispatcher)
+        return _compiled_in_thread(dispatcher)
     finally:
         numba.config.CACHE_DIR = before
 
@@ -230,7 +230,7 @@ SAID_AFTER = 1.0
 compilations."""
 
 
-def _say_compiling(function):
+def _print_compiling(function):
     """Print one line in a terminal or a notebook, if no thread shows progress there (jobs/progress.py)."""
     shown = any(thread.name == "watch" for thread in threading.enumerate())
     if not shown and sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules):
@@ -244,7 +244,7 @@ _APART = {"forceinline": False, **_ENCLOSED}
 part whose first caller is a formula would then be inlined everywhere."""
 
 
-def _aside(work, function):
+def _in_thread(work, function):
     """Call `work`, which compiles or loads `function`, and return its result.
 
     If the main thread calls this, `work` runs in another thread, because Ctrl-C raises KeyboardInterrupt in the main
@@ -265,14 +265,14 @@ def _aside(work, function):
 
     threading.Thread(target=call, name="compile", daemon=True).start()
     if not wait([outcome], SAID_AFTER).done and compilation.running:
-        _say_compiling(function)
+        _print_compiling(function)
     return outcome.result()
 
 
-def _compiled_aside(dispatcher):
-    """Change a dispatcher so that it compiles and loads through `_aside`."""
+def _compiled_in_thread(dispatcher):
+    """Change a dispatcher so that it compiles and loads through `_in_thread`."""
     compile_for = dispatcher._compile_for_args
-    dispatcher._compile_for_args = lambda *args, **kwargs: _aside(
+    dispatcher._compile_for_args = lambda *args, **kwargs: _in_thread(
         lambda: compile_for(*args, **kwargs), dispatcher.py_func
     )
     return dispatcher
@@ -281,7 +281,7 @@ def _compiled_aside(dispatcher):
 def prepare(kernel, *signature):
     """Compile or load a kernel for arguments of the types `signature`, if it is not loaded yet."""
     if signature not in kernel.overloads:
-        _aside(lambda: kernel.compile(signature), kernel.py_func)
+        _in_thread(lambda: kernel.compile(signature), kernel.py_func)
 
 
 def _once(dispatcher, *constant):
@@ -301,7 +301,7 @@ def _once(dispatcher, *constant):
         dispatcher.get_call_template = for_types
         dispatcher.add_overload = lambda result: dispatcher.overloads.update({tuple(result.signature.args): result})
         # Python cannot call this machine code, so a call from Python compiles another version
-        entry = cache(lambda: _compiled_aside(numba.njit(**_INNER)(dispatcher.py_func)))
+        entry = cache(lambda: _compiled_in_thread(numba.njit(**_INNER)(dispatcher.py_func)))
         dispatcher._compile_for_args = lambda *args, **kwargs: entry()
     return dispatcher
 

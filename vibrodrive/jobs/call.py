@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
-from vibrodrive.jobs.progress import Tally, show_to_person, shown
+from vibrodrive.jobs.progress import Tally, make_display, shown
 from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA
@@ -148,7 +148,7 @@ def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> 
 
     tally = Tally()
     tally.start(plan.n_points, 0, plan.settings.transient + plan.settings.periods)
-    with shown(show_to_person("sweep"), lambda show: show.look(tally.line, compilation)):
+    with shown(make_display("sweep"), lambda show: show.look(tally.line, compilation)):
         return collect(plan, threads, executor, tally.add)
 
 
@@ -171,7 +171,7 @@ def _into_file(
         check_output(file, None, "sweep", overwrite=overwrite)
         refuse_large_block(plan, remote=executor is not None)
         job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
-        run_in_place(job, show_to_person(file.name))
+        run_in_place(job, make_display(file.name))
     return load(file)
 
 

@@ -167,7 +167,7 @@ class NotebookShow(Show):
             self._handle.update(content, raw=True)
 
 
-def show_to_person(name: str) -> Show | None:
+def make_display(name: str) -> Show | None:
     """Return a Show on a terminal or in a notebook; None elsewhere, and while another Show is active."""
     if any(thread.name == WATCHER for thread in threading.enumerate()):
         return None
@@ -232,5 +232,5 @@ def under_way(name: str, found: Callable[[], str] = str) -> Iterator[None]:
     def line() -> str:
         return f"under way: {duration(time.monotonic() - began)}  {found()}"
 
-    with shown(show_to_person(name), lambda show: show.look(line, compilation)):
+    with shown(make_display(name), lambda show: show.look(line, compilation)):
         yield

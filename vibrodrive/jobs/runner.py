@@ -11,7 +11,7 @@ from vibrodrive.model.config import Config
 from vibrodrive.model.kinds import FILES, named
 from vibrodrive.model.plan import Plan
 from vibrodrive.store.every_kind import load
-from vibrodrive.store.file import made_already
+from vibrodrive.store.file import is_computed
 from vibrodrive.store.layout import Progress, quiet
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def run(
     check_threads(threads)
     own = recipe.check(config, plan)
     resume = path.exists() and not overwrite
-    if not recipe.partial and resume and made_already(path, kind, plan, own):
+    if not recipe.partial and resume and is_computed(path, kind, plan, own):
         return load(path), False
     computed = recipe.make(Work(config, plan, own, path, progress, threads, resume))
     return load(path), computed

@@ -81,7 +81,7 @@ def run(job: Job, show: Show) -> str:
         while thread.is_alive() and not caught:
             work.look(show)
             thread.join(0.1)
-        work.tell(show)
+        work.print_news(show)
         show.clear()
         if caught and thread.is_alive():
             raise Stopped(work.stop(caught[0], thread))
@@ -97,9 +97,9 @@ def run_in_place(job: Job, show: Show | None) -> None:
     """
     work = _Work(job)
     with shown(show, work.look):
-        work.carry_out()
+        work.execute()
     if show is not None:
-        work.tell(show)
+        work.print_news(show)
         show.say(work.summary)
 
 
@@ -116,18 +116,18 @@ class _Work:
 
     def run(self) -> None:
         try:
-            self.carry_out()
+            self.execute()
         except BaseException as error:
             self.error = error
 
-    def tell(self, show: Show) -> None:
+    def print_news(self, show: Show) -> None:
         """Print the messages since the last call."""
         while self._news:
             show.say(self._news.pop(0))
 
     def look(self, show: Show) -> None:
         """Print new messages, and show the progress."""
-        self.tell(show)
+        self.print_news(show)
         show.look(self.tally.line, self.compilation)
 
     def stop(self, signum: int, thread: threading.Thread) -> str:
@@ -143,7 +143,7 @@ class _Work:
         done = self._writer.done
         return f"stopped by {name}: {self.job.path} contains {done.sum()} of {len(done)} blocks"
 
-    def carry_out(self) -> None:
+    def execute(self) -> None:
         """Open the file, compute its missing blocks and close the file. Raises the exceptions of `run`."""
         job, path = self.job, self.job.path
         # the connection comes first, so that no file is made if the cluster cannot be reached

@@ -75,7 +75,7 @@ def start_errors(w, k, i):
     for row in (r.V_SHARE, r.X_SHARE, r.V_MORE, r.X_MORE, r.SHIFT, r.BEGUN_LATE, r.BEGUN_JUMP):
         w[row + i] = 0.0
     w[r.CERTAIN_UNTIL + i] = INFINITY
-    heed_status(w, k, i)
+    mark_uncertain(w, k, i)
 
 
 @inline
@@ -89,7 +89,7 @@ def lose_certainty(w, k, i):
 
 
 @inline
-def heed_status(w, k, i):
+def mark_uncertain(w, k, i):
     """Mark the motion as uncertain if its status says that rounding may have changed a decision."""
     if k[r.STATUS + i] == TOO_CLOSE and certain(w, i):
         w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
@@ -129,7 +129,7 @@ def rounding_of_slide(w, i, h):
     ηh is large. The slow part is then of the order of h, and the bounds computed here are smaller.
     """
     if (1.0 + w[r.ETA + i]) * h < 0.7 or w[r.AF + i] == 0.0:
-        return margins.gap_rounding_beside(w, i, h, 0.0) + UNDERFLOW, margins.velocity_rounding_beside(
+        return margins.gap_rounding_with_offset(w, i, h, 0.0) + UNDERFLOW, margins.velocity_rounding_with_offset(
             w, i, h, 0.0
         ) + UNDERFLOW
     fast = w[r.AF + i] * w[r.INVERSE + i]
@@ -186,7 +186,7 @@ def judge_tangency(w, k, i):
 @part
 def end_of_record(w, k, i):
     """Return the errors at the end of the record, which are 0 if the state certainly continues up to this end."""
-    heed_status(w, k, i)
+    mark_uncertain(w, k, i)
     if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
     h = w[r.LEFT + i]
@@ -203,10 +203,10 @@ def end_of_record(w, k, i):
 
 
 @inline
-def heed(w, k, i, errors):
-    """If errors are computed, mark the motion as uncertain after a doubtful decision (`heed_status`)."""
+def check_certainty(w, k, i, errors):
+    """If errors are computed, mark the motion as uncertain after a doubtful decision (`mark_uncertain`)."""
     if errors is not None:
-        heed_status(w, k, i)
+        mark_uncertain(w, k, i)
 
 
 @inline
@@ -239,7 +239,7 @@ def end_of_segment(w, k, i, method, event, h, side, there):
     Mark the motion as uncertain if the state may not end there, or if the next state may be another one. Call this
     function before the results of the switch are stored.
     """
-    heed_status(w, k, i)
+    mark_uncertain(w, k, i)
     if not certain(w, i):
         return LOST
     if switch.waits(k[r.STATE + i]):

@@ -78,7 +78,7 @@ def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
             and k[r.LEFT_OVER + i] & codes.CHECK_RECURRENCE
             and not recurrence.detect_recurrence(w, k, i, not on_grid, extent, section, impacts, recorder)
         ):
-            switch.leave_over(k, i, codes.UNUSUAL)
+            switch.set_remaining_work(k, i, codes.UNUSUAL)
             ended += 1
     return ended
 
@@ -97,7 +97,7 @@ def apply_switches(w, k, n, grid, disturbed, fixed, extent):
     """Apply the ordinary switches in the lanes 0..n-1. Return the number of lanes that `event.py` must process."""
     wide()
     if grid and disturbed and not fixed:
-        muller.refine_abreast(w, n)
+        muller.refine_lanes(w, n)
     left = 0
     for i in range(full(n)):
         if disturbed:
@@ -125,7 +125,7 @@ def take_switches(w, k, n, grid, disturbed, fixed, extent, section):
         else:
             first_zero.search_stepwise(w, n, STEPS)
         switch_disturbed.mark_points(w, k, n, extent)
-        switch_disturbed.write_ahead(w, k, n, extent.transient, section)
+        switch_disturbed.write_next_points(w, k, n, extent.transient, section)
     else:
         search_undisturbed(w, k, n, grid)
     return apply_switches(w, k, n, grid, disturbed, fixed, extent)

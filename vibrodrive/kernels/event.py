@@ -85,7 +85,7 @@ def begin_state(w, k, i, state, start, force, at_boundary, method):
 def finish_at_rest(w, k, i, transient, section, errors):
     """Write the results of a motion whose mass never moves again."""
     margins.record_margin_of_rest(w, k, i, k[r.STATE + i] == codes.STICK)
-    certainty.heed(w, k, i, errors)
+    certainty.check_certainty(w, k, i, errors)
     record.emit_rest(w, k, i, transient, section, errors, certainty.NO_END)
 
 
@@ -117,7 +117,7 @@ def certified_event(w, k, i, x):
                 margins.record_margin(w, k, i, 0.0 - x, margins.gap_rounding(w, i, h))
             start = w[r.LAST_NONNEGATIVE + i]
             if w[r.X0 + i] < first_zero.LEAST_GAP:
-                start = first_zero.fall_from_nothing(w, i, h)
+                start = first_zero.fall_from_tiny_gap(w, i, h)
             first_zero.restart_search(w, k, i, codes.S1, h, start)
             # ξ <= 0 at h: if the search finds no zero because of rounding, the impact is at h
             first_zero.set_limit(w, i, True, h)
@@ -248,7 +248,7 @@ def offsets_at_end(w, k, i, event, h):
 
 
 @inline_each("method")
-def go_to_end(w, k, i, method, x, v, side, there, late, extent):
+def move_to_end(w, k, i, method, x, v, side, there, late, extent):
     """Advance lane i to the end of its state, and return H there. For `fixed`, compute the arrival first."""
     known = method == codes.CERTIFIED and w[r.AF + i] == 0.0 and switch.waits(k[r.STATE + i])
     if known:
@@ -275,7 +275,7 @@ def begin_next(w, k, i, method, searched, state, to, start, force):
     begin_state(w, k, i, to, start, force, at_boundary, method)
     if state == codes.REST or state == codes.IMPACT:
         switch.commit_departure(k, i, True)
-        switch.leave_over(k, i, codes.CHECK_RECURRENCE)
+        switch.set_remaining_work(k, i, codes.CHECK_RECURRENCE)
 
 
 @inline
@@ -298,7 +298,7 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
         return False
     certified, fixed = method == codes.CERTIFIED, method == codes.FIXED or method == codes.FIXED_BRACKETED
     still = certified and w[r.AF + i] == 0.0
-    switch.leave_over(k, i, codes.DONE)
+    switch.set_remaining_work(k, i, codes.DONE)
     event, h, side, there, late = end_of_state(w, k, i, method, errors)
     while event != codes.CONTINUE:
         if event == codes.END or h > w[r.LEFT + i]:
@@ -319,7 +319,7 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
         x_off, v_off = offsets_at_end(w, k, i, event, h)
         if not book_cost(w, k, i, extent):
             return False
-        force = go_to_end(w, k, i, method, x, v, side, there, late, extent)
+        force = move_to_end(w, k, i, method, x, v, side, there, late, extent)
         if event == codes.STRETCHED:
             begin_state(w, k, i, state, Start(x, v, x_off, v_off), force, False, method)
             certainty.pass_on(w, k, i, method, event, end, errors)

@@ -338,7 +338,7 @@ def stay_inside(w, k, i, force):
 
 
 @part
-def fall_from_nothing(w, i, h):
+def fall_from_tiny_gap(w, i, h):
     """Return the instant at which a gap that starts below LEAST_GAP falls to 0. This instant is not later than h.
 
     The instant is found by bisection of the logarithm of the time. A search by steps would make no progress, because
@@ -374,7 +374,7 @@ def series(h, u, half, third, fourth, m3, scale, rate):
 
 
 @inline
-def bends_little(way, dg, ddg, m3, rate):
+def is_nearly_straight(way, dg, ddg, m3, rate):
     """Return whether g' < 0 and g' certainly changes by less than BENT |g'| within the time `way`.
 
     dg = g', ddg = g'', |g'''| <= m3, and |g''''| <= m3 · rate.
@@ -399,7 +399,7 @@ def step_to_zero(taylor, m3, rate, noise):
     square = way * way
     off = abs(fma(fma(fma(fma(fourth, way, third), way, half), way, dg), way, g))
     off = fma((1.0 / 120.0) * m3 * rate * rate, square * square * way, off) + noise
-    return choose(bends_little(way, dg, ddg, m3, rate) & (way > 0.0), fma(1.5 * off, inverse, way), 0.0)
+    return choose(is_nearly_straight(way, dg, ddg, m3, rate) & (way > 0.0), fma(1.5 * off, inverse, way), 0.0)
 
 
 @inline
@@ -417,7 +417,7 @@ def advance(h, taylor, m3, scale, rate, step, limit):
     past = g < 0.0
     ahead = choose(past, h, h + step)
     way = abs(jump - h)
-    trusted = bends_little(way, dg, ddg, m3, rate) & choose(
+    trusted = is_nearly_straight(way, dg, ddg, m3, rate) & choose(
         past, (jump < h) & (jump > 0.0), (jump > ahead) & (jump < limit)
     )
     zero = close | ((not trusted) & (past | (step <= motion.TINY * ahead)))

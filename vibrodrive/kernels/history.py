@@ -135,7 +135,7 @@ def set_reference_history(k, i):
 
 
 @inline
-def may_follow_from_a_cycle(cycle, periods):
+def cycle_suffices(cycle, periods):
     """Return whether the summary of a motion that returns after `cycle` periods may follow from one cycle.
 
     This requires that the record contains each possible period of the motion twice.
@@ -147,12 +147,12 @@ def may_follow_from_a_cycle(cycle, periods):
 def keep_all(k, i, cycle, periods, recorder):
     """Store all switches from now on, if the summary may follow from one cycle. Called before the record begins."""
     keeping = recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] == OF_THE_RECORD
-    if keeping and may_follow_from_a_cycle(cycle, periods):
+    if keeping and cycle_suffices(cycle, periods):
         clear_history(k, i, ALL)
 
 
 @inline
-def lies_behind(period, phase, until, phi):
+def is_after(period, phase, until, phi):
     """Return whether (period, phase) is after (until, phi)."""
     return period > until or (period == until and phase > phi)
 
@@ -174,9 +174,7 @@ def has_cycle(w, k, i, cycle, extent, history):
     kept_all = k[r.HISTORY_KEEPS + i] == ALL
     more, phi = count - first, w[r.PHI0 + i]
     certain = kept_all or switch.in_record(w, k, i, k[r.REFERENCE_PERIOD + i], w[r.PHI + i], extent.transient)
-    certain = (
-        certain and first >= 0 and 0 < 2 * more <= summary.REACH and may_follow_from_a_cycle(cycle, extent.periods)
-    )
+    certain = certain and first >= 0 and 0 < 2 * more <= summary.REACH and cycle_suffices(cycle, extent.periods)
     for row in range(first if certain else count, count):
         apart = abs(rows[row, summary.PHASE] - phi)
         certain = certain and min(apart, TWO_PI - apart) > END_OF_RECORD
@@ -185,7 +183,7 @@ def has_cycle(w, k, i, cycle, extent, history):
     if certain:
         drop_rows(k, i, first, rows)
     elif kept_all:
-        keep_those_of_the_record(w, k, i, extent.transient, rows)
+        keep_record_only(w, k, i, extent.transient, rows)
     return certain
 
 
@@ -198,7 +196,7 @@ def summarise_cycle(w, k, i, cycle, end, recorder):
     rows, more, phi = recorder.history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i], w[r.PHI0 + i]
     later = last_return(rows, 0, cycle, end, phi) * cycle
     last = more - 1
-    while lies_behind(int(rows[last, summary.PERIOD]) + later, rows[last, summary.PHASE], end, phi):
+    while is_after(int(rows[last, summary.PERIOD]) + later, rows[last, summary.PHASE], end, phi):
         last -= 1
     for row in range(more):
         rows[row, summary.PERIOD] += float(later - 2 * cycle)
@@ -218,13 +216,13 @@ def count_cycles(w, k, i, cycle, extent, history):
     before, most = last_return(rows, 0, cycle, start, phi), last_return(rows, 0, cycle, end, phi)
     for row in range(k[r.HISTORY_COUNT + i]):
         period, phase = int(rows[row, summary.PERIOD]), rows[row, summary.PHASE]
-        first = before - (1 if lies_behind(period + before * cycle, phase, start, phi) else 0)
-        last = most - (1 if lies_behind(period + most * cycle, phase, end, phi) else 0)
-        switch.count_more(k, i, int(rows[row, summary.AFTER]), last - (max(first, 0) if extent.transient > 0 else 0))
+        first = before - (1 if is_after(period + before * cycle, phase, start, phi) else 0)
+        last = most - (1 if is_after(period + most * cycle, phase, end, phi) else 0)
+        switch.add_count(k, i, int(rows[row, summary.AFTER]), last - (max(first, 0) if extent.transient > 0 else 0))
 
 
 @part
-def keep_those_of_the_record(w, k, i, transient, rows):
+def keep_record_only(w, k, i, transient, rows):
     """Discard the switches before the record. Store only switches of the record from now on."""
     k[r.HISTORY_KEEPS + i] = OF_THE_RECORD
     first, count = 0, k[r.HISTORY_COUNT + i]
@@ -251,7 +249,7 @@ def end_history(w, k, i, transient, recorder):
     """Write the summary of the trajectory that ends in lane i, if it has not been written yet."""
     if recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] != NONE:
         if k[r.HISTORY_KEEPS + i] == ALL:
-            keep_those_of_the_record(w, k, i, transient, recorder.history[k[r.HISTORY_SLOT + i]])
+            keep_record_only(w, k, i, transient, recorder.history[k[r.HISTORY_SLOT + i]])
         write_summary_of(w, k, i, recorder)
 
 

@@ -54,11 +54,11 @@ def gap_rounding(w, i, h):
 
     This bound is the error at the start plus the rounding of the terms added since then, which is small for small h.
     """
-    return gap_rounding_beside(w, i, h, fma(w[r.V_OFF + i], h, w[r.X_OFF + i]))
+    return gap_rounding_with_offset(w, i, h, fma(w[r.V_OFF + i], h, w[r.X_OFF + i]))
 
 
 @inline
-def gap_rounding_beside(w, i, h, off):
+def gap_rounding_with_offset(w, i, h, off):
     """Return `gap_rounding` if the rounding errors at the start cause the error `off` of ξ at h."""
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     second, third = start_terms(w, i)
@@ -93,11 +93,11 @@ def far_rounding(w, i, h, off, fast, inverse):
 @inline
 def velocity_rounding(w, i, h):
     """Return a bound of the rounding error of ξ' at h after the last switch."""
-    return velocity_rounding_beside(w, i, h, w[r.V_OFF + i])
+    return velocity_rounding_with_offset(w, i, h, w[r.V_OFF + i])
 
 
 @inline
-def velocity_rounding_beside(w, i, h, off):
+def velocity_rounding_with_offset(w, i, h, off):
     """Return `velocity_rounding` if the rounding error of ξ' at the start is `off`."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:

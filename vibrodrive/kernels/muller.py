@@ -172,7 +172,7 @@ def refine_once(w, i):
 
 
 @part
-def refine_abreast(w, n):
+def refine_lanes(w, n):
     """Do steps of the refinements in the lanes 0..n-1, with a disturbance, while at least MANY lanes need a step.
 
     The result in each lane is that of `refine`. Refinements that are not complete continue in the next call.

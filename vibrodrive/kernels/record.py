@@ -1,9 +1,9 @@
 """Output of a trajectory: section points, numbers of switches, main impacts and, for a single trajectory, switches.
 
-`emit_sections` writes the section points of a single lane. For a batch of switches, `write_ahead` writes section points
-before the switches are applied (switch_disturbed.py), or `write_points` writes them afterwards (switch.py). The section
-points of a motion that repeats itself are copied (recurrence.py). `finish` sets the points that a motion has not
-reached to NaN.
+`emit_sections` writes the section points of a single lane. For a batch of switches, `write_next_points` writes section
+points before the switches are applied (switch_disturbed.py), or `write_points` writes them afterwards (switch.py). The
+section points of a motion that repeats itself are copied (recurrence.py). `finish` sets the points that a motion has
+not reached to NaN.
 
 **Main impacts.** A disturbed mass touches the obstacle many times where the undisturbed mass has one impact. A main
 impact has no faster impact within half an excitation period before or after it. If an impact follows the last main

@@ -93,7 +93,7 @@ def copy_cycles(k, i, cycles, cycle, section, impacts):
         record.copy_impacts(k, i, cycles, cycle, switches, impacts)
     for state in range(5):
         more = k[r.SWITCHES + state * r.STRIDE + i] - k[r.REFERENCE_SWITCHES + state * r.STRIDE + i]
-        switch.count_more(k, i, state, cycles * more)
+        switch.add_count(k, i, state, cycles * more)
 
 
 @part

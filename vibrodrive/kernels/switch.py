@@ -196,7 +196,7 @@ def section_due(w, k, i, count, period, phi, low, transient):
 
 
 @inline
-def point_on_the_way(w, k, i, slot, period, phi, low, h, extent):
+def next_section_point(w, k, i, slot, period, phi, low, h, extent):
     """Return (due, passed, one) for section point number `slot` and a switch at the time h after (period, φ + low).
 
     due : time from (period, φ + low) to the point
@@ -215,15 +215,15 @@ def time_left(w, k, i, period, phi, low, extent):
 
 
 @inline
-def mark_point_ahead(k, i, slot):
+def mark_next_point(k, i, slot):
     """Set the number of the section point that precedes the next switch."""
     k[r.SLOT + i] = slot
 
 
 @inline
-def set_point_ahead(w, k, i, slot, x, v):
+def set_next_point(w, k, i, slot, x, v):
     """Store section point number `slot`, (x, v), which precedes the next switch. `write_points` writes it later."""
-    mark_point_ahead(k, i, slot)
+    mark_next_point(k, i, slot)
     w[r.POINT_X + i] = x
     w[r.POINT_V + i] = v
 
@@ -235,7 +235,7 @@ def commit_points(k, i, where, count):
 
 
 @inline
-def leave_over(k, i, what):
+def set_remaining_work(k, i, what):
     """Set the work that remains in lane i after a batch of switches (codes.py: DONE, UNUSUAL, …)."""
     k[r.LEFT_OVER + i] = what
 
@@ -254,7 +254,7 @@ def note_end(w, k, i, which, period, phi, x, v):
 
 
 @inline
-def count_more(k, i, to, more):
+def add_count(k, i, to, more):
     """Count `more` switches into state `to`."""
     k[r.SWITCHES + to * r.STRIDE + i] += more
 
@@ -262,7 +262,7 @@ def count_more(k, i, to, more):
 @inline
 def count_into(k, i, to):
     """Count a switch into state `to`."""
-    count_more(k, i, to, 1)
+    add_count(k, i, to, 1)
 
 
 @inline

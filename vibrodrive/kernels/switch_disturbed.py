@@ -24,11 +24,11 @@ def mark_points(w, k, n, extent):
         slot = k[r.SECTIONS + i]
         due = switch.section_due(w, k, i, slot, k[r.PERIOD + i], w[r.PHI + i], w[r.LOW + i], extent.transient)
         passed = (w[r.OUTCOME + i] != NOTHING) & (due <= w[r.CURSOR + i] * w[r.DTAU + i]) & (slot < periods)
-        switch.mark_point_ahead(k, i, choose(passed, slot, periods))
+        switch.mark_next_point(k, i, choose(passed, slot, periods))
 
 
 @part
-def write_ahead(w, k, n, transient, section):
+def write_next_points(w, k, n, transient, section):
     """Write the section points that precede the outcomes of the searches in the lanes 0..n-1.
 
     The point of a switch that is not applied afterwards may be wrong. The correct point later overwrites the wrong one.
@@ -70,7 +70,7 @@ def find_switch(w, k, i):
 def apply_switch_disturbed(w, k, i, extent):
     """If the switch found in lane i is ordinary, apply it and begin the next search. Else `event.py` applies it."""
     found = find_switch(w, k, i)
-    begun = take_over.take_over(w, k, i, True, False, False, found, extent)
+    begun = take_over.apply_ordinary(w, k, i, True, False, False, found, extent)
     aside, where = found.aside, begun.over | found.aside
     goal = choose(aside, S1, switch.terminating_function(begun.to))
     limit = choose(aside, found.h, switch.smaller(begun.left, motion.longest(w, i)))

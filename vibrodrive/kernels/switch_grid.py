@@ -140,7 +140,7 @@ def apply_switch_on_grid(w, k, i, fixed, extent):
     idle = not (met | seen)
 
     found = take_over.Found(h, which, there, 0.0, off, w[r.WORK + i], margin, ordinary, aside, margin, idle)
-    begun = take_over.take_over(w, k, i, False, True, fixed, found, extent)
+    begun = take_over.apply_ordinary(w, k, i, False, True, fixed, found, extent)
     over, to = begun.over, begun.to
     motion.commit_grid(k, i, over, steps)
     w[r.WORK + i] += choose(met, CONFIRMED if fixed else REFINED, 0.0)

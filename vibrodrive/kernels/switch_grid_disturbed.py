@@ -43,7 +43,7 @@ def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
     cursor, above = w[r.CURSOR + i], w[r.LAST_NONNEGATIVE + i]
     apart = cursor - above > 1.0
     found = find_switch_on_grid(w, k, i, fixed, apart)
-    begun = take_over.take_over(w, k, i, True, True, fixed, found, extent)
+    begun = take_over.apply_ordinary(w, k, i, True, True, fixed, found, extent)
     over, aside = begun.over, found.aside
     w[r.WORK + i] = choose(over, found.work, w[r.WORK + i])
     if fixed:

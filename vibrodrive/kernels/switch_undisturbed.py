@@ -34,10 +34,10 @@ class Wait(NamedTuple):
 
 
 @inline
-def wait_behind(w, k, i, to, period, phi, slot, ahead, extent):
+def following_wait(w, k, i, to, period, phi, slot, ahead, extent):
     """Return the wait in state `to` that begins at (period, phi). The next section point has the number `slot`."""
     h, phase, later, down = undisturbed.wait_end(w, i, to, phi)
-    _, point, one = switch.point_on_the_way(w, k, i, slot, period, phi, 0.0, h, extent)
+    _, point, one = switch.next_section_point(w, k, i, slot, period, phi, 0.0, h, extent)
     cost, margin = 1 + choose(k[r.PERIOD + i] == period, ahead.cost, 0), margins.wait_end_distance(w, i, down)
     clear = margin > margins.ROUNDING * margins.magnitude_scale(w, i)
     lasting = switch.can_leave(w, i, to) & (h <= switch.time_left(w, k, i, period, phi, 0.0, extent)) & one & clear
@@ -68,8 +68,8 @@ def apply_switch_undisturbed(w, k, i, extent):
     guess_below = undisturbed.gap_guess(w[r.X0 + i], x, h)
 
     # section point before the switch, and budget
-    slot, ahead = k[r.SECTIONS + i], take_over.look_ahead(w, k, i, h, w[r.WORK + i], extent)
-    switch.set_point_ahead(w, k, i, slot, *motion.section_at(w, i, ahead.due))
+    slot, ahead = k[r.SECTIONS + i], take_over.preceding_events(w, k, i, h, w[r.WORK + i], extent)
+    switch.set_next_point(w, k, i, slot, *motion.section_at(w, i, ahead.due))
     over = known & ahead.within & (gap | (x > choose(falling, off, 0.0)))
 
     period1 = period + int(there.turned)
@@ -82,7 +82,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     # if a wait follows, the lane is advanced to the end of this wait
     waiting = switch.waits(to)
     passed = slot + choose(ahead.point, 1, 0)
-    wait = wait_behind(w, k, i, to, period1, phi1, passed, ahead, extent)
+    wait = following_wait(w, k, i, to, period1, phi1, passed, ahead, extent)
     down, point1 = wait.down, waiting & wait.point
     over &= wait.ends | (not waiting)
     nearest = choose(waiting, switch.smaller(wait.margin, nearest), nearest)
@@ -111,7 +111,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     more = choose(point1, codes.WRITE_POINT, codes.DONE) + choose(look, codes.CHECK_RECURRENCE, codes.DONE)
     kept = recorded | recorded1 | (k[r.HISTORY_KEEPS + i] == codes.ALL)
     more += choose(kept, codes.KEEP_SWITCH, codes.DONE)
-    switch.leave_over(k, i, choose(over, more, choose(aside | (not met), codes.DONE, codes.UNUSUAL)))
+    switch.set_remaining_work(k, i, choose(over, more, choose(aside | (not met), codes.DONE, codes.UNUSUAL)))
 
     switch.note_end(w, k, i, which, period1, phi1, x, there.v)
     left = switch.time_left(w, k, i, period2, phi2, 0.0, extent)

@@ -1,11 +1,11 @@
 """Functions shared by the modules that apply ordinary switches (engine.py) in all lanes of a batch.
 
 The modules switch_disturbed.py, switch_grid.py and switch_grid_disturbed.py first find the end of a state, and decide
-whether the switch there may be ordinary. `take_over` then decides the next state and applies the switch. Finally these
-modules begin the search for the end of the next state.
+whether the switch there may be ordinary. `apply_ordinary` then decides the next state and applies the switch. Finally
+these modules begin the search for the end of the next state.
 
-The module switch_undisturbed.py, for certified switches at ε = 0, does not use `take_over`. It also ends a wait that
-follows the switch, and begins the state after this wait. It uses the other functions of this module.
+The module switch_undisturbed.py, for certified switches at ε = 0, does not use `apply_ordinary`. It also ends a wait
+that follows the switch, and begins the state after this wait. It uses the other functions of this module.
 """
 
 from typing import NamedTuple
@@ -45,9 +45,9 @@ class Found(NamedTuple):
 
 
 class Begun(NamedTuple):
-    """Result of `take_over`.
+    """Result of `apply_ordinary`.
 
-    over : true if `take_over` has applied the switch
+    over : true if `apply_ordinary` has applied the switch
     to, segment : the next state and its segment
     left : time from the switch to the end of the record
     """
@@ -58,7 +58,7 @@ class Begun(NamedTuple):
     left: float
 
 
-class Ahead(NamedTuple):
+class PrecedingEvents(NamedTuple):
     """Events between the present time and a switch.
 
     due : time from the present to the next section point
@@ -74,13 +74,13 @@ class Ahead(NamedTuple):
 
 
 @inline
-def look_ahead(w, k, i, h, work, extent):
+def preceding_events(w, k, i, h, work, extent):
     """Return the events before a switch at h. `work` is the number of evaluations up to the switch."""
     slot, period = k[r.SECTIONS + i], k[r.PERIOD + i]
-    due, point, one = switch.point_on_the_way(w, k, i, slot, period, w[r.PHI + i], w[r.LOW + i], h, extent)
+    due, point, one = switch.next_section_point(w, k, i, slot, period, w[r.PHI + i], w[r.LOW + i], h, extent)
     cost = switch.number_in_period(k, i)
     cheap = (work - w[r.WORK_BOOKED + i] < switch.STEEP_COST) & (cost < extent.budget)
-    return Ahead(due, point, (h <= w[r.LEFT + i]) & one & cheap, cost)
+    return PrecedingEvents(due, point, (h <= w[r.LEFT + i]) & one & cheap, cost)
 
 
 @inline
@@ -116,20 +116,20 @@ def is_due(w, k, i, departs, phi):
 
 
 @inline_each("fast", "on_grid", "fixed")
-def take_over(w, k, i, fast, on_grid, fixed, found, extent):
+def apply_ordinary(w, k, i, fast, on_grid, fixed, found, extent):
     """Apply the switch found in lane i if it is ordinary, with a disturbance (`fast`) or without. Return the result."""
     event, there, period, x0 = found.event, found.there, k[r.PERIOD + i], w[r.X0 + i]
     gap, waited = event == S1, event >= S4
     force = motion.adhesive_force(w, i, there.q, there.qf) if fast else there.q - w[r.B + i]
 
     # decide the next state, and whether the switch is ordinary
-    ahead = look_ahead(w, k, i, found.h, found.work, extent)
+    ahead = preceding_events(w, k, i, found.h, found.work, extent)
     to, nearest, decided = decide_clearly(w, i, event, force, found.margin)
     over, s = found.ordinary & ahead.within & decided, switch.direction(to)
     if not fast:
         over &= switch.waits(to) | (1.0 + s * w[r.B + i] >= undisturbed.LEAST_FALL)
         sx, sv = motion.section_at(w, i, ahead.due)
-        switch.set_point_ahead(w, k, i, k[r.SECTIONS + i], choose(waited, x0, sx), choose(waited, 0.0, sv))
+        switch.set_next_point(w, k, i, k[r.SECTIONS + i], choose(waited, x0, sx), choose(waited, 0.0, sv))
 
     # the next segment and its start
     arrived = period + int(there.turned)
@@ -158,5 +158,5 @@ def take_over(w, k, i, fast, on_grid, fixed, found, extent):
         look = is_due(w, k, i, over & (gap | (event == S5)), there.phi) & (not fixed)
         kept, more = recorded | (k[r.HISTORY_KEEPS + i] == ALL), choose(look, CHECK_RECURRENCE, DONE)
     more += choose(kept, KEEP_SWITCH, DONE)
-    switch.leave_over(k, i, choose(over, more, choose(found.aside | found.idle, DONE, UNUSUAL)))
+    switch.set_remaining_work(k, i, choose(over, more, choose(found.aside | found.idle, DONE, UNUSUAL)))
     return Begun(over, to, segment, left)

@@ -93,11 +93,11 @@ def bracket(w, i, s, phi, p, slope):
     lo, hi, fall = enclose(s, phi, p, slope, w[r.PHI_UP + i], w[r.P_UP + i], w[r.PHI_DOWN + i], w[r.P_DOWN + i])
     since = phi - choose(up, up_began, down_began)
     guess = choose(up, up_lasted, down_lasted) + choose(up, up_rate, down_rate) * since
-    return lo, hi, fall, choose((guess > lo) & (guess < hi), guess, usual_end(lo, hi))
+    return lo, hi, fall, choose((guess > lo) & (guess < hi), guess, guess_end(lo, hi))
 
 
 @inline
-def usual_end(lo, hi):
+def guess_end(lo, hi):
     """Return a guess of the duration of a slide from its bracket only."""
     return lo + 0.4 * (hi - lo)
 

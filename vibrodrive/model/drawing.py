@@ -109,7 +109,7 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
     return kind, quantity or SECTION_QUANTITIES[0]
 
 
-def merge_wishes(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
+def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
     """Return the drawing options of a configuration (`wanted`), replaced by the options of the call (`now`).
 
     The range in the configuration belongs to the quantity in the configuration. If the call gives another quantity,

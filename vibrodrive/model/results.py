@@ -121,7 +121,7 @@ class Results:
         self.settings = settings
         self.title = title
         self._arrays: dict[str, np.ndarray] = {} if callable(source) else dict(source)
-        self._source: Read = source if callable(source) else _no_more
+        self._source: Read = source if callable(source) else _no_source
 
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
@@ -368,8 +368,8 @@ class Results:
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
-            self._arrays[name] = self._source(name, self._everywhere())
-            if name != "status" and self._source is not _no_more:
+            self._arrays[name] = self._source(name, self._full_index())
+            if name != "status" and self._source is not _no_source:
                 self._arrays.pop("status", None)  # if the source has found a damaged block, the status has changed
         return self._arrays[name]
 
@@ -378,7 +378,7 @@ class Results:
         s = self.settings
         shape = " × ".join(map(str, self.shape))
         axes = [span(name, values) for name, values in self.axes.items()]
-        computed, told = self._told_status()
+        computed, told = self._status_texts()
         return {
             "of": f"{shape} points" if self.axes else "one point",
             "computed": computed,
@@ -388,21 +388,21 @@ class Results:
             "status": told,
         }
 
-    def _told_status(self) -> tuple[str, str]:
+    def _status_texts(self) -> tuple[str, str]:
         """Return (computed share, numbers of points with each status) as texts.
 
         A status read from a file is not kept here, because the file may grow before the other arrays are read.
         """
         try:
             there = "status" in self._arrays
-            status = self._arrays["status"] if there else self._source("status", self._everywhere())
+            status = self._arrays["status"] if there else self._source("status", self._full_index())
         except (OSError, ValueError):  # missing or damaged file: reading an array raises the reason
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
         counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
         return share_computed(share), counted
 
-    def _everywhere(self) -> Index:
+    def _full_index(self) -> Index:
         return (slice(None),) * len(self.axes)
 
     def __repr__(self) -> str:
@@ -418,7 +418,7 @@ class Results:
 _WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}
 
 
-def _no_more(name: str, index: Index) -> np.ndarray:
+def _no_source(name: str, index: Index) -> np.ndarray:
     """Replace the source of results that have all their arrays in memory."""
     raise KeyError(name)
 

@@ -112,7 +112,7 @@ MOTION_BYTES = 2 * 16 + 2 * 32
 """Bytes of one period of a single motion: its section point with error bounds, and two main impacts."""
 
 
-def rows_that_fit(periods: int, rows: int) -> int:
+def fitting_rows(periods: int, rows: int) -> int:
     """Return the number of rows to allocate for the switches of one motion, at most `rows`.
 
     Raises TooLarge if its section does not fit into memory.

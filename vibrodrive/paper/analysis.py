@@ -10,7 +10,7 @@ from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.paper.session import Session
 from vibrodrive.stability.commensurability import convergents, returning
 from vibrodrive.stability.criterion import Criterion
-from vibrodrive.stability.main_impacts import impact_gaps, no_touches
+from vibrodrive.stability.main_impacts import are_main_impacts, impact_gaps
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
 from vibrodrive.verdicts import NotApplicable
 
@@ -78,7 +78,7 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
     """
     if base.cycle is None:
         raise NotApplicable("the undisturbed motion does not land")
-    return motion.impacts[no_touches(base.cycle, motion.impacts)]
+    return motion.impacts[are_main_impacts(base.cycle, motion.impacts)]
 
 
 def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:

@@ -53,7 +53,7 @@ def broad_band(session: Session) -> Outcome:
 @claim("fig06", "ε = 0.5e-4 keeps the course of the motion and changes its amplitudes slightly.")
 def small_epsilon(session: Session) -> Outcome:
     found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
-    apart = _apart(session.undisturbed("fig06").points)
+    apart = _smallest_distance(session.undisturbed("fig06").points)
     text = (
         f"the impacts are {_kept(found.impacts)}, the order at the section is {_kept(found.order)}; "
         f"ρ = {found.rho:.3g}, and the distance between the two section points is {apart:.3g}"
@@ -154,7 +154,7 @@ def _two(motions: list[Trajectory]) -> list[Trajectory]:
     return motions
 
 
-def _apart(points: np.ndarray) -> float:
+def _smallest_distance(points: np.ndarray) -> float:
     """Return the smallest distance between two points of an orbit."""
     return min((float(np.linalg.norm(p - q)) for i, p in enumerate(points) for q in points[:i]), default=np.inf)
 

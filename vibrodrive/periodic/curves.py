@@ -103,7 +103,7 @@ def curves(
     count = check_count("num", num, 2, MOST_NUM)
     least = max(start, LEVEL * high)  # closer to the level no orbit can be followed
     if not least < stop or high <= onset(least):
-        return _onset_alone((low, high), (start, stop))
+        return _onset_line((low, high), (start, stop))
     found = _Collection(Box((min(1.0, low), high), (least, stop)), low, limit)
     values = np.linspace(least, stop, count)
     if least < TOWARDS_LEVEL[0] * values[1]:
@@ -112,11 +112,11 @@ def curves(
         found.collect(values.tolist())
     whole = [_to_level(curve, least) for curve in found.curves] if start == 0.0 else found.curves
     inside = [piece for curve in whole for piece in _cut(curve, low)]
-    ordered = sorted([*_onset_alone((low, high), (start, stop)), *inside], key=lambda c: (c.A[-1], -c.B[-1]))
+    ordered = sorted([*_onset_line((low, high), (start, stop)), *inside], key=lambda c: (c.A[-1], -c.B[-1]))
     return with_meetings(ordered)
 
 
-def _onset_alone(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
+def _onset_line(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
     """Return the part of the straight line A = 1 + B inside the range, as a list of no curve or one curve."""
     start, stop = max(B[0], A[0] - 1.0), min(B[1], A[1] - 1.0)
     if not start < stop:

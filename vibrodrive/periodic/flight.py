@@ -61,7 +61,7 @@ from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, STICK, UP
 from vibrodrive.kernels.motion import Field, arrive, excitation, slide_at
 from vibrodrive.kernels.release import release_down, release_up
 from vibrodrive.kernels.switch import begin, decide_after_slide, direction
-from vibrodrive.kernels.undisturbed import enclose, gap_guess, release, step_in_bracket, usual_end
+from vibrodrive.kernels.undisturbed import enclose, gap_guess, guess_end, release, step_in_bracket
 
 LETTERS = 8  # base of the number that represents a word; the digit of a state is State + 1
 WORDS = (
@@ -116,7 +116,7 @@ def touching(A, up):
 
 
 @inline
-def where_below(segment, p, q, lo):
+def bracket_impact(segment, p, q, lo):
     """Return (low, high), a bracket of the impact of a slide down whose ξ' is least at lo. At `high` ξ <= 0."""
     low, high = 0.0, lo
     below = gap_at(segment, p, q, high)
@@ -179,10 +179,10 @@ def flight(psi, A, B, horizon, word, slides):
         segment = begin(s, x, 0.0, force, released, False, B, 0.0, Field(p, q, 0.0, 0.0))
         lo, hi, fall = enclose(s, phi, p, segment.slope, up, p_up, down, p_down)
         word = append(word, state + 1)
-        which, guess, touches = S3 if state == UP else S2, usual_end(lo, hi), False
+        which, guess, touches = S3 if state == UP else S2, guess_end(lo, hi), False
         if state == DOWN and not never_lands and (fall <= 0.0 or gap_at(segment, p, q, lo) <= 0.0):
             which = S1
-            lo, hi = where_below(segment, p, q, lo)
+            lo, hi = bracket_impact(segment, p, q, lo)
             guess = hi
         while True:  # repeated if ξ < 0 at the end of a slide down, because the impact is before this end
             h = end_of_slide(which, segment, A, B, p, q, lo, hi, guess)

@@ -38,7 +38,7 @@ class Box(NamedTuple):
         inside = (A - self.A[0], self.A[1] - A, B - self.B[0], self.B[1] - B)
         return [Margin(EDGE, value) for value in inside]
 
-    def onto_edge(self, u: np.ndarray) -> np.ndarray:
+    def snap_to_edge(self, u: np.ndarray) -> np.ndarray:
         """Return the point u. If u is within rounding of an edge, move it exactly onto this edge."""
         u = u.copy()
         for k, edges in ((-2, self.A), (-1, self.B)):
@@ -54,10 +54,10 @@ def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray,
     points : points of the curve, (m, S + 2)
     reasons : the reasons why the curve ends at its first and at its last point
     """
-    forward, last = _Walk(condition, box).go(seed, 1.0)
+    forward, last = _Walk(condition, box).follow(seed, 1.0)
     if last == CLOSED:
         return np.array(forward), (CLOSED, CLOSED)
-    backward, first = _Walk(condition, box).go(seed, -1.0)
+    backward, first = _Walk(condition, box).follow(seed, -1.0)
     points = [*reversed(backward[1:]), *forward] if len(backward) > 1 else [backward[0], *forward[1:]]
     return np.array(points), (first, last)
 
@@ -88,7 +88,7 @@ class _Walk:
         row = tangent / self.scale
         return newton(self.condition, u, row, float(row @ u))
 
-    def go(self, seed: np.ndarray, sign: float) -> tuple[list[np.ndarray], str]:
+    def follow(self, seed: np.ndarray, sign: float) -> tuple[list[np.ndarray], str]:
         """Return (points, reason): the points from the seed on, and the reason for the end of the curve.
 
         `sign` is 1 or -1, the direction along the curve.
@@ -103,7 +103,7 @@ class _Walk:
             if there is None or float(np.linalg.norm((there - ahead) / self.scale)) > FAR * step:
                 step *= 0.5
                 if step < SHORTEST:
-                    return points, self.why_here(here)
+                    return points, self.end_reason(here)
                 continue
             turned = self.tangent(there, tangent)
             if min(m.value for m in self.margins(there)) <= 0.0:
@@ -112,7 +112,7 @@ class _Walk:
                 if stop is None:
                     step *= 0.25
                     if step < SHORTEST:
-                        return points, self.why_here(here)
+                        return points, self.end_reason(here)
                     continue
                 end, why = stop
                 if float(np.max(np.abs(end - here))) < ROUNDING:
@@ -129,7 +129,7 @@ class _Walk:
             step = min(LONGEST, step * (2.0 if error < 0.25 * FAR * step else 1.0))
         return points, LOST
 
-    def why_here(self, u: np.ndarray) -> str:
+    def end_reason(self, u: np.ndarray) -> str:
         """Return the reason for an end at u: the name of the margin that vanishes there, or LOST if none vanishes."""
         least = min(self.margins(u), key=lambda m: m.value)
         return least.what if least.value < ROUNDING else LOST
@@ -164,7 +164,7 @@ class _Walk:
 
             where = self.zero(value, here, there, tangent)
             if where is not None and margin.what == EDGE:
-                where = self.box.onto_edge(where)
+                where = self.box.snap_to_edge(where)
             if where is not None and min(m.value for m in self.margins(where)) > -ROUNDING:
                 return where, margin.what
         return None
@@ -220,7 +220,7 @@ def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float
     search along the curve finds the point instead.
     """
     found = _solution_at(condition, here, there, -1, B)
-    if found is not None and _lies_between(found, here, there):
+    if found is not None and _is_between(found, here, there):
         return float(found[-2])
     across = there - here
     across = across / np.linalg.norm(across)
@@ -233,7 +233,7 @@ def point_at(condition: Condition, here: np.ndarray, there: np.ndarray, B: float
     return None if close is None else float(close[-2])
 
 
-def _lies_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
+def _is_between(u: np.ndarray, here: np.ndarray, there: np.ndarray) -> bool:
     """Return True if the projection of u is on the step between two points, at most a quarter of the step away."""
     way = there - here
     length = float(np.linalg.norm(way))

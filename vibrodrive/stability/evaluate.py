@@ -125,13 +125,13 @@ class Evaluator:
         points[:, self._column] = np.concatenate([values for _, _, values in requests])
         if one_by_one:
             with ThreadPoolExecutor(self._threads) as pool:
-                answers = list(pool.map(lambda base, point: ask(base, self._alone(point)), bases, points))
+                answers = list(pool.map(lambda base, point: ask(base, self._compute_single(point)), bases, points))
         else:
             answers = list(map(ask, bases, self._motions(points, self._plan.settings)))
         found = iter(answers)
         return [[next(found) for _ in values] for _, _, values in requests]
 
-    def _alone(self, point: np.ndarray) -> Motion:
+    def _compute_single(self, point: np.ndarray) -> Motion:
         """Compute a disturbed motion with all its switches."""
         trajectory = self._follow(point, self._plan.settings)
         section = np.where(trajectory.status == Status.BUDGET, np.nan, trajectory.section)
@@ -174,7 +174,7 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
         if base.cycle is not None:
             usual = base.cycle.gaps.tolist()
             seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
-        reasons.append(_became(usual, np.unique(seen).tolist()))
+        reasons.append(_describe_gaps(usual, np.unique(seen).tolist()))
     if "word" in criterion.names and not found.word:
         reasons.append("other states between impacts")
     if math.isfinite(criterion.k3):
@@ -182,7 +182,7 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
     return "; ".join(reasons)
 
 
-def _became(usual: Sequence[int], now: Sequence[int]) -> str:
+def _describe_gaps(usual: Sequence[int], now: Sequence[int]) -> str:
     """Return a text that compares the gaps between impacts of the orbit (`usual`) with those of the motion (`now`)."""
     said = f"gaps {_listed(usual)} became {_listed(now)}"
     if list(now) != sorted(set(usual)):

@@ -195,7 +195,7 @@ def plan_disturbed(
         raise ValueError(
             bad("method", "certified", "fixed or muller for a limit in dtau, because certified has no grid")
         )
-    size.rows_that_fit(plan.settings.periods, 0)  # raises an error if the record does not fit in memory
+    size.fitting_rows(plan.settings.periods, 0)  # raises an error if the record does not fit in memory
     return plan
 
 

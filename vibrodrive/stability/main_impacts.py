@@ -86,7 +86,7 @@ def follow_cycle(
     """
     inner, m, n = impacts[1:-1], len(cycle.gaps), cycle.n
     speed = np.ascontiguousarray(inner["speed"])
-    least = max(2, int(np.count_nonzero(no_touches(cycle, inner, share))))
+    least = max(2, int(np.count_nonzero(are_main_impacts(cycle, inner, share))))
     most = min(len(inner), math.ceil(periods * m / n) + m)
     for count in range(max(least, math.floor(periods * m / n) - m - 4), most + 1):
         chosen = np.sort(np.argsort(-speed, kind="stable")[:count]) if count < len(inner) else np.arange(count)
@@ -101,11 +101,11 @@ def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray
     Their number is the number of impacts that the cycle has in `periods` excitation periods. If more impacts than this
     number are too fast for touches, all impacts that are too fast are returned.
     """
-    count = max(round(periods * len(cycle.gaps) / cycle.n), int(np.count_nonzero(no_touches(cycle, impacts))))
+    count = max(round(periods * len(cycle.gaps) / cycle.n), int(np.count_nonzero(are_main_impacts(cycle, impacts))))
     return impacts[np.sort(np.argsort(-impacts["speed"], kind="stable")[:count])]
 
 
-def no_touches(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHARE) -> np.ndarray:
+def are_main_impacts(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHARE) -> np.ndarray:
     """Return, for each impact of a disturbed motion, whether it is too fast to be a touch: bool (n,)."""
     return impacts["speed"] > share * cycle.speed.min()
 

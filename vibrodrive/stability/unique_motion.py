@@ -46,7 +46,7 @@ def lattice(A: float, side: int) -> tuple[np.ndarray, np.ndarray]:
     return np.linspace(0.0, top, side), np.linspace(-top, top, side)
 
 
-def starts_that_reach_all(
+def sufficient_starts(
     arguments: Mapping[str, Any], threads: int | None = None
 ) -> tuple[int, int, tuple[np.ndarray, np.ndarray]]:
     """Return (n, reached, starts): the period, the number of solutions reached, and the lattice of starts.
@@ -70,7 +70,7 @@ def starts_that_reach_all(
     return n, reached, starts
 
 
-def ends_on_one(
+def is_unique(
     arguments: Mapping[str, Any],
     disturbance: str,
     values: np.ndarray,
@@ -86,10 +86,10 @@ def ends_on_one(
         "certified" for ε.
     values : values of the disturbance, float64 (k,).
     starts : (values of ξ0, values of ξ'0). Every ξ0 is combined with every ξ'0. The default is the lattice of
-        `starts_that_reach_all`.
+        `sufficient_starts`.
     """
     check_disturbance(disturbance)
-    xi0, dxi0 = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
+    xi0, dxi0 = sufficient_starts(arguments, threads)[2] if starts is None else starts
     settings = {"method": "fixed" if disturbance == "dtau" else "certified", "transient": 1000, "periods": 1500}
     point = {name: value for name, value in (settings | dict(arguments)).items() if value is not None}
     whole = check_count("transient", point["transient"], 0) + check_count("periods", point["periods"], 1)
@@ -165,7 +165,7 @@ def each_unique_limit(
 
 def unique_at(plan: Plan, index: int, disturbance: str, threads: int) -> UniqueLimit:
     at = plan.arguments(index)
-    n, _, starts = starts_that_reach_all(at, threads)
+    n, _, starts = sufficient_starts(at, threads)
     point = at["A"], at["B"], at["eta"], disturbance, plan.settings.method_name
     if n < 2:
         return UniqueLimit(*point, 0.0 if n else math.nan, n=n, how="there is one solution only" if n else NO_PERIOD)
@@ -183,14 +183,14 @@ def unique_from(
 ) -> Band:
     """Find the band of k_u. A value is kept if several motions remain, and lost if all starts end in one motion.
 
-    The search uses the same grid of disturbances as the search for k₂. The arguments are those of `ends_on_one`.
+    The search uses the same grid of disturbances as the search for k₂. The arguments are those of `is_unique`.
     """
     check_disturbance(disturbance)
-    starts = starts_that_reach_all(arguments, threads)[2] if starts is None else starts
+    starts = sufficient_starts(arguments, threads)[2] if starts is None else starts
     search = search_band(GRIDS[disturbance])
     requested = next(search)
     while True:
-        several = ~ends_on_one(arguments, disturbance, requested, starts, threads)
+        several = ~is_unique(arguments, disturbance, requested, starts, threads)
         try:
             requested = search.send(several)
         except StopIteration as end:

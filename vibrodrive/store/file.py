@@ -67,7 +67,7 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
         raise unwritable(error, path) from None
 
 
-def made_already(path: Path, kind: str, plan: Plan, own: Mapping[str, object]) -> bool:
+def is_computed(path: Path, kind: str, plan: Plan, own: Mapping[str, object]) -> bool:
     """Return True if an undamaged file with the same configuration exists (see compare.differences).
 
     Raises Different if the configuration of the file differs, NoResult if the file is of another kind or damaged, and

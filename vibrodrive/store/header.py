@@ -60,7 +60,7 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
 
 def remedy(path: Path) -> str:
     """Return advice for a file that is too damaged to be read."""
-    return "restore it, or replace it with --overwrite" if bears_our_names(path) else "restore or delete it"
+    return "restore it, or replace it with --overwrite" if has_our_names(path) else "restore or delete it"
 
 
 def damaged(path: str | Path, what: str) -> Damaged:
@@ -113,7 +113,7 @@ def is_ours(file: h5py.File) -> bool:
     return "kind" in file.attrs and "config_sha256" in file.attrs
 
 
-def bears_our_names(path: Path) -> bool:
+def has_our_names(path: Path) -> bool:
     """Return True if an unreadable HDF5 file (truncated, damaged) was made by this program."""
     with open(path, "rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:

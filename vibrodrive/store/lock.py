@@ -51,11 +51,11 @@ class Lock:
                 if error.errno not in UNSUPPORTED:
                     os.close(self._fd)
                     raise Busy(f"{name or path}: {WRITING}") from None
-            if self._is(path):
+            if self._is_file(path):
                 return
             os.close(self._fd)  # the file was renamed between opening and locking
 
-    def _is(self, path: Path) -> bool:
+    def _is_file(self, path: Path) -> bool:
         try:
             return os.path.samestat(os.fstat(self._fd), os.stat(path))
         except FileNotFoundError:

@@ -72,7 +72,7 @@ def refuse_foreign(path: Path) -> None:
     A damaged result file may be replaced if it can be recognised. Call this function again directly before a file is
     replaced.
     """
-    from vibrodrive.store.header import BROKEN, bears_our_names, is_ours, open_result
+    from vibrodrive.store.header import BROKEN, has_our_names, is_ours, open_result
 
     if not path.exists():
         return
@@ -80,11 +80,11 @@ def refuse_foreign(path: Path) -> None:
         with open_result(path) as file:
             ours = is_ours(file)
     except NoResult as error:
-        if isinstance(error, Damaged) and bears_our_names(path):
+        if isinstance(error, Damaged) and has_our_names(path):
             return
         raise NoResult(f"{error}; --overwrite replaces only result files") from None
     except BROKEN:
-        ours = bears_our_names(path)
+        ours = has_our_names(path)
     if not ours:
         raise NoResult(f"{path}: not a result file of vibrodrive; --overwrite replaces only result files")
 

@@ -68,7 +68,7 @@ def drawn_scenes(seed: int) -> list[Finding]:
     errors.
     """
     scenes = draw(seed)
-    another = sum(_went_another_way(follow(scene, most=SWITCHES, periods=12)) for scene in scenes)
+    another = sum(_differs_clearly(follow(scene, most=SWITCHES, periods=12)) for scene in scenes)
     worst = max(_residual(scene) for scene in scenes)
     return [
         Finding(f"number of {DRAWN} random scenes (seed {seed}) with wrong states without a flag", another, 0),
@@ -76,7 +76,7 @@ def drawn_scenes(seed: int) -> list[Finding]:
     ]
 
 
-def _went_another_way(found: Agreement) -> bool:
+def _differs_clearly(found: Agreement) -> bool:
     if found.agrees:
         return False
     margins = [float(s.margin) for s in found.exact.switches[: found.same + 1]]

@@ -47,7 +47,7 @@ def rk4(point, setting, xi, dxi, tau, level, ahead):
 
 
 @jit
-def velocity_ahead(h, v_s, stiff, b):
+def next_velocity(h, v_s, stiff, b):
     """Return the v with stiff v + h clip(v/v_s) = b."""
     return b / (stiff + h / v_s) if abs(b) <= stiff * v_s + h else (b - math.copysign(h, b)) / stiff
 
@@ -56,9 +56,9 @@ def velocity_ahead(h, v_s, stiff, b):
 def euler(setting, xi, dxi, ahead):
     """Return ξ, ξ' after a step of backward Euler."""
     h, v_s, k, _ = setting
-    v = velocity_ahead(h, v_s, 1.0, dxi + h * ahead)
+    v = next_velocity(h, v_s, 1.0, dxi + h * ahead)
     if xi < 0.0 or xi + h * v < 0.0:
-        held = velocity_ahead(h, v_s, 1.0 + h * (k * h + 2.0 * math.sqrt(k)), dxi + h * (ahead - k * xi))
+        held = next_velocity(h, v_s, 1.0 + h * (k * h + 2.0 * math.sqrt(k)), dxi + h * (ahead - k * xi))
         if xi + h * held < 0.0:
             v = held
         elif xi + h * v < 0.0:
