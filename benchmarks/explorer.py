@@ -32,7 +32,7 @@ SCENES = {
     "fixed, Δτ = 0.1, 1000 × (500 + 200)": "&method=fixed",
 }
 
-WINDOW = "&low=3.0&high=3.25&bottom=0.7&top=1.85"
+WINDOW = "&low=3.0&high=3.25&bottom=0.7&top=1.85&columns=1000"
 
 CLICKS = 10
 

@@ -1,4 +1,8 @@
-"""k₁: searches with known edges, then edges of the model, compared with 50-digit motions and with unstable orbits."""
+"""Tests of k₁, the smallest change of the start after which the motion settles on another solution.
+
+The search is tested on functions with a known edge, which separates kept changes from lost ones. Edges of the model are
+compared with motions computed with 50 digits, and with unstable orbits.
+"""
 
 import functools
 import math

@@ -41,7 +41,7 @@ HELP = {
     diagram and the multipliers, or the plane. If the file exists with the same configuration, nothing is computed, and
     the file is listed and drawn again. The file is written at the end, so an interrupted run starts again.
     """,
-    "failures": """Map failures of grid methods over A and Δτ, or over A and ε.
+    "failures": """Draw a map of the failures of grid methods over A and Δτ, or over A and ε.
 
     The methods are `fixed` and `muller`. A map over A and ε needs `dtau`, their grid step. A failure is a switch that
     is missed, is found late, or leads to a wrong state.

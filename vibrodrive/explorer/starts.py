@@ -8,8 +8,8 @@ ABOUT = {
     "diagram": "A mass on a shaken incline slides, sticks, and hits an obstacle without rebound. Each column of the "
     "picture is one motion: a black dot is its value at one phase of the shaking, in each period. With one dot the "
     "motion repeats in each period, with two dots in every second period. In a grey band the motion does not repeat. "
-    "Click a column to see its motion and k₂, the ε at which its structure is lost; ▶ beside ε shows the loss. Drag, "
-    "or turn the wheel, to see details.",
+    "Click a column to see its motion and the limit k₂. A disturbance of relative amplitude ε = k₂ destroys the "
+    "pattern of impacts of this motion, its structure. ▶ beside ε shows this. Drag, or turn the wheel, to see details.",
     "map": "A mass on a shaken incline slides, sticks, and hits an obstacle without rebound. Each point of the map is "
     "one motion. The colour shows one number of this motion, with a key below the map. Period 1 means that the motion "
     "repeats in each period of the shaking. Click a point to see the diagram through this point.",

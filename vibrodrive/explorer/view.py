@@ -95,7 +95,7 @@ class View:
 
     The abscissa is the parameter x, with `columns` values (None: see `sized`) from `low` to `high`, by default those of
     RANGES. The ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate
-    of a map is the parameter y, with `rows` values from `y_low` to `y_high`; its colour is `shade`.
+    of a map is the parameter y, with `rows` values from `y_low` to `y_high`. The colours of a map show `shade`.
 
     `at` is the x of the motion shown below the diagram (NaN: none). `orbits` is the longest period of the exact orbits
     that are drawn (0: none). With `scene` "SI", the default if an axis is a quantity of a scene, a0 to g are those of

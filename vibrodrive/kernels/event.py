@@ -1,4 +1,6 @@
-"""Processing of one lane at the end of its search, for every outcome: record the switch, decide, begin the next state.
+"""Processing of one lane after the search for the end of its state, for every result of the search.
+
+The switch is recorded, the next state is determined, and this state begins.
 
 The modules `switch_*` apply ordinary switches (engine.py) in all lanes together. This module processes all other
 switches, and the switches of single trajectories. These modules use the formulas of switch.py.

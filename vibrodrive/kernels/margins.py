@@ -172,7 +172,10 @@ def clear_tangency(w, i):
 
 @inline
 def record_margin_of_tangency(w, k, i, h):
-    """Record the smallest distance from 0 of an extremum of the switching function before its zero (first_zero.py)."""
+    """Record the margin of the closest tangency (note_dip in first_zero.py).
+
+    This margin is the smallest modulus of the switching function at its extrema before its first zero.
+    """
     under = w[r.DIP_DENOMINATOR + i]
     if under > 0.0:
         near = w[r.DIP_NUMERATOR + i] / under

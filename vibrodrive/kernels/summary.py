@@ -283,8 +283,8 @@ def add_gap(rows, row, totals):
 def digits_of(gaps, length, last):
     """Return a cycle of `length` gaps as a number with one digit for each gap. Return 0 if a gap is not in 1 ... 9.
 
-    The result is the smallest number of all rotations of the cycle. `gaps` contains gap k at index k mod GAPS. The
-    cycle ends with gap number `last`.
+    Each rotation of the cycle gives one such number. The result is the smallest of these numbers. `gaps` contains
+    gap k at index k mod GAPS. The cycle ends with gap number `last`.
     """
     least = INFINITY
     for turn in range(length):

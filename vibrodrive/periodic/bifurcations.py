@@ -14,8 +14,8 @@ An orbit can end or change only at one of these conditions:
 * The multiplier of the orbit is +1 (*fold*, possible for an even number of impacts). At a fold two orbits coincide.
 * One of its impacts is at a breakpoint of the impact-phase map. At an end of the window a rest appears or vanishes (a
   border collision, called *border* in files). At another breakpoint the flight after the impact just touches the
-  obstacle (*grazing*), or has a sticking of no duration (*stick*). At a stick the word of the flight changes, but the
-  derivative of the map is continuous.
+  obstacle (*grazing*), or has a sticking of no duration (*stick*). At a stick the word of the flight, which is the
+  sequence of its states (flight.py), changes, but the derivative of the map is continuous.
 
 Flights with a launch on one side of a grazing have an impact. Flights with a launch on the other side pass just above
 the obstacle. On the side with the impact the map behaves like a square root at the breakpoint. So the slope of the map
@@ -49,7 +49,7 @@ MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing t
 MOST_WORK = 10_000_000  # largest sum of the numbers of itineraries at all values of A; so many take about an hour
 
 FINER = 32
-"""Factor by which the spacing of A is smaller for the orbit that rests. This orbit has short periods in intervals of A
+"""Factor by which the spacing of A is smaller for the orbit with a rest. This orbit has short periods in intervals of A
 that are the narrowest structures between A = 3.15 and 3.19. Most other orbits appear and disappear at the ends of these
 intervals."""
 
@@ -109,7 +109,7 @@ def bifurcations(
     """Find all bifurcations between A[0] and A[1] of the orbits of up to `max_period` excitation periods, ordered by A.
 
     For B = 0 there is only one orbit, and it changes at A = √(1 + π²/4). For 0 < B <= 1e-7 A the search follows only
-    the orbit that rests.
+    the orbit with a rest.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ class _Search:
             raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter: {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
-        """Return neighbouring values of A between which the orbit that rests changes. This needs no search."""
+        """Return neighbouring values of A between which the orbit with a rest changes. This needs no search."""
         names = np.array([_name_of_rest(a, self.B, self.limit) for a in values.tolist()])
         changes = np.flatnonzero(names[1:] != names[:-1])
         return values[np.union1d(changes, changes + 1)]
@@ -271,7 +271,7 @@ class _Search:
 
 
 def _name_of_rest(A: float, B: float, limit: int) -> int:
-    """Return the itinerary of the orbit that rests; 0 if the period of this orbit is above `limit`."""
+    """Return the itinerary of the orbit with a rest; 0 if the period of this orbit is above `limit`."""
     up = ImpactMap(A, B).window[0]
     itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NO_SLIDES)
     return itinerary if fate == RESTS else 0

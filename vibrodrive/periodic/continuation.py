@@ -118,7 +118,7 @@ class Continuation:
         return last, FOLD, last
 
     def _change(self, last: float, beyond: float) -> str:
-        """Return the kind of bifurcation at which an orbit that rests changes between two neighbouring values of A."""
+        """Return the kind of bifurcation at which an orbit with a rest changes between two neighbouring values of A."""
         one, other = ImpactMap(last, self.B), ImpactMap(beyond, self.B)
         psi, phi = one.window[0], other.window[0]
         for _ in range(self.impacts):

@@ -115,7 +115,7 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     The computing time grows with the number of *itineraries*, the possible sequences of states over the periods. A
     search for orbits of up to eight periods takes milliseconds for the parameters of the paper. A search that would
     take more than about ten seconds raises ValueError. For B = 0 there is one orbit at every A > 1, of the kind
-    "touching". For 0 < B <= 1e-7 A only an orbit that rests is listed.
+    "touching". For 0 < B <= 1e-7 A only an orbit with a rest is listed.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def touching_orbit(system: ImpactMap) -> Orbit:
 
 
 def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
-    """Yield the orbit that rests, if its period is at most `limit`."""
+    """Yield the orbit with a rest, if it exists and its period is at most `limit` excitation periods."""
     up = system.window[0]
     _, periods, _, _, n, fate, _ = flights(up, limit + 1, system.A, system.B, limit, NO_SLIDES)
     if fate == RESTS and periods <= limit:

@@ -25,7 +25,7 @@ def dataset(results: Results) -> xarray.Dataset:
     plan = Plan(results.axes, results.scalars, results.settings, None, results.record, results.points)
     coords = {name: xarray.Variable(name, values, _about(name)) for name, values in layout.coordinates(plan).items()}
     if not plan.axes:
-        coords.pop(POINT)  # only the file of one motion has this axis
+        coords.pop(POINT)  # the file of a single motion has this axis, with length 1; the Dataset has no such axis
     coords["state"].attrs |= layout.flags_of_states()
     coords |= {name: xarray.Variable(POINT, values, _about(name)) for name, values in plan.together.items()}
     variables = {}
