@@ -23,14 +23,14 @@ from benchmarks.switches.run import timed
 from vibrodrive.validation.reference import mp
 
 A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
-CLOSE = 1.0  # largest distance in rad of corresponding switches
+CLOSE = 1.0  # largest distance in rad of two switches that correspond
 LANES = 1024
 
-Found = list[tuple[Any, int, int]]  # τ, state before, state after
+Found = list[tuple[Any, int, int]]  # for each switch: τ, state before, state after
 
 
 def decades(largest: int, smallest: int, each: int = 2) -> list[float]:
-    """Return 10^largest … 10^smallest with `each` numbers a decade."""
+    """Return numbers from 10^largest to 10^smallest, with `each` numbers in a decade."""
     exponents = np.arange(largest, smallest - 0.5 / each, -1 / each)
     return [float(f"{10.0**k:.3g}") for k in exponents]
 
@@ -39,7 +39,10 @@ TOLERANCES = decades(-4, -13, 1)
 
 
 class Method(NamedTuple):
-    """Method: a solver of the set of switches, or the package if `solver` is None; name and values of its setting."""
+    """A solver of the set of switches (benchmarks/switches), or the package if `solver` is None.
+
+    `setting` is the name of the parameter that is varied, and `grid` contains its values. `fixed` contains the others.
+    """
 
     name: str
     solver: str | None
@@ -64,21 +67,21 @@ def methods(eps: float) -> Iterator[Method]:
 
 
 def simulated(eps: float, periods: int, settings: dict[str, Any]) -> Found:
-    """Return the switches computed by the package. Their times have the accuracy of the phase."""
+    """Return the switches computed by the package. Each τ is a sum in 40 digits, so that the phase loses no digit."""
     s = vd.simulate(A, eps=eps, transient=0, periods=periods, **settings).switches
     exact = [2 * mp.pi * int(k) + mp.mpf(float(phase)) for k, phase in zip(s["period"], s["phase"], strict=True)]
     return list(zip(exact, s["before"].tolist(), s["after"].tolist(), strict=True))
 
 
 def true_switches(eps: float) -> Found:
-    """Return the switches computed by the reference."""
+    """Return the switches computed by the 50-digit reference."""
     true = truth(A, eps, PERIODS)
     exact = [2 * mp.pi * int(k) + phase for k, phase in zip(true.period, true.phase, strict=True)]
     return [(tau, *kinds) for tau, kinds in zip(exact, true.kinds, strict=True)]
 
 
 def compare(true: Found, found: Found) -> tuple[float | None, float]:
-    """Return the error (None if a switch is wrong), and the number of periods up to the first difference."""
+    """Return the largest error of a τ (None if a switch is wrong), and the number of periods without a difference."""
     pairs = [(abs(mp.mpf(b[0]) - a[0]), a[1:] == b[1:]) for a, b in zip(true, found, strict=False)]
     first = next((i for i, (error, same) in enumerate(pairs) if error > CLOSE or not same), len(pairs))
     if first == len(true) == len(found):
@@ -88,14 +91,14 @@ def compare(true: Found, found: Found) -> tuple[float | None, float]:
 
 
 def measure_package(eps: float, repeats: int, settings: dict[str, Any]) -> tuple[Found, float]:
-    """Return the switches and the seconds of one motion."""
+    """Return the switches of one motion, and its CPU time in seconds."""
     work = {"": lambda: vd.simulate(A, eps=eps, transient=0, periods=PERIODS, **settings)}
     return simulated(eps, PERIODS, settings), paired(work, repeats)[""].seconds
 
 
 def measure_solver(eps: float, module: Any, setting: dict[str, Any]) -> tuple[Found, float]:
-    """Return the switches and the seconds of one motion by a solver of the set. If the solver fails, there are no
-    switches."""
+    """Return the switches of one motion by a solver of the set, and its CPU time in seconds. If the solver fails, the
+    list of switches is empty."""
     x = {"A": A, "B": 0.1, "eps": eps, "eta": vd.ETA, "xi0": 0.0, "dxi0": 0.0, "tau0": 0.0}
     timed(module, 2, x | {"periods": 2.0}, setting, 0.0)  # compiles
     given, seconds = timed(module, 3, x | {"periods": float(PERIODS)}, setting, 0.0)
@@ -106,7 +109,7 @@ def measure_solver(eps: float, module: Any, setting: dict[str, Any]) -> tuple[Fo
 
 
 def sweep_seconds(eps: float, repeats: int) -> float:
-    """Return the seconds of one motion of `certified` in a sweep of neighbouring motions, on one thread."""
+    """Return the CPU time in seconds per motion of a certified sweep over almost equal A, on one thread."""
     near = A + 1e-9 * np.arange(LANES)
     run: dict[str, Any] = {"A": near, "eps": eps, "transient": 0, "periods": PERIODS, "threads": 1}
     return paired({"": lambda: vd.sweep(**run)}, repeats)[""].seconds / LANES
@@ -120,7 +123,7 @@ def points(eps: float, quick: bool) -> Iterator[dict[str, Any]]:
     def point(name: str, setting: str, value: float | None, found: Found, seconds: float) -> dict[str, Any]:
         error, until = compare(true, found)
         per_period = seconds / PERIODS
-        shown = f"{error or math.nan:.1e}  {per_period:.1e} s  right for {until:.4g}"
+        shown = f"{error or math.nan:.1e}  {per_period:.1e} s  right for {until:.4g} periods"
         say(f"ε = {eps:g}  {name:20} {value or '':<9}  {shown}")
         kept = {
             "error": error,

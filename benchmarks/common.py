@@ -1,8 +1,8 @@
 """Functions shared by the benchmarks: timing in pairs, errors relative to the 50-digit reference, JSON and PNG.
 
-Speeds are compared as ratios measured in one run. Each repetition runs all contestants one after the other; every
-second repetition uses the opposite order. The result is the median of the ratios over all repetitions. Compilation is
-not timed.
+Speeds are compared as ratios measured in one run. Each repetition runs all programs (the contestants) one after the
+other. Every second repetition uses the opposite order. The result is the median of the ratios over all repetitions.
+Compilation is not timed.
 """
 
 import argparse
@@ -33,7 +33,7 @@ from vibrodrive.model.plain import plain
 from vibrodrive.validation import reference as digits50
 
 TWO_PI = 2.0 * math.pi
-FAR = 0.5 * math.pi  # largest distance of corresponding switches: a quarter period
+FAR = 0.5 * math.pi  # largest distance of two switches that correspond: a quarter period
 RESULTS = Path(__file__).parent / "results"
 
 STYLE: dict[Any, Any] = {
@@ -58,7 +58,7 @@ DASHES = ("-", "--", ":", "-.")
 
 
 def arguments(doc: str) -> argparse.Namespace:
-    """Parse the options of a benchmark: directory of the results, and a short run for a trial."""
+    """Parse the options of a benchmark: the directory of the results, and --quick for a short trial run."""
     parser = argparse.ArgumentParser(description=doc.split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON and PNG")
     parser.add_argument("--quick", action="store_true", help="few and short measurements, as a trial")
@@ -107,7 +107,7 @@ def write(name: str, data: Mapping[str, Any], figure: Any, directory: Path) -> N
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds of one contestant, one value for each repetition: CPU time of the process, and wall time."""
+    """CPU times and wall times of one contestant in seconds, with one value for each repetition."""
 
     cpu: np.ndarray
     wall: np.ndarray
@@ -150,7 +150,7 @@ def ratio(slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1
 
 @dataclass(frozen=True)
 class Truth:
-    """50-digit reference of one trajectory from rest, as arrays: phases and section in `mpf`."""
+    """50-digit reference of one trajectory from rest. Phases and section points are arrays of mpmath numbers."""
 
     period: np.ndarray
     phase: np.ndarray
@@ -172,8 +172,8 @@ def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Tru
 
 @dataclass(frozen=True)
 class SwitchError:
-    """Errors of switches: the largest |Δτ| of corresponding switches, and the number of missed, invented or different
-    ones."""
+    """Errors of switches: the largest |Δτ| of switches that correspond, and the number `wrong` of missed, invented or
+    different switches. `of` is the number of true switches."""
 
     largest: float
     wrong: int
@@ -181,8 +181,8 @@ class SwitchError:
 
 
 def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any, after: Any) -> SwitchError:
-    """Compare switches with the reference. They are aligned by kind, so that a missed pair does not affect other
-    switches."""
+    """Compare switches with the reference. The two sequences are aligned by the states before and after each switch, so
+    that a missed pair does not affect other switches."""
     kinds = [(int(b), int(a)) for b, a in zip(before, after, strict=True)]
     if kinds == true.kinds:
         pairs = [(i, i) for i in range(len(kinds))]
@@ -209,7 +209,7 @@ def orbit(A: float, n: int, section_phase: float, settle: int = 1200) -> np.ndar
 
 
 def rho(section: np.ndarray, points: np.ndarray) -> float:
-    """Return ρ = max_k |x_k − p_(k+s mod n)| with the best shift s. NaN if the section is not complete."""
+    """Return ρ = max_k |x_k − p_(k+s mod n)| with the best shift s, or NaN if a section point x_k is missing."""
     n = len(points)
     k = np.arange(len(section))
     return min(float(np.hypot(*(section - points[(k + s) % n]).T).max()) for s in range(n))
@@ -225,8 +225,8 @@ def figure(width: float = 6.3, height: float = 4.0, columns: int = 1, rows: int 
 
 
 def look(k: int, of_ours: bool) -> dict[str, Any]:
-    """Return lines and markers that differ without colour. Those of vibrodrive are black and filled, all others grey
-    and open."""
+    """Return the line style and the marker of curve k. Curves differ without colour: those of vibrodrive are black with
+    filled markers, all others are grey with open markers."""
     return {
         "marker": MARKERS[k % len(MARKERS)],
         "linestyle": DASHES[k % len(DASHES)],

@@ -27,7 +27,7 @@ ROW = 12.0  # ratio of the ordinates of successive rows
 
 
 class Curve(NamedTuple):
-    """A method, its label, its colour (distinct in grey, too), its mark, and the positions of its label.
+    """A method, its label, its colour (which differs from the others in grey, too), its mark, and its label's position.
 
     `at` contains the position of the label, (seconds, error), in the undisturbed and in the disturbed panel.
     """
@@ -102,7 +102,7 @@ FAMILIES = ("close pair", "near miss", "two in a step", "three in a step")
 
 
 def difficulty(_: dict[str, Any]) -> Any:
-    """Draw the pass rate over the distance of the closest zeros: mean and range of the settings of each method."""
+    """Draw for each method the pass rate over the distance of the closest zeros: mean and range over its settings."""
     shown = [m for m in passes.methods() if m.rates({"L0-plain-01"})]
     fig, axes = figure(8.4, 6.4, columns=4, rows=-(-len(shown) // 4))
     for ax in axes.flat[len(shown) :]:
@@ -184,7 +184,7 @@ def stored(name: str) -> dict[str, Any]:
 
 
 def stored_rates() -> dict[str, Any]:
-    """Return the results of all solvers at level 0 of the set."""
+    """Return the results of all solvers at level 0 of the set of switches."""
     found = [result for result in passes.results() if result["level"] == 0]
     return {"environment": {"measured": passes.dates()}, "solvers": found}
 
@@ -203,7 +203,7 @@ def charts() -> list[Chart]:
 
 
 def draw(chart: Chart, folder: Path | None = None) -> None:
-    """Draw a chart unless its picture shows the same data; print the age of the data."""
+    """Draw a chart if its picture does not yet show the same data. Print the date of the measurement."""
     data = chart.load()
     picture = folder / chart.picture.name if folder else chart.picture
     shown = hashlib.sha256(json.dumps({k: v for k, v in data.items() if k != "environment"}).encode()).hexdigest()

@@ -25,7 +25,7 @@ from websocket import create_connection  # installed with Selenium
 from benchmarks.common import arguments, figure, look, say, write
 from tests.support.chromium import Tab, browser, lacking
 
-SCENES = {
+SCENES = {  # name: columns × (transient + recorded periods); value: query of the page
     "ε = 0, 1000 × (500 + 200)": "",
     "ε = 2e-4, 1000 × (500 + 200)": "&eps=0.0002",
     "ε = 2e-4, 1000 × (500 + 500)": "&eps=0.0002&periods=500",
@@ -68,7 +68,7 @@ def mouse(tab: Tab) -> Iterator[Callable[[int, int], None]]:
 
 
 def drag(tab: Tab, seconds: float) -> dict[str, Any]:
-    """Drag a diagram back and forth; return frames, latencies and load."""
+    """Drag a diagram back and forth. Return the number of frames, the latencies in ms, and the load of the machine."""
     tab.ask("(page.frames.length = page.latencies.length = 0)")
     tab.mouse("Pressed", 500, 300)
     with mouse(tab) as move:
@@ -99,7 +99,7 @@ let began = 0;
 addEventListener('pointerup', () => { began = performance.now(); }, {once: true, capture: true});
 const plots = all.filter((m) => m.type === 'Figure' && m.renderers.some((r) => r.data_source === motion));
 const views = plots.map((plot) => Bokeh.index.find_one_by_id(plot.id)), unpainted = new Set(views);
-const heard = () => {  // behind the frame in which the last of them is painted, it is shown
+const heard = () => {  // the motion is shown after the frame that paints the last of the plots
   change.disconnect(heard);
   for (const view of views) {
     const painted = () => {
@@ -116,7 +116,7 @@ change.connect(heard);
 
 
 def click(tab: Tab) -> dict[str, float]:
-    """Return the milliseconds from a click to the painted curves of the motion."""
+    """Return the median and the 95th percentile of the milliseconds from a click to the painted curves."""
     times = []
     for k in range(CLICKS):
         tab.model(WATCH)
@@ -135,7 +135,7 @@ def resident(pid: int) -> float:
 
 @contextmanager
 def served() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """Run the command. Yield its process and the address that it prints."""
+    """Run `vibrodrive explore`. Yield its process and the address that it prints."""
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     try:
@@ -168,7 +168,7 @@ def main() -> None:
 
 
 def memory(tab: Tab, pid: int, frames: int) -> dict[str, float]:
-    """Return the growth of the server's memory over `frames` frames. Before that, enough frames are drawn to fill its
+    """Return the growth of the server's memory over `frames` frames. The frames drawn before fill the server's
     caches."""
     grown = 0.0
     for count in (max(50, frames // 20), frames):

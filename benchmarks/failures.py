@@ -1,7 +1,7 @@
 """Examples of each kind of failure: `python -m benchmarks.failures` measures, `python -m benchmarks.draw` draws them.
 
 Each example stores its case, a caption with the measured numbers, and the curves of its picture. One picture shows data
-of `accuracy_speed`; run this benchmark first.
+of the benchmark `accuracy_speed`, which must be run first.
 """
 
 import importlib
@@ -32,7 +32,7 @@ def series(x: Any, y: Any, style: str = "line", label: str = "") -> Series:
 
 
 def ask(name: str, solver: str, **setting: Any) -> tuple[list[Any], str]:
-    """Return the answer of a solver to a case, and its verdict."""
+    """Return the answer of a solver to a case, and the verdict on this answer."""
     case, module = CASES[name], importlib.import_module(f"{solvers.__name__}.{solver}")
     given = run.answer(module, case["level"], run.inputs(case), setting)
     return next(iter(given.values())), judge(case, given)["verdict"]
@@ -213,7 +213,7 @@ def first_order() -> dict[str, Any]:
 
 
 def clock() -> dict[str, Any]:
-    """Return the example of the error of a phase over time, for a growing τ and for a reduced phase."""
+    """Return the example of the error of the phase after many periods, for a τ that grows and for a reduced phase."""
     periods = [1000, 3000, 10_000, 30_000, 100_000]
     point = Point(3.04, 0.1, 0.0, vd.ETA)
     mp.dps = 40
@@ -256,7 +256,7 @@ def clock() -> dict[str, Any]:
 
 
 def trace(solver: str, setting: Any, A: float, periods: float) -> tuple[np.ndarray, ...]:
-    """Return τ, ξ, ξ' and the state of a method of fixed step, from rest."""
+    """Return arrays of τ, ξ, ξ' and the state at the end of each step of a method of fixed step, from rest."""
     advance = importlib.import_module(f"{solvers.__name__}.{solver}").advance
     point, h, xi, dxi = Point(A, 0.1, 0.0, vd.ETA), setting[0], 0.0, 0.0
     level, rows = force(point, 0.0), []
@@ -289,7 +289,7 @@ def creep() -> dict[str, Any]:
 
 
 def penetration() -> dict[str, Any]:
-    """Return the example of the gap of a mass on a spring instead of an obstacle."""
+    """Return the example of a mass that compresses a spring, which replaces the obstacle."""
     shown, deepest = [], []
     for k, style in ((1e3, "line"), (1e4, "dashes"), (1e5, "dotted")):
         tau, xi, _, state = trace("regularised", (1e-4, 1e-4, k, True), 1.5, 2.0)
@@ -309,7 +309,7 @@ def penetration() -> dict[str, Any]:
 
 
 def sinking() -> dict[str, Any]:
-    """Return the example of the depth of the mass below the obstacle over a fixed step."""
+    """Return the example of the depth of the mass below the obstacle, over the length of the fixed step."""
     steps = [float(f"{10**e:.3g}") for e in np.arange(-3, -0.4, 0.25)]
     seen, rest = [], []
     for step in steps:
@@ -333,7 +333,7 @@ def sinking() -> dict[str, Any]:
 
 
 def lateness() -> dict[str, Any]:
-    """Return the example of the error of an impact time over the depth at which the slide would reverse."""
+    """Return the example of the error of an impact time, over the depth at which the slide would reverse."""
     misses, settings = (
         [10.0**-k for k in range(1, 13)],
         {

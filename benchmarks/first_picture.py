@@ -27,7 +27,7 @@ def start(tab: Tab) -> list[float]:
         note()
         tab.driver.get(address)
         note()
-        tab.until("page?.frames?.length > 0", "a picture")  # before the scripts run, `page` is an element
+        tab.until("page?.frames?.length > 0", "a picture")  # before the scripts run, `page` is an HTML element
         note()
     return reached
 

@@ -14,7 +14,7 @@ from importlib import import_module
 
 from benchmarks.common import say
 
-work = import_module("tests.batch.test_interrupt")  # imported in this way because mypy does not check tests
+work = import_module("tests.batch.test_interrupt")  # an import statement would fail in mypy, which does not check tests
 
 TIMES = 5
 

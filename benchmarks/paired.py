@@ -31,7 +31,7 @@ CASES = {
     "single": "[vd.simulate(A=a, transient=200, periods=50) for a in np.linspace(3, 3.06, 64)]",
     "orbits": "vd.orbits(A=3.04, max_period=3)",
 }
-"""Timed cases as Python code. In the first case no motion repeats. In the second case most motions repeat."""
+"""Timed cases as Python code. In the first case no motion returns to an earlier state, in the second case most do."""
 
 WORKER = """
 import sys, time
@@ -68,7 +68,7 @@ class Checkout:
         self._process.stdin.flush()
         answer = self._process.stdout.readline()
         if not answer:
-            raise SystemExit("a checkout could not run this; its traceback is above")
+            raise SystemExit("a checkout could not run this case; the traceback of the error is above")
         return float(answer)
 
     def close(self) -> None:
@@ -76,7 +76,7 @@ class Checkout:
 
 
 def compare(first: Checkout, second: Checkout, case: str, repeats: int) -> str:
-    """Return one line of output for a case. Every second pair of runs is in the opposite order."""
+    """Return the line of output for a case. Every second pair of runs is in the opposite order."""
     first.seconds(case), second.seconds(case)  # not timed: compiles or loads the kernels
     one, other = [], []
     for k in range(repeats):

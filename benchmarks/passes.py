@@ -33,7 +33,7 @@ NAMES = {
 
 
 class Method(NamedTuple):
-    """A method of a solver: its cases, its settings, and True for each case that is right at a setting."""
+    """A method of a solver. For each setting, `right` maps the id of a case to True if its answer is right."""
 
     label: str
     program: str
@@ -42,8 +42,8 @@ class Method(NamedTuple):
     right: list[dict[str, bool]]
 
     def rates(self, ids: set[str]) -> list[float]:
-        """Return the share of right answers to these cases at each setting. The list is empty if the method has none of
-        the cases."""
+        """Return the share of right answers to these cases at each setting. A setting without results for these cases
+        is left out."""
         rows = [[right for name, right in row.items() if name in ids] for row in self.right]
         return [sum(row) / len(row) for row in rows if row]
 
@@ -103,13 +103,13 @@ def table(level: int) -> tuple[list[str], list[list[str]]]:
 
 def grids() -> tuple[list[str], list[list[str]]]:
     """Return head and rows of the table of settings."""
-    rows = [[m.label, str(len(m.settings)), m.grid() or "no numbers"] for m in methods()]
-    return ["method", "settings", "their numbers"], rows
+    rows = [[m.label, str(len(m.settings)), m.grid() or "none"] for m in methods()]
+    return ["method", "number of settings", "numerical parameters of the settings"], rows
 
 
 def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:
-    """Return the pass rates of all settings in each interval of difficulty. Only cases of `families` that are certain
-    count."""
+    """Return the pass rates of all settings in each interval of difficulty. Only cases of `families` with the verdict
+    `certain` count."""
     cases = [c for c in cases_of([0]) if c["family"] in families and c["difficulty"] and c["verdict"] == "certain"]
     return [method.rates({c["id"] for c in cases if a <= c["difficulty"] < b}) for a, b in pairwise(edges)]
 

@@ -1,10 +1,10 @@
 """Comparison of fixed and refined switching: cost, error, and the Δτ above which the orbital structure is wrong.
 
 For A = 1.5 and 3.04 and for each Δτ the methods `fixed` and `muller` are compared with the certified orbit. The results
-are the distance ρ of the section points, and the verdict if the gaps and the order of the impacts agree. `vd.limit`
-finds two bands of Δτ: in one the gaps or the order are lost, in the other the word (sequence of states) is lost. In the
-range 3.0 ≤ A ≤ 3.25 the sections are compared at each A at which the certified motion is periodic. The result is the
-share of these A at which the order of the section points is right.
+are the distance ρ of the section points, and True if the gaps (numbers of periods between impacts) and the order of the
+impacts agree (docs/stability.md). `vd.limit` finds the values of Δτ at which the gaps or the order are lost, and those
+at which the word (sequence of states) is lost. In the range 3.0 ≤ A ≤ 3.25 the sections are compared at each A at which
+the certified motion is periodic. The result is the share of these A at which the order of the section points is right.
 """
 
 from functools import partial
@@ -27,7 +27,7 @@ CRITERIA = ("impacts", "word")
 
 
 def steps(quick: bool) -> np.ndarray:
-    """Return values of Δτ from the paper's 1e-5 to 1. Where the structure is lost, their ratio is 1.15."""
+    """Return values of Δτ from the paper's 1e-5 to 1. Above 0.01, where the structure is lost, their ratio is 1.15."""
     if quick:
         return np.array([1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.5, 0.7])
     fine = np.exp(np.arange(np.log(0.01), np.log(1.0), np.log(1.15)))
@@ -35,7 +35,7 @@ def steps(quick: bool) -> np.ndarray:
 
 
 def single(A: float, quick: bool) -> dict[str, Any]:
-    """Return for one A the distance ρ and the structure over Δτ, and the limits in Δτ for both criteria."""
+    """Return for one A and each Δτ the distance ρ, and True if gaps and order agree; and the limits for CRITERIA."""
     window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:
@@ -55,7 +55,7 @@ def single(A: float, quick: bool) -> dict[str, Any]:
 
 
 def over_range(quick: bool) -> dict[str, Any]:
-    """Return for each Δτ the share of periodic motions with right gaps and order of impacts, and the median of ρ."""
+    """Return for each Δτ the share of periodic motions with section points in the right order, and the median of ρ."""
     A = np.linspace(*RANGE, 11 if quick else 101)
     window: dict[str, Any] = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
     certified = vd.sweep(A=A, **window, method="certified").section
@@ -78,7 +78,7 @@ def over_range(quick: bool) -> dict[str, Any]:
 
 
 def costs(quick: bool) -> dict[str, float]:
-    """Return the CPU time per period of a sweep over the range on one thread, for each kind of switching."""
+    """Return the CPU time in seconds per period of a sweep over the range on one thread, for each kind of switching."""
     n, p = (50, 50) if quick else (500, 200)
     sweep: dict[str, Any] = {"A": np.linspace(*RANGE, n), "transient": 0, "periods": p, "threads": 1}
     kinds: dict[str, dict[str, Any]] = {

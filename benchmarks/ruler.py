@@ -2,21 +2,21 @@
 
 `vd.limit` finds the limits in ε (a force) and Δτ (late switches). This program finds the limits of other methods by the
 same criterion: in 1500 periods, after a transient of 1000, the main impacts have the gaps and the order of the
-undisturbed orbit (docs/stability.md). There is one disturbance at a time, at ε = 0. Its velocity V is the change of ξ'
-at a switch:
+undisturbed orbit (docs/stability.md). Only one of the five disturbances acts at a time. The velocity V of a disturbance
+is the change of ξ' at a switch:
 
 ε    V = εηA, the amplitude of the velocity of the disturbance ε sin ητ.
 Δτ   V = Δτ: a switch is late by up to Δτ, and accelerations are of the order 1.
 h    V = h: a Moreau-Jean step delays a switch by up to h, as Δτ does.
 v_s  V = v_s: the largest velocity at which smoothed friction creeps in place of sticking.
-k    V = the velocity that a blow loses. Take a mass of speed 1 under an acceleration of 1. It leaves a plastic obstacle
-     immediately. From a spring of stiffness k with critical damping it separates after the time t = s/√k, where
-     exp s = 1 + s + s √k, with a velocity below t. The difference is V, about 0.9 to 0.95 t. It is of the order 1/√k,
-     the time constant of the contact, times a logarithm.
+k    V = the velocity that an impact loses. A mass of speed 1 hits the obstacle under an acceleration of 1. It leaves a
+     plastic obstacle immediately, so its velocity after the time t is t. From a spring of stiffness k with critical
+     damping the mass separates after t = s/√k, where exp s = 1 + s + s √k, with a velocity below t. V is the difference
+     of the two velocities, about 0.9 to 0.95 t. Its order is 1/√k, the time constant of the contact, times a logarithm.
 
     python -m benchmarks.ruler                    # measure, write ruler.json, draw, fill in the table (an hour)
-    python -m benchmarks.ruler --only v_s k       # measure these again, keep the others
-    python -m benchmarks.ruler --draw             # draw and fill in what is stored
+    python -m benchmarks.ruler --only v_s k       # measure only these again, keep the other results
+    python -m benchmarks.ruler --draw             # draw the stored results, fill in the table
 """
 
 import argparse
@@ -76,7 +76,8 @@ def velocity_loss(root: float) -> float:
 
 
 class Disturbance(NamedTuple):
-    """A disturbance that is not part of `vd.limit`. Its value is h, v_s or 1/√k."""
+    """A disturbance that is not part of `vd.limit`. Its value x is h, v_s or 1/√k. `follow` computes a motion with the
+    parameter `argument(x)`; `velocity(x)` is V."""
 
     follow: Callable[..., int]
     argument: Callable[[float], float]
@@ -95,7 +96,7 @@ LABELS = {
     "dtau": ("$\\Delta\\tau$", "switches on a grid: V = Δτ"),
     "h": ("$h$", "Moreau–Jean time-stepping: V = h"),
     "v_s": ("$v_s$", "smoothed friction: V = v_s"),
-    "k": ("$1/\\sqrt{k}$", "spring for obstacle: V lost in a blow"),
+    "k": ("$1/\\sqrt{k}$", "spring for obstacle: V lost in an impact"),
 }
 
 
@@ -133,8 +134,8 @@ def repeats(name: str, A: float, value: float) -> bool:
 
 
 def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecutor) -> Band:
-    """Return the first value at which the structure is lost, and the last at which it is kept. `vd.limit` has the same
-    search."""
+    """Return the first value at which the structure is lost, and the last at which it is kept. The search is that of
+    `vd.limit`."""
     search = search_band(way.grid)
     wanted = next(search)
     while True:
@@ -145,7 +146,7 @@ def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecu
 
 
 def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
-    """Return the undisturbed orbits, with None where the motion does not repeat."""
+    """Return the undisturbed orbit at each A, or None if the motion is not periodic."""
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "transient": TRANSIENT, "periods": PERIODS})
     with Evaluator(plan, "eps", THREADS) as evaluator:
         return evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
@@ -266,9 +267,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON")
     parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="disturbances to measure")
-    parser.add_argument("--draw", action="store_true", help="measure nothing, draw what is stored")
+    parser.add_argument("--draw", action="store_true", help="measure nothing, draw the stored results")
     parser.add_argument(
-        "--quick", action="store_true", help=f"at A = {PAPER} and the ends of the range, without a figure"
+        "--quick", action="store_true", help=f"measure at A = {PAPER} and the ends of the range only; draw nothing"
     )
     options = parser.parse_args()
     path = options.output / "ruler.json"

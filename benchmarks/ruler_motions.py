@@ -4,7 +4,7 @@
 up to v_s, and a rigid obstacle. `sprung`: Coulomb friction, and a spring with critical damping as the obstacle.
 
 The last two laws are piecewise linear. So each piece of a motion has a closed form, and its end is a bracketed zero. A
-numerical integration would also disturb the motion, and more than a small v_s or 1/√k.
+numerical integration would be a disturbance itself, larger than that of a small v_s or 1/√k.
 """
 
 import math
@@ -13,7 +13,7 @@ from benchmarks.switches.model import STICK, TWO_PI, constants, force, gap, jit,
 from benchmarks.switches.solvers.moreau_jean import advance
 
 FAST = 40.0  # number of time constants after which the exponential of a piece has decayed
-FINE, COARSE = 0.2, 0.01  # steps of the scan for the end of a piece: in time constants while it decays, in τ afterwards
+FINE, COARSE = 0.2, 0.01  # steps of the scan for the end of a piece: FINE time constants during the decay, then COARSE
 PIECES = 400  # largest mean number of pieces in a period
 
 
@@ -69,7 +69,7 @@ def slide(point, sign, t0, xi, dxi, tau):
 
 @jit
 def held(point, sign, w, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ of a slide in contact since t0: ξ'' = H − sign − w² ξ − 2 w ξ'."""
+    """Return ξ, ξ' at τ of a slide in contact with the spring since t0: ξ'' = H − sign − w² ξ − 2 w ξ'."""
     share, part = point.A / (w * w + 1.0) ** 2, w * w - 1.0
     offset = -(point.B + sign) / (w * w)
     c = xi - offset - share * (part * math.sin(t0) - 2.0 * w * math.cos(t0))
@@ -83,7 +83,7 @@ def held(point, sign, w, t0, xi, dxi, tau):
 
 @jit
 def creep_piece(point, v_s, mode, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ in a piece of `creeping`, and True if it has ended."""
+    """Return ξ, ξ' at τ in a piece of `creeping`, and True if the piece has ended."""
     if mode == 2:
         return 0.0, 0.0, force(point, tau) > 0.0
     if mode == 0:
@@ -95,7 +95,7 @@ def creep_piece(point, v_s, mode, t0, xi, dxi, tau):
 
 @jit
 def sprung_piece(point, w, mode, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ in a piece of `sprung`, and True if it has ended."""
+    """Return ξ, ξ' at τ in a piece of `sprung`, and True if the piece has ended."""
     closed = xi < 0.0
     if mode == 0:
         level = force(point, tau) - (w * w * xi if closed else 0.0)
@@ -111,7 +111,7 @@ def sprung_piece(point, w, mode, t0, xi, dxi, tau):
 def end_of_piece(piece, point, value, brief, begin, end):
     """Return τ, ξ, ξ' just after the end of a piece, or τ > `end` if the piece has not ended.
 
-    `begin` contains the mode of the piece, τ, ξ, ξ'. `brief` is its time constant, or 0 if it has none.
+    `begin` contains the mode of the piece, and τ, ξ, ξ' at its start. `brief` is the time constant of the piece, or 0.
     """
     _, t0, x, v = begin
     low = t0
@@ -140,7 +140,7 @@ def creeping(point, v_s, start, end, impacts):
 
     Return the number of main impacts, or -1 after too many pieces.
 
-    The modes of its pieces are 1 and -1 (sliding), 0 (creeping), and 2 (at rest at the obstacle, until H rises to 0).
+    The modes of the pieces are 1 and -1 (sliding), 0 (creeping), and 2 (at rest at the obstacle, until H rises to 0).
     """
     mode, tau, xi, dxi, count = 2, 0.0, 0.0, 0.0, 0
     for _ in range(int(end * PIECES / TWO_PI)):
@@ -162,7 +162,7 @@ def creeping(point, v_s, start, end, impacts):
 def sprung(point, w, start, end, impacts):
     """Compute a motion from rest over a spring k = w². Return the number of main impacts, or -1 after too many pieces.
 
-    The modes of its pieces are 1 and -1 (sliding) and 0 (held by friction). For ξ < 0 a piece is in contact with the
+    The modes of the pieces are 1 and -1 (sliding) and 0 (held by friction). For ξ < 0 the mass is in contact with the
     spring.
     """
     mode, tau, xi, dxi, count = 0, 0.0, 0.0, 0.0, 0

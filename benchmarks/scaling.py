@@ -2,8 +2,8 @@
 points.
 
 A straight line of slope 1 means that the time is proportional. If grid points are skipped, the time should not depend
-on 1/Δτ. Memory is the peak of a separate process. This process runs the command line, which writes each block to a file
-as soon as the block is complete.
+on 1/Δτ. Memory is the peak of a separate process. This process runs the command line, which writes each block of points
+to a file as soon as the block is complete.
 """
 
 import os
@@ -68,7 +68,7 @@ def over_periods(quick: bool, repeats: int) -> dict[str, float]:
 
 
 def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
-    """Return the time per period over 1/Δτ: both methods, skipping and literal (with fewer periods for small Δτ)."""
+    """Return the time per period over 1/Δτ, for both methods and both scans (`literal` visits all grid points)."""
     found: dict[str, dict[str, float]] = {}
     steps = (1e-1, 1e-2, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
     for method in ("fixed", "muller"):

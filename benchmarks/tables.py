@@ -87,13 +87,13 @@ RIVALS = {
 
 
 def _time_ratio(at: dict[str, Any], name: str) -> float | None:
-    """Return the ratio of times to the certified sweep: the median over pairs if measured, else the ratio of rates."""
+    """Return the time relative to the certified sweep: the median over pairs if measured, else the ratio of rates."""
     rates = at["periods_per_second"]
     return at["certified_over"].get(name) or (rates["certified"] / rates[name] if rates.get(name) else None)
 
 
 def speed(data: dict[str, Any]) -> str:
-    """Return the table of the README, six rows."""
+    """Return the table of the README, with the six programs of RIVALS."""
     runs = data["one_thread"]
     head = ["periods per second on one core, A = 3…3.25", *(f"ε = {at['eps']:g}" for at in runs)]
     rows = []
@@ -138,7 +138,7 @@ def accuracy_speed(data: dict[str, Any]) -> str:
 
 
 def refined_vs_fixed(data: dict[str, Any]) -> str:
-    head = ["", "gaps and order: first lost at Δτ", "last kept at Δτ", "word: first lost at Δτ", "last kept at Δτ"]
+    head = ["case", "gaps and order: first lost at Δτ", "last kept at Δτ", "word: first lost at Δτ", "last kept at Δτ"]
     rows = []
     for at in data["single"]:
         for name, label in (("fixed", "fixed"), ("muller", "Muller")):

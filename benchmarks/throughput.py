@@ -1,13 +1,14 @@
 """Throughput: excitation periods per second of a sweep over A = 3…3.25, compared with other methods.
 
 Three comparisons use the same sweep. Certified switching in batches is compared with one motion at a time and with
-solvers of the set of switches: hand-written Numba, heyoka and scipy. The literal scan is compared with the
-straightforward loop. The setting of the paper (Δτ = 1e-5, Muller to 1e-7) is compared with certified switching. All
-programs use one thread. A last measurement of certified switching uses all threads.
+solvers of the set of switches (benchmarks/switches): hand-written Numba, heyoka and scipy. The literal scan, which
+visits every grid point, is compared with a simple loop over the grid. The setting of the paper (Δτ = 1e-5, Muller to
+1e-7) is compared with certified switching. All programs use one thread. A last measurement of certified switching uses
+all threads.
 
 The first switches of every other program are compared with those of certified switching, so that no program is fast
-only because it is wrong. At ε = 0 a certified motion that returns to the same bits is copied from then on. Therefore
-the cost of computation is measured on motions that do not return within the record.
+only because it is wrong. If the state of a certified motion at ε = 0 repeats bit for bit, the rest of the motion is
+copied. Therefore the cost of computation is measured with motions that do not repeat within the recorded periods.
 """
 
 import importlib
@@ -29,8 +30,8 @@ EPS = (0.0, 2e-4)
 POINTS, PERIODS = 1000, 500
 RANGE_COMPUTED = (3.0525, 3.06)
 COMPUTED, ONE_BY_ONE = "certified, where nothing repeats", "certified, one motion at a time"
-"""Values of A with stable motions that never rest. They approach their orbit so slowly that no motion repeats bit for
-bit within PERIODS periods."""
+"""At the A of RANGE_COMPUTED motions are stable and never rest. They approach their orbit so slowly that no motion
+repeats bit for bit within PERIODS periods."""
 
 
 def rivals(eps: float) -> dict[str, tuple[str, dict[str, Any], int, int]]:
@@ -53,7 +54,7 @@ def rivals(eps: float) -> dict[str, tuple[str, dict[str, Any], int, int]]:
 
 
 def values(n: int) -> np.ndarray:
-    """Return n values of A: all POINTS of the sweep, or fewer values for slow contestants."""
+    """Return about n of the POINTS values of A of the sweep; slow contestants use few values."""
     return np.linspace(*RANGE, POINTS)[:: max(1, POINTS // n)]
 
 
@@ -98,7 +99,7 @@ def by_solver(events: Callable[..., Any], eps: float, **setting: Any) -> Callabl
 
 @jit
 def locate_obvious(point, setting, state, t0, xi, dxi, end):
-    """Visit every grid point. Return the first point at which the state has ended."""
+    """Visit every grid point. Return τ of the first point at which the state has ended, True at an impact, and ξ."""
     sign = 1.0 if state == UP else -1.0
     k, tau, s = round(t0 / setting[0]), t0, constants(point, sign, t0, xi, dxi)
     while tau <= end:
@@ -119,7 +120,7 @@ obvious_loop = event_loop(locate_obvious, compiled=True)
 
 
 def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[str]]:
-    """Return all contestants. Each runs on one thread for some tenths of a second."""
+    """Return all contestants, and the names of missing programs. Each contestant runs some tenths of a second."""
     n, p = (100, 100) if quick else (POINTS, PERIODS)
     paper = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}
     few = values(50)

@@ -56,7 +56,7 @@ def first_cursor(search, on_zero, method, dtau, limit):
 @jit
 def search_all(w, k, f, T, sign, method, dtau, found):
     """Fill `found` with the zeros of g in (0, T] in order, and return their number. `sign` is the sign of g just after
-    0."""
+    0. `w` and `k` are the memory of one motion (vibrodrive.kernels.lane)."""
     count, t, on_zero = 0, 0.0, f.c0 + f.a * math.sin(f.alpha) + f.b * math.sin(f.beta) == 0.0
     point = 0  # index of the grid point at t
     while t < T and count < len(found):
@@ -88,7 +88,7 @@ def search_all(w, k, f, T, sign, method, dtau, found):
 
 
 def find(f, T, method, dtau, tol):
-    """Return the zeros of g in (0, T] by a method (an integer of `vd.Method`). For a method without a grid `dtau` is
+    """Return the zeros of g in (0, T] by a method (an integer of `vd.Method`). If the method has no grid, `dtau` is
     1."""
     w, k = np.zeros(r.ROWS_W * r.STRIDE), np.zeros(r.ROWS_K * r.STRIDE, np.int64)
     w[r.ETA], w[r.INVERSE], w[r.DTAU], w[r.TOL] = f.eta, 1.0 / f.eta, dtau, tol

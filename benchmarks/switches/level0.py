@@ -14,7 +14,7 @@ NAMES = ("c0", "c1", "c2", "a", "alpha", "b", "eta", "beta", "T")
 DIGITS = 90  # precision of the arithmetic; zeros are stored to 30 digits
 
 Inputs = dict[str, float]
-Drawn = tuple[Inputs, list[str], str]  # inputs, tags, why
+Drawn = tuple[Inputs, list[str], str]  # the fields inputs, tags and why of a case
 
 
 def function(x: Inputs, span: Any = None) -> Function:
@@ -202,14 +202,14 @@ PAPER_ETA = float.fromhex("0x1.93fae4461f60fp+6")  # 10 √102
 
 
 def ending(x: Inputs, more: float, places: int) -> Inputs:
-    """Return the inputs with T soon after the first zero."""
+    """Return the inputs with T at the distance `more` after the first zero."""
     mp.dps = DIGITS
     first = function(x).zeros(1)[0].at
     return x | {"T": round(float(first) + more, places)}
 
 
 def ripple(draw: Draw, i: int) -> Drawn:
-    """Draw switching functions of a disturbed motion: ξ' (odd numbers) with a small ripple, 1 - H with a large
+    """Draw switching functions of a disturbed motion: ξ' with a small ripple if i is odd, else 1 - H with a large
     ripple."""
     mp.dps = DIGITS
     A, tau = mp.mpf(draw.uniform(1.5, 3.3, 3)), mp.mpf(draw.uniform(-0.4, 0.3))

@@ -13,7 +13,7 @@ Drawn = tuple[Inputs, list[str], str]
 
 
 def scene(draw: Draw, disturbed: bool) -> Inputs:
-    """Return a scene similar to those of the paper, with or without a disturbance."""
+    """Return a scene (the parameters and the start of a motion) similar to those of the paper."""
     eps = draw.choice([5e-5, 1e-4, 2e-4]) if disturbed else 0.0
     return inputs(A=draw.uniform(1.5, 3.3, 3), eps=eps, tau0=draw.uniform(0.0, 6.28))
 
@@ -67,7 +67,7 @@ def both_sides(draw: Draw, i: int) -> Drawn:
 
 
 def short_slide(draw: Draw, i: int) -> Drawn:
-    """Draw a start from rest with H = 1 + 10⁻ᵏ. H increases (odd numbers) or decreases."""
+    """Draw a start from rest with H = 1 + 10⁻ᵏ. H increases if i is odd, and decreases otherwise."""
     k = 2 + i
     x = inputs(A=draw.uniform(1.3, 3.0, 3), xi0=draw.choice([0.0, 1.0]))
     model = oscillator(x)
@@ -106,7 +106,7 @@ def dip(draw: Draw, i: int) -> Drawn:
 
 
 def late_start(draw: Draw, i: int) -> Drawn:
-    """Draw a segment at τ of 10² to 10⁸."""
+    """Draw a segment that starts at τ of 10² to 10⁸."""
     k = (2, 3, 4, 5, 6, 7, 8, 6)[i]
     x = scene(draw, i % 2 == 1) | {"xi0": draw.uniform(0.3, 2.0), "dxi0": draw.uniform(0.3, 1.5) * draw.choice([1, -1])}
     x["tau0"] = round(draw.uniform(1.0, 9.0, 8) * float(f"1e{k}"), 2) * (-1 if i == 7 else 1)

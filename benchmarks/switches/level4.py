@@ -1,4 +1,4 @@
-"""Level 4 of the set: the orbits of 16 pairs (A, B), and the disturbances up to which they keep their structure.
+"""Level 4 of the set: the orbits of 16 pairs (A, B), and the disturbances at which gaps or order of impacts are lost.
 
 python -m benchmarks.switches.level4    # writes level4.csv in a minute or two
 """
@@ -21,7 +21,7 @@ HEAD = [*ORBIT, "disturbance", "method", "first_lost", "last_kept", "share_kept"
 
 
 def rows(A: float, B: float) -> Iterator[list[str]]:
-    """Yield a row for each disturbance and method: the orbit for (A, B) and the band of its limit."""
+    """Yield a row for each disturbance and method: the orbit for (A, B), and the band of its limit (README.md)."""
     orbit = reference_orbit(vd.simulate(A, B=B, transient=SETTLING, periods=WATCHED))
     if orbit is None or orbit.cycle is None:
         raise ValueError(f"A = {A}, B = {B}: no periodic orbit with impacts")

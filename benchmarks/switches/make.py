@@ -26,7 +26,7 @@ FEWER = 100  # at levels 2 and 3 times must agree within tolerance / FEWER, beca
 
 
 class Task(NamedTuple):
-    """A case that is made: its level, the number of its family, and its number in the family."""
+    """A case to be made: its level, the number of its family, and its number in the family."""
 
     level: int
     family: int
@@ -107,7 +107,8 @@ def neighbours(x: dict[str, float]) -> Iterator[dict[str, float]]:
 
 
 def parting(a: Sequence, b: Sequence, part: int) -> int | None:
-    """Return the index of the first zero or event at which two sequences differ; None if they agree."""
+    """Return the index of the first difference of two sequences, or None if they agree. Times agree if their distance
+    is at most the tolerance / `part`."""
     for i, (s, t, within) in enumerate(zip(a.times, b.times, a.within, strict=False)):
         if a.states[i] != b.states[i] or abs(s - t) > within / part:
             return i
@@ -115,7 +116,7 @@ def parting(a: Sequence, b: Sequence, part: int) -> int | None:
 
 
 def verdict(level: int, x: dict[str, float], exact: Sequence, start: Any, end: Any) -> dict[str, Any]:
-    """Return the verdict, all answers if there are several, and the time up to which all of them agree."""
+    """Return the fields verdict, answers (if there are several) and certain_until (the time up to which they agree)."""
     part = FEWER if level > 1 else 1
     several, until, until_index = [exact], end, len(exact.times)
     for moved in neighbours(x):

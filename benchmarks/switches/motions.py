@@ -81,7 +81,7 @@ def nearest(model: Oscillator, s: Switch, others: list[Any]) -> Any:
 
 
 def solve(x: Inputs, most: int | None = None) -> list[Event]:
-    """Return the events of a motion in order, all or the first `most`. States are given by name."""
+    """Return the events of a motion in order, all or the first `most`. States are names."""
     values = {name: x[name] for name in NAMES[:-1]}
     with digits50.with_digits(DIGITS):
         switches = reference(**values, periods=int(x["periods"]), max_switches=most).switches[:most]

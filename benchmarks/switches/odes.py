@@ -1,8 +1,8 @@
 """The model as differential equations with events, for solvers of such equations.
 
-A slide integrates (ξ, ξ') and begins with ξ' = ±1e-16: some solvers report an event at the start itself, and others
-lose the next one. If ε = 0, the end of a wait is an arcsine. If ε > 0, H is integrated in a wait, so that the steps
-follow the disturbance.
+The variables of a slide are ξ and ξ'. A slide from rest begins with ξ' = ±1e-16, because at ξ' = 0 some solvers report
+the start as an event, and others miss the next event. The end of a wait (STICK or REST) is an arcsine if ε = 0. If
+ε > 0, H is integrated in a wait, so that the steps follow the disturbance.
 """
 
 import math
@@ -26,7 +26,7 @@ EVENTS = {
     GROUND: [(0, 0.0, -1)],
     SUM: [(0, 0.0, 0)],
 }
-"""Events that end each kind of search: (number of the variable, the level that it crosses, the direction or 0)."""
+"""Events that end each kind of search: (number of the variable, level that it crosses, direction; 0: either one)."""
 
 
 def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
@@ -47,11 +47,11 @@ def first_value(function: Any) -> float:
 
 
 def locator(solve: Callable[..., Any], again: bool) -> Callable[..., tuple[float, bool, float]]:
-    """Return `locate` for the event loop.
+    """Return the function `locate` that `event_loop` calls (loop.py).
 
     `solve(setting, state, point, tau, y, end)` returns (τ, variables, number of the event) at the first event of a
-    state, or None without one. If a slide down ends at a reversal behind the obstacle, one step has hidden two zeros of
-    ξ. If `again`, the slide is then computed again, up to the reversal, to find the impact of the slide.
+    state, or None if there is none. If a slide down ends at a reversal behind the obstacle, a step has hidden two zeros
+    of ξ; the first is the impact. If `again` is True, this slide is computed again, to find the impact.
     """
 
     def locate(point, setting, state, tau, xi, dxi, end):

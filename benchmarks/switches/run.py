@@ -84,7 +84,7 @@ def timed(module: Any, level: int, x: dict[str, float], setting: Any, limit: flo
 
 
 def serve(name: str, channel: Any) -> None:
-    """Main function of the process of a solver: answer questions, and discard the output of libraries."""
+    """Main function of the process of a solver: answer cases from `channel`, and discard the output of libraries."""
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
@@ -157,7 +157,7 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
 def run(
     module: Any, cases: list[dict[str, Any]], limits: list[float], answers: Path | None
 ) -> Iterator[dict[int, tuple[dict[str, Any], Firsts]]]:
-    """Yield (result, first zeros or events of its answers) of each level after each setting of a solver.
+    """After each setting of a solver, yield for each level (result, first zero or event of each answer).
 
     The complete answers are written into the folder `answers`.
     """

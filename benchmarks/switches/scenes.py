@@ -1,5 +1,5 @@
-"""Levels 2 and 3: motions of 20 and 200 periods in scenes of the paper, in scenes of the reference, and in random
-scenes."""
+"""Levels 2 and 3: motions of 20 and 200 periods. A scene (the parameters and the start of a motion) is from the paper,
+from the reference (vibrodrive.validation), or random."""
 
 from collections.abc import Callable
 

@@ -58,8 +58,8 @@ class Function:
         return g
 
     def clear(self, m: float, r: float) -> bool:
-        """Return True if double precision proves that there is no zero in |h - m| <= r. Of a fast wave only the
-        amplitude is used."""
+        """Return True if double precision proves that there is no zero in |h - m| <= r. Waves are added one by one,
+        slow waves first. Waves that are not yet added are bounded by their amplitude."""
         r = r * ABOVE + abs(m) * ROUNDING
         c0, c1, c2 = self.poly
         g, dg, ddg, third = c0 + (c1 + c2 * m) * m, c1 + 2 * c2 * m, 2 * c2, 0.0

@@ -1,6 +1,6 @@
 """CVODE of SUNDIALS in scikit-sundae: Adams' method and its search for roots, restarted at each switch.
 
-The solver stores the events of all its restarts. The last row belongs to the present restart.
+A result contains the events of all restarts. The last row of `i_events` belongs to the present restart.
 """
 
 from functools import cache
@@ -19,7 +19,7 @@ MOST = 100_000  # largest number of zeros of a function
 
 @cache
 def solver(state, rtol):
-    """Return (solver, list that contains the point or function of its derivatives)."""
+    """Return (solver, list whose only item is the right-hand side of the differential equation)."""
     rate: list[Any] = [None]
 
     def right(t, y, dy):

@@ -49,9 +49,9 @@ def ends(state, y):
 def integrator(method, state):
     """Return the compiled function of (τ, end, tolerance, point or g, variables).
 
-    Its values are τ, 1 at an event, the number of the event, and the variables.
+    It returns τ, 1 at an event (else 0), the number of the event, and the variables.
 
-    Arguments and values are single arrays: to pass the numbers one by one takes as long as a slide.
+    The arguments are one array, and the results are one array, because to pass single numbers takes as long as a slide.
     """
     kind = Sum if state == SUM else Point
     event = dfx.Event(lambda t, y, args, **_: ends(state, y).min(), ROOT, direction=False)

@@ -1,7 +1,7 @@
 """heyoka: Taylor integration with terminal events, restarted at each switch. At level 0 the events are not terminal.
 
 Events have a direction, and no slide begins with ξ' exactly 0. From ξ' = 0 heyoka misses the next zero of the same step
-without a message, and a departure with ξ' = ξ'' = 0 triggers its own event endlessly.
+without a message. From ξ' = ξ'' = 0 it reports the event at the start endlessly.
 """
 
 from functools import cache

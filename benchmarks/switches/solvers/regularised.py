@@ -1,7 +1,7 @@
 """Hand-written Numba: smoothed friction, linear in the velocity up to v_s, and a spring with a dashpot as the obstacle.
 
 The dashpot has critical damping, the least damping at which the spring does not return velocity to the mass. The force
-of the dashpot may also be a pull. If it were not, 13.5 % of the speed would remain after each impact for any stiffness
+of the dashpot may also be a pull. Without a pull, 13.5 % of the speed would remain after each impact for any stiffness
 of the spring, so that the impact would not become plastic.
 
 Steps are explicit (RK4) or implicit (backward Euler). Explicit steps are stable only if step <= v_s and step <= 1/√k.

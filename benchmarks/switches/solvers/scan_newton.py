@@ -77,6 +77,6 @@ def zeros(function, T, step):
     found = []
     for low, high in sums.brackets(function, T, step):
         falls = sums.value(function, low) > 0.0 or sums.value(function, high) < 0.0
-        positive = function._replace(sign=1.0 if falls else -1.0)  # at `low`
+        positive = function._replace(sign=1.0 if falls else -1.0)  # ±g > 0 at `low`, as `newton` requires
         found.append(newton(sums.value, sums.slope, (positive,), low, high))
     return found

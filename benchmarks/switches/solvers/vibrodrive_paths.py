@@ -1,7 +1,7 @@
 """The three methods of the package: `vd.simulate` for events, and its kernels at level 0.
 
-The answer ends before the first decision that the package reports as uncertain. If this is the first decision, the case
-is refused.
+The answer ends before the first switching decision that the package reports as uncertain. If no decision is certain,
+the case is refused.
 """
 
 import vibrodrive as vd
