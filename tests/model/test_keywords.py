@@ -178,8 +178,8 @@ def test_type_checker_finds_exactly_the_mistakes_of_a_script(tmp_path):
     pytest.importorskip("mypy")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    # mypy runs in the root directory, so that it uses the options of pyproject.toml. If MYPY_CACHE_DIR is set, results
-    # in that cache are used.
+    # mypy runs in the root directory, so that it uses the options of pyproject.toml. If MYPY_CACHE_DIR is set, mypy
+    # uses the results in this cache.
     paths = {"MYPY_CACHE_DIR": str(tmp_path / "cache")} | os.environ
     ran = subprocess.run(
         [sys.executable, "-m", "mypy", str(script)], cwd=ROOT, env=paths, capture_output=True, text=True, check=False

@@ -1,6 +1,6 @@
 """Refusals of invalid arguments, in one sentence with the key, the value and the allowed values.
 
-A wrong argument of a public function never causes an error of Python or NumPy, a hang, or a number.
+A wrong argument of a public function never causes an error message of Python or NumPy, a hang, or a result.
 """
 
 import decimal
@@ -94,7 +94,7 @@ REFUSED = {
     "length": ("xi", IN_SI.length, [None, *NOT_NUMBERS, range(10**15)]),
     "force": ("h", IN_SI.force, [None, *NOT_NUMBERS]),
 }  # fmt: skip
-"""The call, the key that its message names, and the refused values."""
+"""By the name of a test: the key that the message names, the call, and the refused values."""
 
 
 def swept():
@@ -134,7 +134,7 @@ def test_refusal_shows_the_given_value_and_public_names_only():
 
 @pytest.mark.jit
 def test_too_few_periods_are_refused():
-    """The comparison omits the first and the last impact of a record. The others must contain the orbit twice."""
+    """The comparison with the orbit omits the first and the last impact of a record. The others must cover it twice."""
     with pytest.raises(ValueError, match=r"^periods = 1: must be >= 4, 4 times the period .* at A = 1.5$"):
         vd.limit(A=1.5, periods=1, transient=10)
     with pytest.raises(ValueError, match=r"^periods = 15: must be >= 16, 4 times the period .* at A = 3.1$"):

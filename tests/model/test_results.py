@@ -57,7 +57,7 @@ def test_select_finds_the_exact_or_nearest_value_and_drops_the_axis(plan):
 
 
 def test_select_allows_for_rounding_of_a_value(plan):
-    """In double precision 0.1 · 3 exceeds 0.3, but the value 0.3 selects this value of a linspace."""
+    """In double precision 0.1 · 3 exceeds 0.3, but it selects the value 0.3 of an axis."""
     r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
     assert r.select(A=0.1 * 3).margin == 2.0
     axis = np.linspace(3.0, 3.25, 251)

@@ -74,7 +74,7 @@ def gap_at_closest(A, b):
 
 
 def test_borders_grazings_and_sticks_in_the_reference(found):
-    """At the bifurcation the margin of one decision of the orbit is zero. Close to it all margins are positive."""
+    """At the bifurcation the margin of one decision of the orbit is zero. All margins are larger 1e-5 away."""
     for kind in ("border", "grazing", "stick"):
         for b in of_kind(found, kind):
             here = gap_at_closest(b.A, b)
@@ -177,7 +177,7 @@ def test_steps_and_tolerances_grow_with_A(step):
 
 
 def test_grid_of_a_wide_range_grows_with_A():
-    """The spacing of the grid grows with A. All values of A with a spacing of 1/256 would not fit into memory."""
+    """The spacing of the grid grows with A. A grid with the spacing 1/256 would not fit into memory."""
     values = spread(1.05, 1e9, None)
     assert len(values) < 25_000
     assert np.all(np.diff(values) <= np.maximum(1.0, values[1:] / 4.0) / 256.0 * (1.0 + 1e-9))

@@ -43,14 +43,15 @@ def agree(found, A, B, max_period, atol=1e-12):
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [0.03, 0.0371, 0.0768234, 0.1, 0.1299])
 def test_curves_at_one_B_equal_the_bifurcations(found, B):
-    """The curves give exactly the bifurcations at B, for a B at which curves begin and between two such values."""
+    """The curves give exactly the bifurcations at B, for the smallest B of the curves and for larger values."""
     assert agree(found, (1.5, 3.2), B, 3) >= 5
 
 
 @pytest.mark.jit
 def test_three_curves_begin_where_a_grazing_orbit_begins_to_rest():
-    """Up to B = 0.00489 the orbit at a grazing has one impact in four periods and no rest. For a larger B it rests.
-    At this B three curves meet the grazing: the border of its orbit, and fold and border of an orbit of two impacts."""
+    """Up to B = 0.00489 the orbit at a grazing has one impact in four periods and no rest. For a larger B it has a
+    rest. At this B three curves meet the curve of the grazing: the border of its orbit, and the fold and the border of
+    an orbit of two impacts."""
     A = (2.105, 2.15)
     found = curves(A, (0.0047, 0.0057), 4, num=2)
     (point,) = meeting_points(found)
@@ -62,7 +63,7 @@ def test_three_curves_begin_where_a_grazing_orbit_begins_to_rest():
     assert sorted(c.at(0.0050).size for c in there) == [0, 1, 1, 1, 1]
     for B in (0.0048, 0.0056):  # closer to the point the search at one B would merge the fold and the border
         agree(found, A, B, 4)
-    # at the point the flight after a rest touches the obstacle, and rounding determines if it lands
+    # at the point the flight after a rest touches the obstacle, and rounding determines whether it lands
     run = reference(point[0], point[1], tau0=math.asin((1.0 + point[1]) / point[0]), periods=4)
     assert min(float(s.margin) for s in run.switches) < 1e-6
 
@@ -191,7 +192,7 @@ def test_every_bifurcation_is_recognised():
 
 @pytest.mark.jit
 def test_fold_margin_vanishes_at_a_period_doubling():
-    """The curve of a fold ends at a period doubling, because the orbit becomes another orbit that is passed twice."""
+    """The curve of a fold ends at a period doubling, where its orbit becomes an orbit of half the period."""
     (b,) = bifurcations((2.6, 2.61), 0.1, 1)
     once, u = recognise(b)
     again = once.slides

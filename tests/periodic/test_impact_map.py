@@ -1,4 +1,4 @@
-"""Tests of the impact-phase map: comparison with 50 digits, limits, and breakpoints."""
+"""Tests of the impact-phase map: comparison with 50 digits, limits at the ends of its window, breakpoints."""
 
 import math
 import sys
@@ -16,7 +16,7 @@ PLACES = [(1.3, 0.1), (1.5, 0.1), (3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (2.0, 0.
 
 
 def inner(system, count: int, seed: int) -> np.ndarray:
-    """Return phases, half of them in the window, all at least 1e-4 from each breakpoint."""
+    """Return phases at least 1e-4 from each breakpoint, half of them drawn from the window."""
     rng = np.random.default_rng(seed)
     phi = np.concatenate([rng.uniform(0, 2 * math.pi, count), rng.uniform(*system.window, count)])
     return phi[np.abs(phi[:, None] - system.breakpoints).min(axis=1) > 1e-4]

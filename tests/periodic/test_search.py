@@ -53,7 +53,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
     """Return (smooth, crosses), masks of the intervals between neighbours of `phi`, bool (len(phi) - 1,).
 
     smooth : the n-fold map is smooth in the interval and takes `period` periods
-    crosses : it also crosses the diagonal
+    crosses : the map is smooth in the interval and crosses the diagonal there
     """
     system = impact_map(A, B)
     low, high = system.window
@@ -73,9 +73,9 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 @pytest.mark.jit
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE[::2])
 def test_search_finds_all_orbits_of_a_dense_sampling(A, B):
-    """The search finds all orbits of the sampling, and only orbits that the sampling allows.
+    """The search finds exactly the orbits of the sampling in all intervals in which the sampled map is smooth.
 
-    The sampling misses branches that are narrower than its spacing.
+    In other intervals the map may have branches that are narrower than the spacing of the sampling.
     """
     found = orbits(A, B, 3)
     phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
@@ -135,7 +135,7 @@ def test_one_orbit_on_the_level_touches(A):
 
 @pytest.mark.parametrize("A", [1.37, 1.4666980286121560, 1.9, 2.93])
 def test_touching_orbit_bounds_motions_in_the_air(A):
-    """A motion that starts 1e-3 above the orbit returns to this ξ (reference). After a later launch the mass lands.
+    """By the reference a motion that starts 1e-3 above the orbit returns to this ξ. After a later launch it lands.
 
     After an earlier launch the mass does not land.
     """
@@ -153,7 +153,7 @@ def test_touching_orbit_bounds_motions_in_the_air(A):
 
 @pytest.mark.jit
 def test_first_fall_after_a_stick_close_to_the_level_lands():
-    """Because of gravity the mass would fall below the obstacle, even if this depth of 1e-17 is lost by rounding."""
+    """The first fall is at least as long as the rise, so the mass lands. Rounding may hide the difference."""
     for A in np.linspace(1.01, 1.85, 29).tolist():
         for B in (0.0, 1e-300, 1e-18, 1e-16, 1e-15, 1e-12):
             (orbit,) = orbits(A, B, 1)
@@ -165,7 +165,7 @@ def test_first_fall_after_a_stick_close_to_the_level_lands():
 @pytest.mark.jit
 @pytest.mark.parametrize("B", [1e-15, 1e-9, 1e-6, 1e-4])
 def test_no_orbit_close_to_the_level_depends_on_rounding(B):
-    """The list of orbits does not depend on the last bit of A, and no speed is negative. Both were once wrong."""
+    """The list of orbits does not depend on the last bit of A, and no speed is negative. Both once failed."""
     for A in np.linspace(1.9, 4.0, 22).tolist():
         names = [[o.name for o in orbits(a, B, 3)] for a in np.linspace(A, A * (1.0 + 1e-12), 5).tolist()]
         assert all(there == names[0] for there in names)
@@ -177,7 +177,7 @@ def test_no_orbit_close_to_the_level_depends_on_rounding(B):
 @pytest.mark.jit
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_orbit_passed_twice_is_listed_once():
-    """Far above A = 1 + B rounding separates two passes of an orbit. Both passes were once listed as another orbit."""
+    """Far above A = 1 + B rounding separates two passes of an orbit. They were once listed as one more orbit."""
     for A in np.linspace(1000.0, 1100.0, 401).tolist():
         for orbit in orbits(A, 0.1, 2):
             assert len(set(orbit.name)) == orbit.impacts

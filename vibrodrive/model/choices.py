@@ -17,7 +17,7 @@ class Named(IntEnum):
 
 
 class Method(Named):
-    """Method that finds the end of a state. `simulate` takes a member, or its name in lower case.
+    """Method that finds the end of a state. `simulate` accepts a member, or its name in lower case.
 
     Examples
     --------

@@ -53,7 +53,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "switching": _in_table("switching"),
     "run": _in_table("run"),
 }
-"""Tables of the arguments of a sweep: parameters as one number, axes ([sweep]) and settings."""
+"""Tables with the arguments of a sweep, and the keys of each table. The axes are in [sweep]."""
 
 MOST_BYTES = 1 << 25  # largest size of a configuration file: about two million numbers, which take ten seconds to read
 
@@ -71,8 +71,8 @@ class Config:
     text : contents of the file, verbatim.
     overrides : options KEY=VALUE that replaced values of the file.
     arguments : arguments of `plan.make_plan`.
-    physical : the scene, with a0 = 0 if the configuration gives A; None without [physical], or if a quantity of the
-        scene is an axis. If a quantity of the scene is an axis, `arguments` contains the scene.
+    physical : the scene in SI units, with a0 = 0 if the configuration gives A. It is None without [physical], or if a
+        quantity of the scene is an axis. If a quantity of the scene is an axis, `arguments` contains the scene.
     """
 
     text: str
@@ -112,7 +112,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Config:
 
 def _text_of(path: Path) -> str:
     mode = path.stat().st_mode
-    # a pipe of the shell, <(…), has no path and can be read; a read of a named pipe would block until someone writes
+    # a pipe of the shell, <(…), has no path and can be read; a read of a named pipe would block until data are written
     anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
     if not (stat.S_ISREG(mode) or anonymous):
         what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
@@ -173,7 +173,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
 
 
 def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
-    """Check an argument of a sweep; add the keys of [sweep.points] to `at`."""
+    """Check an argument of a sweep. Add keys of [sweep.points] to `at`, which gives the table of each key."""
     if key in SETTINGS:
         check_setting(key, value)
         return value
@@ -193,9 +193,9 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
 
 
 def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene | None:
-    """Add the values of [physical] to the arguments and return None, if a quantity of the scene is an axis.
+    """Add A and B of the scene to the arguments, and return the scene.
 
-    Otherwise add only A and B of the scene, and return the scene.
+    If a quantity of the scene is an axis, add all values of [physical] to the arguments instead, and return None.
     """
     swept = {key: arguments[key] for key in SCENE_AXES if key in arguments}
     for key in ("omega0", "mu", "alpha"):
@@ -240,7 +240,7 @@ def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
-    """Check [sweep.points] and add its keys to `at`. Raises ValueError if `at` already has one of these keys."""
+    """Check [sweep.points] and add its keys to `at`. Raises ValueError if `at` already contains one of these keys."""
     if not isinstance(table, dict):
         raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
     found = {}
@@ -366,7 +366,8 @@ _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCEN
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
     """Return the table of a key that is given without a table.
 
-    This is the table of the file that has the key, or else the first table that may have it.
+    An axis belongs to [sweep]. Any other key belongs to the table of the file that contains the key, or else to the
+    first table that may contain the key.
     """
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"

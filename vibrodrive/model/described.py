@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Lines = list[tuple[str, str]]  # name and text of each line; a name may occur again
+Lines = list[tuple[str, str]]  # name and text of each line; several lines may have the same name
 
 
 class Stored:
@@ -71,11 +71,11 @@ def html_table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
 
 
 LABELS = {"axes": "axis", "ranges": "range", "parameters": "fixed"}
-"""Label of the line of a fact, where the label is not the name of the fact."""
+"""Labels of the lines of facts, if the label differs from the name of the fact."""
 
 
 def words(facts: Mapping[str, Any]) -> Lines:
-    """Return facts as lines: one line for each entry of a nested mapping, one for any other fact."""
+    """Return facts as lines: a line for each entry of a nested mapping, and a line for each other fact."""
     found = []
     for name, value in facts.items():
         label = LABELS.get(name, name.replace("_", " "))
@@ -103,7 +103,7 @@ def axis_facts(values: np.ndarray) -> dict[str, Any]:
 
 
 def span(name: str, values: np.ndarray) -> str:
-    """Return the range of an axis as “A 3…3.25 (100)”."""
+    """Return the ends and the number of values of an axis as “A 3…3.25 (100)”."""
     return f"{name} {values[0]:g}" + (f"…{values[-1]:g} ({len(values)})" if len(values) > 1 else "")
 
 

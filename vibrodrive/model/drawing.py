@@ -1,4 +1,4 @@
-"""Kinds of figures of a sweep and their quantities, depending on its record."""
+"""Kinds of figures of a sweep, and quantities that can be drawn, depending on the records of the sweep."""
 
 from typing import Any, Literal, get_args
 
@@ -29,7 +29,7 @@ OF_SECTION = ("last_xi", "last_dxi")
 
 IMPACT_POWER = "impact_power"  # `energy` in W, if the sweep has a scene with a mass
 
-KEPT = "kept"  # the structure is kept if `gaps` are those of the undisturbed motion, and lost otherwise
+KEPT = "kept"  # 1 if `gaps` are those of the undisturbed motion, 0 if not, -1 if it has no gaps
 
 K2 = "k2"
 

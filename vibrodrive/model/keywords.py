@@ -1,4 +1,4 @@
-"""Types of the keywords of `simulate`, `sweep` and `limit`, and a decorator that keeps their order in the call.
+"""Types of the keywords of `simulate`, `sweep` and `limit`, and a decorator that preserves the order of the call.
 
 Each of these functions has an explicit signature with types and defaults, for `help()`, editors and type checkers.
 Python passes keywords in the order of the signature, but the axes of a sweep must have the order of the call. Python
@@ -31,7 +31,7 @@ R = TypeVar("R")
 
 
 def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Callable[P, R]:
-    """Pass to `function`, as an additional first argument, the arguments of the call by name, in the order of the call.
+    """Wrap `function` so that its first argument is a dictionary of the given arguments in the order of the call.
 
     Raises TypeError with one sentence for an unknown or missing keyword and for too many positional arguments.
     """

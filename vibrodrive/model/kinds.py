@@ -121,7 +121,7 @@ ABOVE = {
     "the figure of curves": "figures.plane:curves_figure",
     "the progress of a call": "jobs.progress:under_way",
 }
-"""Places in higher layers that lower layers call, by the argument of `above`."""
+"""Places of functions of higher layers that lower layers call, by the argument of `above`."""
 
 
 def named(place: str) -> Any:

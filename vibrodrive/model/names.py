@@ -4,7 +4,7 @@ Configurations, files, figures and the explorer take meanings, symbols, ranges a
 signatures of `simulate`, `sweep` and the limits repeat the defaults; a test compares them. This module does not import
 NumPy, and no kernel imports this module: an edit recompiles nothing.
 
-The parameters have the order of the columns of a point.
+The parameters have the order of the columns of `Plan.points`.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ class Settings:
 
     @property
     def literal(self) -> bool:
-        """True if every grid point is visited; `certified` has no grid."""
+        """True if every grid point is visited. It is False for `certified`, which has no grid."""
         return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
 
     @property
@@ -168,7 +168,7 @@ class Settings:
         return self.literal or self.method not in IN_LANES
 
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
-        """Return the estimated work of one point, in units of the work of one undisturbed period.
+        """Return the estimated work of one point, with error bounds if `bounded`, in units of one undisturbed period.
 
         The work grows with ε, with η and with 1/Δτ. It is not measured, so that the blocks of a file do not depend on
         the machine.

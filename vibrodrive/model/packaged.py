@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def configurations() -> Path:
-    """Return the directory of the configurations. It is inside an installed package, and next to it in a clone."""
+    """Return the directory of the configurations: inside an installed package, beside the package in a clone."""
     here = Path(__file__).parents[1]
     for place in (here / "configs", here.parent / "configs"):
         if place.is_dir():

@@ -56,7 +56,7 @@ def power(work: Any, omega0: Any, mu: Any, alpha: Any, mass: Any, g: Any) -> Any
 
 
 def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by name, of one or many points. A and B are added if these values contain the scene."""
+    """Return values by name, for one or many points. Add A and B if the values contain the scene that gives them."""
     known = dict(values)
     if "A" not in known and {"a0", "omega0", "mu", "alpha", "g"} <= known.keys():
         known["A"] = amplitude(*(known[name] for name in ("a0", "omega0", "mu", "alpha", "g")))
@@ -68,7 +68,7 @@ def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
 def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
     """Return the value of `name` ("A", "a0" or "omega0") that gives the amplitude A.
 
-    `known` has the other quantities of the scene by name.
+    `known` contains the other quantities of the scene by name.
     """
     if name == "A":
         return A
@@ -94,7 +94,7 @@ def _each(function: Callable[[float], float], x: Any) -> Any:
         return function(x)
     import numpy as np
 
-    values, where = np.unique(x, return_inverse=True)  # each distinct value is computed once; an axis has few
+    values, where = np.unique(x, return_inverse=True)  # each value is computed once; few values are distinct
     return np.array([function(v) for v in values.tolist()])[where]
 
 
@@ -185,7 +185,7 @@ class Scene:
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
-        """Return a scene and give no warning. It serves for ends of axes and for many scenes. By default a0 is 0."""
+        """Return a scene without a warning of likely mistakes, as needed for the ends of axes. By default a0 is 0."""
         scene = cls.__new__(cls)
         scene._take({"a0": 0.0, "mass": cls.mass, "g": cls.g} | values)
         return scene

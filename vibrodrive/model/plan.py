@@ -28,15 +28,15 @@ only."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
-"""Largest number of points of a wave. A wave is the set of blocks that are computed together. Lanes become idle towards
-the end of a wave; with this number of points they cost little."""
+"""Largest number of points of a wave. A wave is the set of blocks that are computed together. Some lanes of the kernels
+(kernels/engine.py) become idle towards the end of a wave. With this number of points idle lanes cost little."""
 
 WAVE_WORK = 1 << 25
-"""Largest work of a wave, in undisturbed periods. If a sweep is stopped, at most this work is lost: 1.5 to 2.5 s on one
-core."""
+"""Largest work of a wave, in the unit of `Settings.work`. If a sweep is stopped, at most this work is lost: 1.5 to 2.5
+s on one core."""
 
 LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
-"""Least number of points of a wave, even if this exceeds the largest work: fewer points would leave lanes or threads
+"""Least number of points of a wave, even if their work exceeds WAVE_WORK. Fewer points would leave lanes or threads
 idle. The second number holds for points that are computed one by one."""
 
 IN_FLIGHT = 16
@@ -44,7 +44,7 @@ IN_FLIGHT = 16
 tasks."""
 
 POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
-SAMPLED = 100  # number of points that are checked before a warning, if parameters change together
+SAMPLED = 100  # largest number of values of the axis `point` that are checked before a warning
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Plan:
 
     @property
     def _most_points(self) -> int:
-        """Largest number of points of a wave that the bound of its work allows."""
+        """Largest number of points of a wave whose work does not exceed WAVE_WORK."""
         alone = self.settings.one_by_one or ERROR in self.record
         return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
 
@@ -152,7 +152,7 @@ class Plan:
         return float(np.min(values)), float(np.max(values))
 
     def blocks(self) -> list[tuple[int, int]]:
-        """Return (number of the first point, number of the last point + 1) of every block."""
+        """Return (number of the first point, number of the last point + 1) for every block."""
         shape, chunk = self.shape, self.chunk
         cut = next((k for k in range(len(shape)) if chunk[k] > 1), len(shape) - 1)
         tail = math.prod(shape[cut + 1 :])

@@ -1,4 +1,4 @@
-"""Records of a sweep for each motion: section, main impacts, summary and error bounds."""
+"""Records of a sweep for each motion: section, main impacts (kernels/record.py), summary and error bounds."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR)
 
 
 class Quantity(NamedTuple):
-    """Properties of an array of a record. `along` is its dimension in addition to the axes, "" for none."""
+    """Properties of an array of a record. `along` is the name of a dimension in addition to the axes, or ""."""
 
     name: str
     dtype: str
@@ -57,7 +57,7 @@ MAIN_IMPACTS = (
     Quantity("impact_speed", "<f8", math.nan, "1", "speed of a main impact", "impact"),
     Quantity("impact_states", "<i4", -1, "1", "states between the previous main impact and this one", "impact"),
 )
-"""Quantities of the main impacts of a point, in order of time: at most two impacts per period."""
+"""Quantities of the main impacts of a point. The impacts are in order of time, at most two per period."""
 
 ERRORS = (
     Quantity("error_xi", "<f8", math.nan, "1", "bound of the error of ξ at all points of the section, inf: none"),
@@ -70,7 +70,7 @@ OF_RECORD = {SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS}
 
 
 def check_record(record: object) -> tuple[str, ...]:
-    """Return the names of records, given as one name or several names, in the order of RECORDS.
+    """Return the names in `record`, which is one name or a list or tuple of names, in the order of RECORDS.
 
     Raises TypeError or ValueError.
     """

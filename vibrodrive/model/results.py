@@ -30,15 +30,15 @@ if TYPE_CHECKING:
 Index = tuple[Any, ...]  # for each axis an int (one value) or slice(None) (all values)
 
 Read = Callable[[str, Index], np.ndarray]
-"""Function of the name of an array (such as "section") and an Index that returns the array at this Index."""
+"""Function that returns the array with a given name (such as "section") at an Index."""
 
 
 class Results:
     """Results of `sweep` and `load`: sections, statuses, margins and numbers of switches over the axes of a sweep.
 
     Each array is read on its first access and kept. At a point that is not computed yet, section and margin are NaN,
-    the switches are -1 and the status is Status.NOT_COMPUTED. If a block of an array is damaged in the file, its points
-    get the same values. So read an array first, and then the `status` by which its points are selected.
+    the switches are -1 and the status is Status.NOT_COMPUTED. If a part of an array is damaged in the file, its
+    points get the same values. So read an array first, and then the `status` with which you select its points.
 
     Each of these records adds arrays:
 
@@ -167,7 +167,7 @@ class Results:
         )  # fmt: skip
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
-        """Return (section or None, status, margin, switches) of the points start..stop as views, one row a point."""
+        """Return (section or None, status, margin, switches) of the points start..stop: views, a row for each point."""
         wanted = SECTION in self.record
         return (
             self.section.reshape(-1, self.settings.periods, 2)[start:stop] if wanted else None,
@@ -177,13 +177,13 @@ class Results:
         )
 
     def put(self, start: int, stop: int, records: Mapping[str, np.ndarray]) -> None:
-        """Store the records of the points start..stop, arrays by the names in records.py."""
+        """Store the records of the points start..stop, given as arrays by the names in records.py."""
         for name, values in records.items():
             array = self._arrays[name]
             array.reshape(-1, *array.shape[len(self.axes) :])[start:stop] = values
 
     def block(self, index: int, start: int, stop: int) -> Block:
-        """Return the points start..stop as a block, for a file."""
+        """Return the points start..stop as the block with the number `index`, to be written to a file."""
         section, status, margin, switches = self.rows(start, stop)
         arrays = {q.name: self._array(q.name) for q in quantities(self.record)}
         records = {name: a.reshape(-1, *a.shape[len(self.axes) :])[start:stop] for name, a in arrays.items()}
@@ -341,7 +341,8 @@ class Results:
         kind : "bifurcation", "poincare" or "map", optional
             kind of the figure; by default chosen from the quantity, the axes and the record.
         quantity : str, optional
-            quantity to draw: "dxi" or "xi" of the section; for a map a quantity of the summary, "status" or "margin".
+            quantity to draw: "dxi" or "xi" of the section, "impact_phase" or "impact_speed" of the main impacts; for a
+            map a quantity of the summary, "status" or "margin".
         x, y : str, optional
             axes of the sweep along the abscissa and, in a map, along the ordinate; by default the longest axes.
         limits : (float, float), optional
@@ -396,7 +397,7 @@ class Results:
         try:
             there = "status" in self._arrays
             status = self._arrays["status"] if there else self._source("status", self._full_index())
-        except (OSError, ValueError):  # missing or damaged file: reading an array raises the reason
+        except (OSError, ValueError):  # missing or damaged file; an access to any array raises the error
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
         counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
@@ -419,7 +420,7 @@ _WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}
 
 
 def _no_source(name: str, index: Index) -> np.ndarray:
-    """Replace the source of results that have all their arrays in memory."""
+    """Raise KeyError. This is the source of results that have all arrays in memory."""
     raise KeyError(name)
 
 

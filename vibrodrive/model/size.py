@@ -14,7 +14,7 @@ PERIODS_MAX = 2**29 - 1
 """Largest number of recorded periods. All ξ (or ξ') of one point are in one HDF5 chunk, and a chunk is below 4 GiB."""
 
 POINT_BYTES = 8 + 5 * 8 + 8 + 1
-"""Bytes of a point beside its records: margin, five numbers of switches, checksum and status."""
+"""Bytes of a point in addition to its records: margin, five numbers of switches, checksum and status."""
 
 
 def human(n_bytes: float) -> str:
@@ -71,7 +71,8 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
     """Return the bytes of the blocks that are in memory at one time, for all threads together.
 
     These are the blocks being computed, the same number of blocks being written, and the writer's copy of one
-    coordinate of a block. With an executor (`remote`) these are the blocks of its tasks.
+    coordinate of a block. With an executor (`remote`), the blocks of submitted tasks replace the computed and written
+    blocks.
     """
     block = block_bytes(plan)
     if remote:
@@ -105,7 +106,7 @@ def refuse_large_results(plan: Plan) -> None:
     _refuse(_extent(plan), "the results take", result_bytes(plan), available_memory(), are=are)
 
 
-LARGE = 1 << 26  # largest memory in bytes that is not checked, because a check takes as long as a short motion
+LARGE = 1 << 26  # up to this number of bytes memory is not checked, because a check takes as long as a short motion
 ROW_BYTES = 34 + 24  # bytes of one switch of a single motion, with its error bounds
 
 MOTION_BYTES = 2 * 16 + 2 * 32
@@ -115,7 +116,7 @@ MOTION_BYTES = 2 * 16 + 2 * 32
 def fitting_rows(periods: int, rows: int) -> int:
     """Return the number of rows to allocate for the switches of one motion, at most `rows`.
 
-    Raises TooLarge if its section does not fit into memory.
+    Raises TooLarge if the section of the motion does not fit into memory.
     """
     if MOTION_BYTES * periods + ROW_BYTES * rows <= LARGE:
         return rows
@@ -151,7 +152,7 @@ def _extent(plan: Plan) -> str:
 
 
 def _file_size_limit() -> int | None:
-    """Return the largest file size of this process in bytes; None if there is no limit, as on Windows."""
+    """Return the largest size, in bytes, of a file of this process; None if there is no limit, as on Windows."""
     try:
         import resource
     except ImportError:

@@ -13,7 +13,7 @@ UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
 
 
 def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
-    """Return the likely mistakes that all points (A, B, eps, eta) have, a sentence each, or "" if there are none."""
+    """Return a sentence for each likely mistake that all points (A, B, eps, eta) share, or "" if there is none."""
     given = list(points)
     A, B, eps, _ = given[0]
     said = []

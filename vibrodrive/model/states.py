@@ -39,15 +39,18 @@ TRANSITIONS = (
     (State.IMPACT, "", "H > 1", State.UP),
     (State.IMPACT, "", "H <= 1", State.REST),
 )
-"""Fig. 2 as a table. `terminating_function` in kernels/switch.py implements the second column, `decide` the last two;
-tests/kernels/test_scheme.py compares both with this table."""
+"""Fig. 2 as a table. In kernels/switch.py, `terminating_function` implements the second column and `decide` the last
+two columns. tests/kernels/test_scheme.py compares both functions with this table."""
 
 PLAIN_STATES = 12
 """Largest number of states of a sequence that is shown as letters; a longer sequence is shown as its number."""
 
 
 def states(number: int) -> str:
-    """Return the letters of the states of the sequence with this number (53 -> "UDI"); a long sequence as digits."""
+    """Return the letters of the states that the number of a sequence encodes (53 -> "UDI").
+
+    For a long sequence return the number as text.
+    """
     found: list[int] = []
     left = number
     while left and len(found) <= PLAIN_STATES:

@@ -27,7 +27,7 @@ class Statuses(np.ndarray):
         return super().__format__(spec) if spec else str(self)
 
     def __str__(self) -> str:
-        if self.ndim == 0:  # results of one point
+        if self.ndim == 0:  # the status of a single point
             return str(as_status(int(self)))
         names = {"int": lambda value: str(as_status(int(value)))}
         return np.array2string(np.asarray(self), separator=", ", formatter=names)  # type: ignore[arg-type]
@@ -39,6 +39,6 @@ def as_status(value: int) -> Status | str:
 
 
 def count_statuses(status: np.ndarray) -> dict[str, int]:
-    """Count the points with each status, by its name."""
+    """Return the number of points with each status, by the name of the status."""
     values, points = np.unique(np.asarray(status), return_counts=True)
     return {str(as_status(v)): n for v, n in zip(values.tolist(), points.tolist(), strict=True)}

@@ -8,7 +8,7 @@ import numpy as np
 from vibrodrive.model.config import HOMES
 from vibrodrive.model.plan import POINT, Plan
 
-FEW = 3  # largest number of values of an axis that is written as a list: a range would not be shorter
+FEW = 3  # an axis of up to this number of values is written as a list, because a range would not be shorter
 
 WIDTH = 110
 

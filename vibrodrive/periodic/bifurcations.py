@@ -1,21 +1,21 @@
 """Values of A at which a periodic orbit appears, disappears or changes, to the precision of floats.
 
-The orbits at neighbouring values of a grid of A are compared. If they differ, one of the orbits that differ is followed
-by its itinerary (continuation.py), without a search. The A at which this orbit ends is bisected to neighbouring floats.
-The way in which the orbit ends determines the kind of the bifurcation. Then the orbits in the rest of the interval are
-compared again. So every change between the orbits of two grid points is found. An orbit that exists only between two
-grid points is not found. The grid is even up to A = 4. Above A = 4 its spacing grows with A, like every other distance
-in A (continuation.scale_of). So a wide range takes about a thousand values for every factor of e.
+The orbits at neighbouring values of a grid of A are compared. If they differ, one of the differing orbits is followed
+by its itinerary, the sequence of its states (continuation.py), without a search. The A at which this orbit ends is
+bisected to neighbouring floats. The way in which the orbit ends determines the kind of the bifurcation. Then the orbits
+in the rest of the interval are compared again. So every change between the orbits of two grid points is found. An orbit
+that exists only between two grid points is not found. The grid is even up to A = 4. Above A = 4 its spacing grows with
+A, like every other distance in A (continuation.scale_of). So about a thousand values of A cover each factor e.
 
 An orbit can end or change only at one of these conditions:
 
 * A = 1 + B. The mass begins to move (*onset*).
 * The multiplier of the orbit is -1 (*period doubling*, possible for an odd number of impacts).
 * The multiplier of the orbit is +1 (*fold*, possible for an even number of impacts). At a fold two orbits coincide.
-* One of its impacts is at a breakpoint of the impact-phase map. At an end of the window a rest appears or vanishes (a
-  border collision, called *border* in files). At another breakpoint the flight after the impact just touches the
-  obstacle (*grazing*), or has a sticking of no duration (*stick*). At a stick the word of the flight, which is the
-  sequence of its states (flight.py), changes, but the derivative of the map is continuous.
+* One of its impacts is at a breakpoint of the impact-phase map (impact_map.py). At an end of the window of the map a
+  rest appears or vanishes (a border collision, called *border* in files). At another breakpoint the flight after the
+  impact just touches the obstacle (*grazing*), or has a sticking of no duration (*stick*). At a stick the word of the
+  flight, which is the sequence of its states (flight.py), changes, but the derivative of the map is continuous.
 
 Flights with a launch on one side of a grazing have an impact. Flights with a launch on the other side pass just above
 the obstacle. On the side with the impact the map behaves like a square root at the breakpoint. So the slope of the map
@@ -46,7 +46,7 @@ ONSET = "onset"
 
 STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A, times `scale_of`
 MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing the caller gives
-MOST_WORK = 10_000_000  # largest sum of the numbers of itineraries at all values of A; so many take about an hour
+MOST_WORK = 10_000_000  # largest sum of the numbers of itineraries at all values of A, about an hour of work
 
 FINER = 32
 """Factor by which the spacing of A is smaller for the orbit with a rest. This orbit has short periods in intervals of A
@@ -74,7 +74,8 @@ class Bifurcation:
     A, B : parameters at the bifurcation.
     kind : "onset", "period doubling", "fold", "border" (a rest appears or vanishes), "grazing" or "stick" (a sticking
         without duration).
-    orbit : the orbit, as close to A as floats can distinguish it from the orbit that it merges with or becomes.
+    orbit : the orbit at the value closest to A at which floats distinguish it from the orbit with which it merges or
+        which it becomes.
     multiplier_below, multiplier_above : multiplier of the orbit a little below A and a little above A; NaN on a side on
         which the orbit does not exist.
     """
@@ -278,7 +279,7 @@ def _name_of_rest(A: float, B: float, limit: int) -> int:
 
 
 def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
-    """Yield (orbit, True) for each orbit in `below` whose name `above` lacks, and (orbit, False) in the other case."""
+    """Yield (orbit, True) for each orbit whose name is in `below` only, and (orbit, False) if it is in `above` only."""
     count = Counter(o.name for o in below)
     count.subtract(o.name for o in above)
     for side, sign in ((below, 1), (above, -1)):

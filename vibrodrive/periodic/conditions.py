@@ -1,4 +1,4 @@
-"""A bifurcation of one orbit as equations for A, B and the times of its slides. They are smooth at the bifurcation.
+"""Equations of a bifurcation of one orbit for A, B and the times of its slides. They are smooth at the bifurcation.
 
 A search (search.py, continuation.py) makes a decision after each slide, and at a bifurcation one of these decisions
 changes. Here the sequence of slides is prescribed, so there are no decisions. The unknowns are A, B and the times
@@ -12,8 +12,8 @@ condition of the bifurcation:
 * *period doubling*: the multiplier is -1; *fold*: the multiplier is +1.
 
 So S + 1 equations hold along a curve in the space of S + 2 unknowns. A real motion has this sequence of slides as long
-as every other decision has the result that the sequence requires. The `margins` are the distances of these decisions
-from a change.
+as every other decision has the result that the sequence requires. The `margins` are numbers that are positive as long
+as these decisions do not change. A margin is zero where its decision changes.
 
 Derivatives are exact (complex step), because every term is analytic in the unknowns.
 """
@@ -65,7 +65,7 @@ class Margin(NamedTuple):
 class Condition:
     """One bifurcation of one prescribed motion.
 
-    slides : slides of one period, in order; if the motion rests, the first slide follows the rest.
+    slides : slides of one period, in order; if there is a rest, the first slide follows the rest.
     critical : index of the slide at whose end the border, grazing or stick occurs; -1 for a period doubling or fold.
     doubled : True if the flights repeat the flights of an orbit of half the period. The two orbits may coincide.
     """

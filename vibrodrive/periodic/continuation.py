@@ -1,4 +1,4 @@
-"""Continuation of one orbit in A, up to its end. The orbit is found by its itinerary, without a search."""
+"""Continuation of one orbit in A, up to its end. Its itinerary (itineraries.py) identifies it, without a search."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def is_doubled(orbit: Orbit) -> bool:
 class Continuation:
     """An orbit as a function of A, identified by its number of impacts, its period and its itinerary.
 
-    rests : True if the orbit rests.
+    rests : True if the orbit contains a rest.
     itinerary : the itineraries of the first flight, of the first two flights and so on, as numbers (`flights`).
     doubled : True if the flights repeat the flights of an orbit with half as many impacts.
     """
@@ -66,7 +66,7 @@ class Continuation:
         return Continuation(self.B, half, self.period // 2, False, self.itinerary[:half], False)
 
     def starts(self, A: float) -> list[float]:
-        """Return the launch phases at A that return to themselves after this itinerary, φ_up if the orbit rests."""
+        """Return the launch phases at A that return to themselves after this itinerary, φ_up in case of a rest."""
         system = ImpactMap(A, self.B)
         if not system.moves:
             return []
@@ -143,7 +143,7 @@ class Continuation:
         )
 
     def _across(self, A: float) -> tuple[float, float] | None:
-        """Return (below, above), two A on both sides of a period doubling of `parent`; None if there is none near A."""
+        """Return two values of A below and above a period doubling of `parent`; None if there is none near A."""
         step = FIRST_STEP * scale_of(A)
         while step < ASTRAY * scale_of(A):
             a, b = A - step, A + step

@@ -43,7 +43,8 @@ class Curve:
     period : period of the orbit in excitation periods.
     impacts : number of impacts in one period; an impact without speed does not count.
     word : states of the orbit, as text.
-    side : for a border, the end of the window at which the impact is, "beginning" or "end"; otherwise "".
+    side : for a border collision, the end of the window of the impact-phase map at which the impact is, "beginning" or
+        "end"; otherwise "".
     A, B : points along the curve, each float64 (points,).
     ends : reasons why the curve ends at its first and at its last point. A reason is the name of a second condition
         that holds at this point, "edge" (the edge of the range), "level" (B = 0), "closed" (a closed curve), or "lost"
@@ -70,7 +71,7 @@ class Curve:
         return f"<{self.kind}{self.side and f' ({self.side})'}: {orbit}; {A}, {B} ({len(self.A)} points); ends: {ends}>"
 
     def at(self, B: ArrayLike) -> np.ndarray:
-        """Compute the values of A at which the curve passes B, in ascending order and without interpolation.
+        """Compute the values of A at which the curve passes a given B, in ascending order and without interpolation.
 
         Parameters
         ----------
@@ -114,6 +115,6 @@ class Curve:
                 return float(self.A[i]) if B > 0.0 or self.kind in (ONSET, STICK) else None
         if self.condition is None:
             return onset(B)
-        if np.isnan(self.points[[k, k + 1]]).any():  # so close to the level, rounding prevents a solution
+        if np.isnan(self.points[[k, k + 1]]).any():  # rounding prevents a solution so close to B = 0
             return None
         return point_at(self.condition, self.points[k], self.points[k + 1], B)

@@ -6,10 +6,10 @@ followed through the plane in both directions (tracing.py). If a curve ends insi
 at its end, and other curves begin there. So further searches follow at values of B slightly below and slightly above
 this end, until these searches find no new curve.
 
-A curve may cross the range of A completely between two neighbouring values B1 < B2. On every curve known so far A grows
-with B, but less than in proportion. So if a curve has the value A at B2, it has at least the value A · B1/B2 at B1. The
-search at B1 therefore begins at the lower end of the range of A times B1/B2. Afterwards the curves are cut at the lower
-end of the range.
+A curve may cross the range of A completely between two neighbouring values B1 < B2 of B. On every curve known so far A
+grows with B, but less than in proportion. So if a curve has the value A at B2, it has at least the value A · B1/B2 at
+B1. The search at B1 therefore begins at the lower end of the range of A times B1/B2. Afterwards the curves are cut at
+the lower end of the range.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
 """Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). Near B = 0 all
 curves except the onset converge like √B, so closer values of B are necessary."""
 
-LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # above this A the touching orbit of B = 0 reverses without sticking
+LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # at a larger A the touching orbit of B = 0 reverses without sticking
 LEVEL_END = "level"  # reason for the end of a curve at A = LEVEL_POINT, B = 0
 
 
@@ -133,7 +133,7 @@ class _Collection:
         self.curves: list[Curve] = []
 
     def collect(self, values: list[float]) -> None:
-        """Follow every bifurcation at these values of B, and then all bifurcations near the ends of these curves."""
+        """Follow all bifurcations at these values of B, and then all bifurcations near the ends of found curves."""
         searched: set[float] = set()
         low, high = self.box.B
         near = BESIDE * (high - low)

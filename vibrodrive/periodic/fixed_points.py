@@ -1,8 +1,9 @@
 """All launch phases that return to themselves after n flights, each found inside a bracket.
 
-On a cell (an interval of one itinerary, itineraries.py) the n-fold map G is continuous and monotone. It falls for odd n
-and grows for even n. For odd n, G(ψ) - ψ falls, so there is one root or none, and the signs at the ends of the cell
-decide. For even n the cell is halved until the result is known for each piece:
+Launches and flights: flight.py. On a cell (an interval of one itinerary, itineraries.py) the n-fold impact-phase map G
+is continuous and monotone. It falls for odd n and grows for even n. For odd n, G(ψ) - ψ falls, so there is one root or
+none, and the signs at the ends of the cell decide. For even n the cell is halved until the result is known for each
+piece:
 
 * A piece has no root if the images of its ends, or its value in the middle and its slope, exclude a root.
 * A piece has one root or none if the slope is above 1, or below 1, on the entire piece. The signs at its ends then

@@ -12,22 +12,25 @@ The mass leaves the obstacle at a phase ψ of the *window* [φ_up, π - φ_up], 
 in the window, the mass leaves immediately, and ψ is this phase. Otherwise the mass rests until the window begins, and
 ψ = φ_up. Everything else follows from ψ. Three facts make a flight simple:
 
-* A slide up ends in its bracket (`enclose` and the head of kernels/undisturbed.py). For B < 1 a slide down also ends in
-  its bracket. For B > 1 gravity may exceed friction. ξ' then remains negative, and only an impact can end the slide.
+* A slide up ends within a known interval, its bracket (`enclose` and the head of kernels/undisturbed.py). For B < 1 a
+  slide down also ends in its bracket. For B > 1 gravity may exceed friction. ξ' then remains negative, and only an
+  impact can end the slide.
 * ξ falls as long as ξ' < 0. So a slide down has at most one zero of ξ, and two values of ξ with different signs enclose
   this zero. ξ' is least at the instant at which H returns to -1, and most slides that land end before this instant. So
   the sign of ξ is evaluated at this instant first.
 * As ψ grows, the beginnings of slides up do not become earlier, the beginnings of slides down do not become later, and
-  ξ at every reversal falls strictly (eqs. (4), (5) with ξ' = 0 at the beginning of a slide). A decision is made between
-  impact and reversal, or by the comparison of H with ±1. Each decision changes at most once as ψ grows, as long as the
-  earlier decisions are the same. So the phases with one word form an interval. The phases with one itinerary over
-  several flights form an interval, too. On each of these intervals the impact time falls strictly.
+  ξ at every reversal (a zero of ξ') falls strictly: eqs. (4), (5) with ξ' = 0 at the beginning of a slide. A decision
+  is made between impact and reversal, or by the comparison of H with ±1. Each decision changes at most once as ψ grows,
+  as long as the earlier decisions are the same. So the phases with one word form an interval. The phases with one
+  itinerary (the words of several flights in a row) form an interval, too. On each of these intervals the impact time
+  falls strictly.
 
-Because of the third fact orbits and breakpoints can be found completely: if the words at both ends of an interval are
-equal, all phases between them have this word (see itineraries.py).
+Because of the third fact all orbits and all breakpoints of the map (impact_map.py) can be found: if the words at both
+ends of an interval are equal, all phases between them have this word (see itineraries.py).
 
 If a sticking follows the first slide up, the next slide down always reaches the obstacle. Friction and gravity oppose
-the rise, whereas gravity drives the fall, and the fall lasts for at least as much of its half wave as the rise.
+the rise, whereas gravity drives the fall. The fall takes at least as large a part of its half wave of the excitation as
+the rise takes of its half wave.
 
 **On the level (B = 0)** a slide down is the mirror image of a slide up, half a period later. Let T(ψ) be the end of
 the slide up that begins at ψ, and let D(ψ) be the distance over which the mass slides. Both fall as ψ grows, and
@@ -66,7 +69,7 @@ from vibrodrive.kernels.undisturbed import enclose, gap_guess, guess_end, releas
 LETTERS = 8  # base of the number that represents a word; the digit of a state is State + 1
 WORDS = (
     2**59 - 55
-)  # prime modulus of these numbers: distinct for words of up to 19 states, almost surely for longer ones
+)  # prime modulus of these numbers; numbers of words of up to 19 states are distinct, of longer words almost surely
 
 NO_WORD = 0  # the empty word
 
@@ -153,9 +156,9 @@ def flight(psi, A, B, horizon, word, slides):
     count : number of slides
 
     The slope follows from the delays of the slides. Let a slide with the initial acceleration a begin later by δ. Then
-    its velocity is less by a δ at each time, and it ends later by a δ divided by the acceleration at its end. The next
+    its velocity is less by a·δ at each time, and it ends later by a·δ divided by the acceleration at its end. The next
     slide begins with this delay, and with another acceleration, because friction changes its sign (saltation). After a
-    sticking δ = 0. The impact comes earlier by (Σ a δ · duration) / |ξ'|, with the sum over all slides. A sticking
+    sticking δ = 0. The impact comes earlier by (Σ a·δ·duration) / |ξ'|, with the sum over all slides. A sticking
     sets the velocity to zero but does not change ξ, so the slope is zero only after a rest. The slope is -inf for an
     impact without speed.
     """
@@ -269,6 +272,6 @@ def launch_after(phi, A, B):
 
 @jit(_nrt=False)
 def launch_window(A, B):
-    """Return (φ_up, π - φ_up, ψ*): both ends of the window, and for B = 0 the launch phase by `touching`."""
+    """Return (φ_up, π - φ_up, ψ*): both ends of the window, and for B = 0 the launch phase `touching`."""
     up = release_up(A, B)[0]
     return up, window_end(up), touching(A, up)

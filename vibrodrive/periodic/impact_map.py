@@ -1,10 +1,10 @@
 """The impact-phase map: at ε = 0 the motion after an ideally plastic impact depends only on the phase of the impact.
 
-So the motion is a map of the circle, phase of an impact ↦ phase of the next impact. The map is constant over the
-phases at which a rest follows the impact. The other phases form the window φ_up < φ < π - φ_up, in which H > 1. In the
-window the map falls on every branch between two breakpoints. The derivative of the map is continuous at a phase at
-which a sticking appears or vanishes. The derivative is also continuous, and 0, at φ_up. The map jumps at π - φ_up and
-at each launch phase of a flight that grazes the obstacle.
+So the motion is a map of the circle, phase of an impact ↦ phase of the next impact. The map is constant over the phases
+at which a rest follows the impact. The other phases form the window φ_up < φ < π - φ_up, in which H > 1. In the window
+the map falls on every branch between two breakpoints, the phases at which the map is not smooth. The derivative of the
+map is continuous at a phase at which a sticking appears or vanishes. The derivative is also continuous, and 0, at φ_up.
+The map jumps at π - φ_up and at each launch phase of a flight that grazes the obstacle.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 
-HORIZON = 10_000  # longest flight that is computed, in excitation periods; for a smaller B flights may be longer
+HORIZON = 10_000  # longest flight that is computed, in excitation periods; for a small B flights may be longer
 
 LANDINGS = 100
 """Longest duration, in excitation periods, of flights whose breakpoints are listed by default. Each possible duration

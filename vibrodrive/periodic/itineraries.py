@@ -58,7 +58,8 @@ def flights(psi, n, A, B, horizon, slides):
     Return (itinerary, periods, phase, slope, flown, fate, count):
 
     itinerary : the itinerary as a number
-    periods, phase : time of the last impact, or of the launch after a rest, from the period of the first launch on
+    periods, phase : time of the last impact, or of the launch after a rest: 2π·periods + phase from the beginning of
+        the period of the first launch
     slope : d(time of the last impact)/dψ, 0 after a rest
     flown : number of flights computed
     fate : FLYING, RESTS or LOST

@@ -1,4 +1,4 @@
-"""Points at which two curves of bifurcations meet: one of them ends on the other, or both cross."""
+"""Points at which two curves of bifurcations meet: one curve ends on the other curve, or the curves cross."""
 
 import itertools
 import math

@@ -24,7 +24,7 @@ from vibrodrive.periodic.search import Orbit
 from vibrodrive.periodic.tracing import ROUNDING
 
 SAME = 1e-9  # largest distance in A of a solution from the bifurcation that the search found, times `scale_of`
-CLOSE = 0.05  # largest distance of a decision from its change; near a grazing it grows like a square root
+CLOSE = 0.05  # largest distance of a decision from its change; near a grazing it grows as √|ΔA| from the bifurcation
 
 
 class Part(NamedTuple):
@@ -97,7 +97,7 @@ def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]
 
 
 def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
-    """Return the slides of one period, with times from τ = 0. If the orbit rests, the first slide follows the rest."""
+    """Return the slides of one period, with times from τ = 0. If there is a rest, the first slide follows it."""
     A, B = orbit.A, orbit.B
     psi = ImpactMap(A, B).window[0] if rests else float(orbit.phases[0])
     at = psi
@@ -128,7 +128,7 @@ def parts_of(orbit: Orbit, rests: bool) -> list[Part]:
 def _prescribed(
     kind: str, parts: Sequence[Part], rests: bool, critical: int, orbit: Orbit, period: int, doubled: bool = False
 ) -> tuple[Condition, list[float]]:
-    """Return (condition, ends): `ends` are the times at which the slides end, in the period of the first launch."""
+    """Return (condition, ends): `ends` are the times at which the slides end. The first launch is in period 0."""
     turn = TWO_PI * math.floor(parts[0].begin / TWO_PI)
     up = math.asin(min(1.0, (1.0 + orbit.B) / orbit.A))
     down = math.pi + math.asin((1.0 - orbit.B) / orbit.A)
@@ -149,7 +149,7 @@ def _rotated(parts: Sequence[Part], first: int, orbit: Orbit) -> list[Part]:
 def _border(parts: Sequence[Part], i: int, rests: bool, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
     """Yield the condition of a border collision by which a rest after slide i appears or vanishes.
 
-    The period begins after the rest of the orbit or, if the orbit does not rest, after slide i.
+    The period begins after the rest of the orbit or, if the orbit has no rest, after slide i.
     """
     there = list(parts[: i + 1])
     if not rests:

@@ -2,24 +2,24 @@
 
 flight.py defines launch, flight and word. After every rest the launch is at φ_up, so there is at most one orbit with a
 rest. The motion from this launch gives this orbit without a search. In all other orbits a launch follows each impact
-without a rest. An orbit of n impacts gives a fixed point of the n-fold map on a cell of one itinerary, and every cell
-is searched with a bracket (itineraries.py, fixed_points.py). The map falls on every branch. So an orbit with an odd
-number of impacts has a negative multiplier and can lose its stability only by period doubling. An orbit with an even
-number of impacts has a positive multiplier and can lose its stability only in a fold.
+without a rest. An orbit of n impacts gives a fixed point of the n-fold map on a cell, an interval of launch phases with
+one itinerary (itineraries.py). Every cell is searched (fixed_points.py). The map falls on every branch. So an orbit
+with an odd number of impacts has a negative multiplier and can lose its stability only by period doubling. An orbit
+with an even number of impacts has a positive multiplier and can lose its stability only in a fold.
 
 If the mass never leaves the obstacle (A <= 1 + B), there is no orbit of the map, and the list is empty. Motions at
 B = 0 that never return to the obstacle are not orbits of the map and are not listed, either.
 
 **On the level (B = 0)** slides up and down cancel each other, and at every A > 1 exactly one motion returns to the
 obstacle. This motion touches the obstacle once a period, without speed (flight.py). It is listed as "touching", and no
-search is necessary. It has no multiplier and is neither stable nor unstable. If it is shifted up by any ξ, it is a
+search is necessary. It has no multiplier and is neither stable nor unstable. The same motion shifted up by any ξ is a
 periodic motion without impacts. After a later launch the mass lands with some speed. If `simulate` reaches the
 touching motion, the status is TOO_CLOSE.
 
 **Close to the level** an orbit without a rest has an impact speed of about 10 B, and each of its flights multiplies a
 difference of launch phases by about A/B. The launch phase of such an orbit is in an interval of width B/A divided by
 the multiplier of the orbit. An orbit is left out if this interval contains hardly any float (STEEPEST), or if B <=
-LEVEL A, because rounding would then determine if the orbit is found.
+LEVEL A, because rounding would then determine whether the orbit is found.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ LEVEL = 1e-7
 """Largest B/A at which an orbit without a rest cannot be distinguished from the touching orbit because of rounding."""
 
 STEEPEST = 1e13
-"""Smallest ratio of the multiplier to B/A of orbits that are left out, because rounding would determine if the search
-finds them."""
+"""Smallest ratio of the multiplier to B/A of orbits that are left out, because rounding would determine whether the
+search finds them."""
 
 SAME_LAUNCH = 1e-8
 """Largest difference of launch phases of one orbit that count as equal. Rounding separates equal launches by about
@@ -81,12 +81,12 @@ class Orbit:
         first.
     gaps : number of excitation periods from each impact to the next, int64 (impacts,).
     multiplier : exact derivative of the map over all impacts of one period; the orbit is stable if |multiplier| < 1.
-    kind : "stable", "unstable", "superstable" (the orbit rests, so neighbouring motions merge with it), "undecided" (a
-        fold or period doubling within rounding; the error of the phases may be 1e-7), or "touching" (B = 0: the impact
-        has no speed, and the multiplier is NaN).
+    kind : "stable", "unstable", "superstable" (the orbit has a rest, at which neighbouring motions merge), "undecided"
+        (a fold or period doubling within rounding; the error of the phases may be 1e-7), or "touching" (B = 0: the
+        impact has no speed, and the multiplier is NaN).
     word : states of one period, from the state after the first impact on, as text.
     A, B : parameters of the orbit.
-    name : words of the flights, each with the number of windows that the flight spans. The order of the words does not
+    name : words of the flights, each with the number of periods to the next launch. The order of the words does not
         depend on the choice of the first impact. The name is the same for all A up to the next bifurcation.
     """
 
@@ -195,7 +195,7 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
 
 
 def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
-    """Return all cells to search for orbits of up to `limit` periods. Raises ValueError if there are too many cells."""
+    """Return the `itinerary_cells` for up to `limit` periods. Raises ValueError if there are too many cells."""
     if system.B <= LEVEL * system.A:
         return []
     most = MOST_ITINERARIES // limit
@@ -285,7 +285,7 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         phase = float(step.phase)
         speeds[(i + 1) % n] = step.speed
     if any(State.REST in word for word in words):
-        multiplier = 0.0  # exactly 0, because the orbit rests
+        multiplier = 0.0  # exactly 0, because the orbit contains a rest
     late = (phases >= end).astype(np.int64)
     spans = gaps + np.roll(late, -1) - late  # periods between launches; a rest may begin before 2π and end after 2π
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]

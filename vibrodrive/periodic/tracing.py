@@ -1,10 +1,10 @@
-"""Curves of solutions of a condition in the plane (A, B), by a predictor along the tangent and Newton's method.
+"""Curves of solutions of a condition (conditions.py) in the plane (A, B): tangent predictor and Newton's method.
 
 The steps follow the curve in the space of all unknowns (pseudo-arclength), so the curve may turn back in B or in A. The
-curve ends where a margin of the motion vanishes (conditions.py), or where the curve leaves the box, the range of A and
-B. The end is found as a zero along the last step. Every point at which B turns back is found in the same way. So B is
-monotone between neighbouring points, and each value of B between two neighbouring points belongs to exactly one point
-of the curve.
+curve ends where a margin vanishes, a number that is positive as long as the motion exists (conditions.py). The curve
+also ends where it leaves the box, the range of A and B. The end is found as a zero along the last step. Every point
+at which B turns back is found in the same way. So B is monotone between neighbouring points, and each value of B
+between two neighbouring points belongs to exactly one point of the curve.
 """
 
 import math
@@ -16,7 +16,7 @@ import numpy as np
 from vibrodrive.periodic.conditions import Condition, Margin, newton
 
 LONGEST = 1.0 / 48.0  # longest step; the unit of A and B is the width of the box, the unit of times is a radian
-SHORTEST = 1e-9  # shortest step; if a curve needs a shorter step, it ends, at a vanishing margin or as "lost"
+SHORTEST = 1e-9  # shortest step; a curve that needs a shorter step ends, at a vanishing margin or as "lost"
 NEAR = LONGEST / 50.0  # a step across the end of a curve must be shorter than this
 ROUNDING = 1e-10  # largest rounding error of a margin; only a margin below -ROUNDING counts as negative
 FAR = 0.2  # largest error of a prediction, as a share of the step
@@ -51,7 +51,7 @@ class Box(NamedTuple):
 def trace(condition: Condition, seed: np.ndarray, box: Box) -> tuple[np.ndarray, tuple[str, str]]:
     """Return (points, reasons) of the curve through the solution `seed`, which is inside the box.
 
-    points : points of the curve, (m, S + 2)
+    points : points of the curve, float64 (m, S + 2) for S slides
     reasons : the reasons why the curve ends at its first and at its last point
     """
     forward, last = _Walk(condition, box).follow(seed, 1.0)
