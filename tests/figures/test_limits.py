@@ -64,15 +64,16 @@ def test_band_extends_from_the_first_loss_to_the_last_value_kept(over_A):
         assert set(corners[:, 1]) == set(first[known]) | set(2 * first[known])
 
 
-def test_limits_not_computed_are_not_reported_as_gaps():
+def test_limits_not_computed_are_not_reported_as_missing_points():
     """The period is 0 for a point that is not yet computed, and also for a motion without a period."""
     A, done = np.linspace(2.4, 3.2, 9), np.zeros((3, 9), bool)
     blank = of({"A": A}, np.full((3, 9), np.nan), n=np.zeros((3, 9), int), done=done, fine=A, diagram=np.ones((9, 5)))
     top = limits_figure(blank).axes[0].get_title(loc="right")
-    assert "gaps" not in top
+    assert "missing points" not in top
     assert "27 of 27 limits not computed" in top.replace("\n", " ")
     done[:, 3] = True
-    assert "gaps: no periodic motion" in limits_figure(blank).axes[0].get_title(loc="right").replace("\n", " ")
+    note = limits_figure(blank).axes[0].get_title(loc="right").replace("\n", " ")
+    assert "missing points: no periodic motion" in note
 
 
 def test_ratio_is_drawn_only_where_both_limits_are_known(over_A):
@@ -160,12 +161,12 @@ def test_figure_without_limits_reports_missing_points(axes, tmp_path):
     assert any(f"{total} of {total} limits not computed" in ax.get_title(loc="right") for ax in fig.axes)
 
 
-def test_criterion_and_reasons_for_gaps_are_named_for_any_axes(over_A):
+def test_criterion_and_reasons_for_missing_points_are_named_for_any_axes(over_A):
     near = replace(over_A, criterion="rho < 0.1")
     top = limits_figure(near).axes[0]
     said = top.get_title(loc="right")
     assert "criterion: rho < 0.1" in said
-    assert "gaps: not lost" in said, "at A = 2.6 the limit in Δτ is infinite"
+    assert "missing points: no limit found" in said, "at A = 2.6 the limit in Δτ is infinite"
     assert "kept" not in limits_figure(over_A).axes[0].get_title(loc="right")
     eta = of({"eta": np.array([3.1, 10.3])}, np.ones((3, 2)), criterion="word")
     assert "criterion: word" in limits_figure(eta).axes[0].get_title(loc="right")
@@ -182,7 +183,7 @@ def test_limits_of_several_motions_are_named_k_u_everywhere(over_A):
     named = [t.get_text() for t in fig.legends[0].get_texts()] + [ax.get_title(loc="left") for ax in fig.axes]
     assert sum("k_u" in text for text in named) == 6
     assert not any("k_2" in text or "kept" in text for text in named)
-    assert "gaps: several motions remain" in fig.axes[0].get_title(loc="right")
+    assert "missing points: several motions remain" in fig.axes[0].get_title(loc="right")
     two = of(
         {"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2])}, np.full((3, 2, 2), 1e-3), criterion="", quantity=KU
     )

@@ -215,7 +215,7 @@ def test_k1_and_ku_have_files_and_figures(tmp_path):
     assert "k1(tau0)" in table(starts)
     top, bottom = limits_figure(starts).axes
     assert len(top.lines) == 3
-    assert top.get_title(loc="right").endswith("gaps: one solution only")
+    assert top.get_title(loc="right").endswith("missing points: one solution only")
     assert bottom.get_images(), "the lower panel must show the undisturbed motion"
 
     several = computed(config, tmp_path / "several.h5", quantity="ku")
@@ -225,7 +225,7 @@ def test_k1_and_ku_have_files_and_figures(tmp_path):
     top = limits_figure(several).axes[0]
     told = top.get_title(loc="right")
     assert "at $k_u$ all starts end in one motion" in told
-    assert "gaps: one solution only" in told
+    assert "missing points: one solution only" in told
     labels = [line.get_label() for line in top.lines if line.get_label().startswith("$")]
     assert len(labels) == 3
     assert all("k_u" in label for label in labels)

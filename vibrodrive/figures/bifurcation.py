@@ -1,5 +1,5 @@
-"""Bifurcation diagrams: all recorded section values over a swept parameter. A spot is a cell of the image of a diagram;
-it is darker if it contains more values."""
+"""Bifurcation diagrams: all recorded section values over a swept parameter. A spot is a cell of the image of a diagram.
+A spot that contains more values is darker."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ def bifurcation(
     Parameters
     ----------
     results : Results
-        sweep with at least one axis. If there are more axes, each combination of their values has its own panel. Of
-        these panels at most six are drawn, evenly spaced.
+        sweep with at least one axis. There is one panel for each combination of values of the axes other than `x`. At
+        most six panels, evenly spaced, are drawn.
     quantity : str
-        "dxi" or "xi", a coordinate of the section points; or "impact_phase" or "impact_speed" of the main impacts, if
-        the sweep has recorded these.
+        "dxi" or "xi" for a coordinate of the section points. "impact_phase" or "impact_speed" for the main impacts, if
+        the sweep has recorded them. A main impact has no faster impact within half an excitation period of it.
     x : str, optional
         axis of the abscissa; by default the longest axis. It may also be one of the parameters that change together
         along the axis `point`.
@@ -135,8 +135,8 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
     """Draw `values` (n, k) over `x` (n,) as an image, and return its legend entries.
 
-    `ink_of` gives the darkness of a spot that contains some of the k values. If several x share a column of the image,
-    each spot has the ink of the darkest. If all spots have full ink, there are no legend entries.
+    The ink of a spot is its darkness. `ink_of` computes it from the number of the k values in the spot. If several x
+    share a column of the image, each spot has the largest ink. If all spots have full ink, no entries are returned.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
@@ -168,7 +168,8 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
 
 
 def ink_key(values: int, text: str) -> list[Artist]:
-    """Return legend entries for spots visited once, visited several times, and visited often enough for full ink."""
+    """Return legend entries for spots visited once, several times, and often enough for full ink. The label of the
+    first entry is `text` and "once"."""
     full = math.ceil(max(values / LINES, math.e))
     counts = dict.fromkeys((1, round(math.sqrt(full)), full))
     names = [f"{text} once", *(f"{count} times" for count in counts if count > 1)]
@@ -182,7 +183,7 @@ def swatches(inks: Sequence[float], names: Sequence[str]) -> list[Artist]:
 
 
 def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
-    """Mark each value whose status is in MARKS at the upper edge."""
+    """Draw a mark at the upper edge of the panel at each `x` (n,) whose status is a key of MARKS."""
     order = np.argsort(x)
     u = np.log10(x[order]) if is_geometric(x[order]) else x[order]
     for value, marker in MARKS.items():
@@ -216,7 +217,7 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
-    """Draw a FullestImage whose first row is the lowest; its values are ink unless `cmap` and `norm` are given."""
+    """Draw a FullestImage with its first row at the bottom. The values are ink unless `cmap` and `norm` are given."""
     look_of: dict[str, Any] = {"cmap": look().density, "norm": Normalize(0, 1), "origin": "lower"}
     look_of["interpolation"] = "nearest"  # smoother interpolation would spread marks
     drawn = FullestImage(ax, extent=extent, **(look_of | options))
@@ -283,5 +284,6 @@ def quantity_index(quantity: str) -> int:
 
 
 def computed(status: np.ndarray) -> np.ndarray:
-    """Return, for each point, whether it has a section. A point TOO_CLOSE has the section of one possible motion."""
+    """Return True for each point that has a section. A point with the status TOO_CLOSE has the section of one of the
+    possible motions."""
     return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))

@@ -1,8 +1,8 @@
 """Colours of a map.
 
-One table contains the colours of all classes (of periods, gaps or statuses) and all shades of a quantity. Points
-outside the scale have separate colours: motions that rest, motions without a value of the quantity, and values beyond
-the limits. Points that are not computed have no colour.
+One table contains the colours of all classes or all shades of a quantity. Periods, statuses and gaps (the numbers of
+periods between main impacts) have classes. Points outside the scale have separate colours: motions that rest, motions
+without a value of the quantity, and values beyond the limits. Points that are not computed have no colour.
 """
 
 from typing import Any, NamedTuple
@@ -20,8 +20,8 @@ APART = "white"  # colour of a rest, and of 0 on a logarithmic scale; lighter th
 SHADES = 512
 DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9
-"""Least start of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values below
-the scale. Such a value is, for example, the energy of an impact that exists only because of rounding."""
+"""Smallest lower end of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values
+below the scale. An example is the energy of an impact that exists only because of rounding."""
 
 STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
 LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
@@ -34,9 +34,9 @@ class Painted(NamedTuple):
     colours: np.ndarray  # (n, 4)
     labels: tuple[str, ...]  # names of the classes, in the order of the first colours; () for a continuous quantity
     norm: Normalize  # scale of the first SHADES colours, for a continuous quantity
-    apart: tuple[tuple[str, str], ...]  # names and colours outside the scale
+    apart: tuple[tuple[str, str], ...]  # (name, colour) of each group of points outside the scale
     extend: str = "neither"  # ends of the scale beyond which there are values: "neither", "min", "max" or "both"
-    blank: str = ""  # name of the masked points
+    blank: str = ""  # legend entry for the masked points
 
     @property
     def counts(self) -> np.ndarray:
@@ -56,7 +56,7 @@ def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[f
         kind, labels, colours = _CLASSIFY[quantity](values, done)
         norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
         apart: list[tuple[str, str]] = []
-        if quantity != "status" and rests.any():  # a motion at rest has the period 1, but a separate colour
+        if quantity != "status" and rests.any():  # the period of a motion at rest is 1, but its colour is another one
             apart.append(("rests", APART))
             kind = np.where(rests, len(colours), kind)
             colours = [*colours, APART]
@@ -137,9 +137,10 @@ _CLASSIFY: dict[str, Any] = {
 def _shade(
     quantity: str, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
-    """Return (shade of each point, scale, shades of the scale, `apart`, `extend`); the last two are those of `Painted`.
+    """Return (number of the shade of each point, scale, shades of the scale, `Painted.apart`, `Painted.extend`).
 
-    The shade is SHADES below the scale, SHADES + 1 above it, SHADES + 2 outside it, and -1 for a point without a value.
+    The numbers are 0 to SHADES - 1 on the scale, SHADES below the scale, SHADES + 1 above it, SHADES + 2 for a point in
+    `apart`, and -1 for a point without a value.
     """
     finite = values[np.isfinite(values) & ~rests]
     shades, colour, outside = look().shades, APART, rests
@@ -153,7 +154,7 @@ def _shade(
     if isinstance(norm, LogNorm) and (finite == 0).any():
         name, outside = "rests, or 0" if rests.any() else "0", rests | (values == 0)
     if quantity == K2:
-        name, outside = "not lost", values == np.inf
+        name, outside = "no limit found", values == np.inf
     below, above = (np.isfinite(values) & ~outside & beyond for beyond in (values < norm.vmin, values > norm.vmax))
     inside = np.isfinite(values) & ~outside & ~below & ~above
     kind = np.full(values.shape, -1)
@@ -165,9 +166,9 @@ def _shade(
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
-    """Return the scale from the limits or, without limits, of all values.
+    """Return a scale with the ends `limits` or, if they are None, with the range of all values.
 
-    The scale is logarithmic if it is positive and spans more than DECADES.
+    The scale is logarithmic if both ends are positive and it spans more than DECADES decades.
     """
     positive = finite[finite > 0]
     low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))

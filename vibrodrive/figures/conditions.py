@@ -10,7 +10,7 @@ from vibrodrive.model.choices import Method, Status
 
 ALWAYS_SAID = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
 STARTS = ("xi0", "dxi0", "tau0")
-PANELS = 6  # panels of one figure, at most
+PANELS = 6  # largest number of panels of one figure
 
 STATUS_WORDS = {
     Status.TOO_CLOSE: "too close to a decision",
@@ -47,7 +47,7 @@ def of_sweep(results: Any) -> dict[str, Any]:
 
 
 def named(quantity: str, text: str) -> str:
-    """Return a label. If `quantity` is "ku", k_u replaces k₂ in it."""
+    """Return the label `text`, with k_u instead of k₂ if `quantity` is "ku"."""
     return text.replace("k_2", "k_u") if quantity == "ku" else text
 
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 CURVES = ("phase", "time", "velocity", "section")
 
 LINE, CYCLE = 40, 160
-"""A motion is drawn as a line if it has at most LINE periods, or if it repeats and so has at most CYCLE different
-switches. For other motions, a spot is darker if more periods pass through it."""
+"""A motion is drawn as a line if its record has at most LINE periods, or at most CYCLE different switches because the
+motion repeats. Any other motion is drawn as an image, in which a spot is darker if more periods pass through it."""
 
 POINTS = 400  # per excitation period
 FIRST = 10  # periods that a time curve shows by default
@@ -39,7 +39,8 @@ JUMP = "jump of $\\xi\\mathrm{′}$"
 
 
 class Curve(NamedTuple):
-    """Motion as lines with NaN at its jumps. `jumps`, (n, 2, 3), contains τ, ξ, ξ' before and after each jump."""
+    """Samples of a motion, float64 (n,) each, with NaN at its jumps. `jumps`, float64 (m, 2, 3), contains τ, ξ, ξ'
+    before and after each jump."""
 
     tau: np.ndarray
     xi: np.ndarray
@@ -50,8 +51,8 @@ class Curve(NamedTuple):
 def curve(trajectory: Trajectory, points_per_period: int = POINTS) -> Curve:
     """Return samples of a trajectory together with its switches, so that the corners of the curve are exact.
 
-    At an impact ξ' jumps to 0. On a fixed grid the value that is 0 at the end of a state is nonzero at a late switch;
-    it also jumps to 0.
+    At an impact ξ' jumps to 0. On a fixed grid a switch is found late. Then the coordinate that is 0 at the exact
+    switch, ξ or ξ', has another value and jumps to 0.
     """
     sample = trajectory.sample(points_per_period)
     switches = trajectory.switches
@@ -273,7 +274,7 @@ def passes_key(periods: int) -> list[Artist]:
 
 
 def count_passes(points: np.ndarray, period: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Count the periods in which a polyline (n, 2) meets each spot: float64 (rows, cols).
+    """Count the periods in which a polyline (n, 2) passes through each spot: float64 (rows, cols).
 
     `period` contains, for each point of the polyline, the number of its period.
     """

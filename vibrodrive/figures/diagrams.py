@@ -101,12 +101,12 @@ def from_results(
     ax: Any = None,
     **over: Any,
 ) -> Figure:
-    """Draw the figure that suits a Results.
+    """Draw the figure that suits a Results: the first one in this list whose condition is true.
 
-    * Results without a section: a map of the period.
-    * Two coordinates of the start are long axes: a map of the last section point.
-    * Another axis is long: a bifurcation diagram.
-    * All other results, and one motion: Poincaré sections.
+    * If there is no section: a map of the period.
+    * If two coordinates of the start have at least DIAGRAM values: a map of the last section point.
+    * If an axis has at least DIAGRAM values: a bifurcation diagram.
+    * Otherwise: Poincaré sections.
 
     The arguments are those of `Results.plot`. `over` contains the arguments `curves`, `undisturbed` and `k2` of
     `map_figure`.

@@ -1,4 +1,8 @@
-"""Figure of a failure map, with a panel for each method and kind of failure. A line shows the loss of the structure."""
+"""Figure of a failure map: the shares of switches that a grid method misses, finds late or follows by a wrong state.
+
+There is a panel for each method and kind of failure. A line shows where the structure of the motion, the repeated
+pattern of its impacts (vibrodrive.stability), is lost.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +31,8 @@ def failures_figure(
     """Draw the shares of missed switches, late switches and switches with a wrong next state over A and the
     disturbance.
 
-    There are six panels, one for each method and kind of failure. Below the dashed line the structure is kept.
+    There are six panels, one for each method and kind of failure. Below the dashed line the structure of the motion,
+    the repeated pattern of its impacts, is kept.
 
     Parameters
     ----------

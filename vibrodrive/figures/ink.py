@@ -1,5 +1,5 @@
-"""Ink of a spot of a diagram as a function of the number of recorded values in this spot. This module needs no
-Matplotlib."""
+"""Ink (darkness, 0 to 1) of a spot of a diagram as a function of the number of recorded values in the spot. This module
+needs no Matplotlib."""
 
 import math
 
@@ -13,7 +13,7 @@ def ink_of(counts: np.ndarray, values: int) -> np.ndarray:
     """Return the ink, 0 to 1, of spots that have `counts` values each, if the motion has `values` recorded values.
 
     The values of a periodic motion are in few spots, which have full ink. The values of an irregular motion are in many
-    spots, which are grey. So the diagram shows the density of the values instead of a black area.
+    spots, which are grey. So an area of irregular motions is not black, but shows the density of the values.
     """
     full = math.log(max(values / LINES, math.e))
     ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full

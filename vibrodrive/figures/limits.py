@@ -1,9 +1,10 @@
 """Figures of limits of stability over A, B or η: the limits in ε and Δτ, their velocity amplitudes, and their ratio.
 
-k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), have similar sizes. A
-separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the numerical disturbance
-have the same effect. Limits of Muller's method are not compared. With this method a switch is either found accurately
-or missed, but never late by up to Δτ.
+The limit k₂ is the least disturbance that destroys the structure of a motion, the repeated pattern of its impacts
+(vibrodrive.stability). k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ),
+have similar sizes. A separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the
+numerical disturbance have the same effect. Limits of Muller's method are not compared. With this method a switch is
+either found accurately or missed, but never late by up to Δτ.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, 
 
     A limit is missing where the undisturbed motion has no period, or where no tried disturbance destroys the structure.
     A ratio is missing where the limit in ε or the limit in Δτ is missing. A band has no height where the structure is
-    not kept at any value above the first loss.
+    lost at all values above the first loss.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def limits_map(found: Limits, limits: tuple[float, float] | None = None, *, ax: 
     Raises ValueError if the file has only one axis, or has no limits k₂ in ε.
     """
     if len(found.axes) != 2 or ("eps", "certified") not in found.curves:
-        raise ValueError(bad("kind", MAP, "left out: only limits in ε over two axes have a map"))
+        raise ValueError(bad("kind", MAP, "left out, because only limits in ε over two axes have a map"))
     c = found.curves.index(("eps", "certified"))
     values, status = found.values[c], np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
     painted = paint(K2, values, status, limits)
@@ -291,16 +292,16 @@ def shared_by(found: Limits) -> list[str]:
 
 
 def _gaps(found: Limits, curves: int) -> list[str]:
-    """Return the reasons why points that were computed are missing in the first `curves` curves."""
+    """Return a phrase with the reasons why computed points of the first `curves` curves are not drawn."""
     k2, n, done = found.values[:curves], found.n[:curves], found.done[:curves]
     one = (k2 == 0) if found.quantity == KU else np.isposinf(k2) & (found.quantity == K1)
     reasons = {
         "one solution only": done & one,
         "no periodic motion": done & (n == 0),
-        "several motions remain" if found.quantity == KU else "not lost": done & np.isposinf(k2) & ~one,
+        "several motions remain" if found.quantity == KU else "no limit found": done & np.isposinf(k2) & ~one,
     }
     there = [reason for reason, where in reasons.items() if where.any()]
-    return [f"gaps: {', '.join(there)}"] if there else []
+    return [f"missing points: {', '.join(there)}"] if there else []
 
 
 def _band(ax: Axes, found: Limits, c: int) -> Artist | None:

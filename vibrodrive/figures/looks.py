@@ -29,11 +29,11 @@ class Look(NamedTuple):
     classes: tuple[str, ...]  # classes of a map, each darker than the previous one; the last two are "other" and "none"
     shades: Colormap  # continuous quantity of a map
     signed: Colormap  # quantity of a map that may be negative; 0 is in the middle
-    nil: str  # a motion that rests, on a map with the colours `signed`
+    nil: str  # motions that rest, on a map with the colours `signed`
     beyond: tuple[str, str]  # values below and above a continuous scale
     kept: tuple[str, str]  # structure kept and lost
     statuses: tuple[str, str, str, str]  # statuses, in the order of STATUSES in figures/colours.py
-    lacking: str | None  # a computed point without a value; None if such a point is hatched
+    lacking: str | None  # computed points without a value; None if these points are hatched
 
 
 def _ramp(*colours: str | tuple[float, str]) -> Colormap:

@@ -80,7 +80,8 @@ def map_figure(
         axis that is not drawn, and the figure names these values.
     quantity : str
         a quantity of the summary, "status" or "margin". "impact_power" is the quantity `energy` in W, for a scene with
-        a mass. "kept" shows if the `gaps` of a motion equal the `gaps` of the undisturbed motion.
+        a mass. "kept" shows whether `gaps`, the numbers of periods between main impacts, are those of the undisturbed
+        motion.
     x, y : str, optional
         axes to the right and upwards; by default the two longest axes, in the order of the sweep.
     curves : sequence, optional
@@ -194,8 +195,8 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
 
 
 def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
-    """Return 1 if the gaps equal those of the undisturbed motion, 0 if they differ, and -1 if the undisturbed motion
-    has no gaps."""
+    """Return for each point 1 if its gaps equal those of the undisturbed motion, 0 if they differ, and -1 if the
+    undisturbed motion has no gaps."""
     if undisturbed is None:
         raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT}"))
     return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
@@ -249,8 +250,8 @@ def _evenly(values: np.ndarray) -> np.ndarray:
 
 
 def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
-    """Draw marks over the only axis. Each class has a separate level. Other quantities have a scale; values beyond it
-    are arrows."""
+    """Draw marks over the only axis. Each class has a separate level. A quantity without classes has a scale, and
+    arrows show the values beyond its ends."""
     order = np.argsort(x, kind="stable")
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
     if n:

@@ -1,4 +1,7 @@
-"""Figures of orbits: bifurcations with unstable branches, multipliers, and the impact-phase map with a cobweb."""
+"""Figures of orbits: bifurcations with unstable branches, multipliers, and the impact-phase map with a cobweb.
+
+The impact-phase map gives the phase of the next impact as a function of the phase of an impact.
+"""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None:
         axes = ", ".join(name for name in (x, y) if name)
-        raise ValueError(f"curves: must be left out: curves are over A and B, this map is over {axes}")
+        raise ValueError(f"curves: must be left out, because curves are over A and B, but this map is over {axes}")
     along = x if up == y else y
     known = _shared(results, x, y)
     if along not in INCLINES and not any(c.B.min() <= known["B"] <= c.B.max() for c in curves):
@@ -165,9 +165,10 @@ def _pieces(curve: Curve, along: str, values: np.ndarray, known: Mapping[str, An
 
 
 def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> None:
-    """Draw the limits k₂ of a file as a line over a map. The axes of the map are the axis of the file and the
-    disturbance. Raises ValueError if the limits have another axis, another disturbance or other parameters than the
-    map.
+    """Draw the limits k₂ of a file as a line over a map.
+
+    The axes of the map must be the axis of the file and the disturbance. Raises ValueError if the axis, the disturbance
+    or the parameters of the limits are not those of the map.
     """
     disturbance = next((name for name in DISTURBANCES if name in (x, y)), None)
     curve = (disturbance, results.settings.method_name)

@@ -36,7 +36,7 @@ from vibrodrive.store.draft import drafted
 INCHES: dict[Width, float] = {
     "double": 6.85,
     "single": 3.31,
-}  # 174 mm and 84 mm, two columns and one column of a journal
+}  # 174 mm for two columns and 84 mm for one column of a journal
 RESOLUTION = 250  # pixels per inch
 LEGEND_LINE, BETWEEN = 2.8, 1.2  # in units of the letter size
 MARGIN = 0.8  # inches beside the axes
@@ -87,7 +87,10 @@ def in_drawings() -> float:
 
 @contextmanager
 def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator[None]:
-    """Set style and width of all figures drawn within the block; None keeps the current one. Raises ValueError."""
+    """Set the style and the width of all figures drawn within the block. None keeps the current style or width.
+
+    Raises ValueError for an unknown style or width.
+    """
     if style is not None and style not in STYLES:
         raise ValueError(bad("style", style, "one of " + ", ".join(STYLES)))
     if width is not None and width not in WIDTHS:
@@ -107,8 +110,7 @@ def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator
 
 
 def styled(function: _F) -> _F:
-    """Decorate a drawing function: run it within `drawn_as(style, width)`, and let `new` return the axes given as
-    `ax`."""
+    """Decorate a drawing function: it runs within `drawn_as(style, width)`, and `new` returns the axes of `ax`."""
     parameter = inspect.signature(function).parameters.get("ax")
     takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
 
@@ -237,8 +239,8 @@ def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["d
 
     `height` and `width` are in inches, for a figure of two columns. A figure of one column is narrower, and its height
     is multiplied by the root of the ratio of the widths, a compromise between equal shape and equal height. If `ax` is
-    given, these axes and their Figure are returned instead. Raises ValueError if `ax` does not contain one Axes for
-    each panel.
+    given to the drawing function, these axes and their Figure are returned. Raises ValueError if `ax` does not contain
+    one Axes for each panel.
     """
     if _GIVEN_AXES.get() is not None:
         given = given_axes()
@@ -346,8 +348,8 @@ def _columns(names: Sequence[str], room: float) -> int:
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     """Write a figure as .png, .pdf or .svg, by the ending of `path`. Equal figures give equal bytes.
 
-    An older file is replaced only when the new file is complete. Raises ValueError for another ending, and OSError with
-    the path if the system refuses to write.
+    An older file is replaced only when the new file is complete. Raises ValueError for any other ending, and OSError
+    with the path if the system refuses to write.
     """
     path = Path(path)
     ending = path.suffix.lower()
