@@ -1,4 +1,4 @@
-"""Images, compared with counts by NumPy in each column."""
+"""Images of diagrams, compared with counts by NumPy in each column, and cells of maps."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_every_value_marks_its_pixel_and_the_pixel_above():
 
 def test_difference_marks_the_method_of_each_pixel():
     chosen, certified = np.zeros((2, PICTURE_ROWS, 3), np.uint8)
-    chosen[10, 0] = certified[11, 0] = 5  # values half a pixel apart count as equal
+    chosen[10, 0] = certified[11, 0] = 5  # pixels in adjacent rows count as equal
     chosen[100, 1] = 7
     certified[200, 2] = 9
     found = difference(chosen, certified)
@@ -69,8 +69,7 @@ def test_missing_columns_repeat_the_column_on_their_left():
 
 @pytest.mark.jit
 def test_motion_out_of_budget_is_not_drawn():
-    """The values before the budget was exhausted are not drawn, either: a shorter record would give a different
-    picture."""
+    """No value of such a motion is drawn, because the values of fewer periods would give a different picture."""
     given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)
     kept = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30)
     assert (given_up.status == vd.Status.BUDGET).all()

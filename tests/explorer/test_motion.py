@@ -1,5 +1,5 @@
-"""Curves of one motion: one curve for each state, with enough points for a disturbance. Some motions are not
-computed."""
+"""Curves of one motion: one curve for each state, with enough points to show the disturbance. One motion rests
+permanently, and the computation of another was stopped."""
 
 import math
 import warnings

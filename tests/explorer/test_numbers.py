@@ -29,7 +29,7 @@ def test_expressions_of_numbers(text, value):
      "lambda: 1", "1;2", "(" * 2000, "1" * 101 + "+1", "1j"],
 )  # fmt: skip
 def test_other_expressions_are_refused(text):
-    with pytest.raises(ValueError):  # noqa: PT011 - the view replaces the message
+    with pytest.raises(ValueError):  # noqa: PT011 - View.read replaces the message
         number_of(text)
 
 

@@ -74,14 +74,14 @@ def opened():
 
 @pytest.fixture
 def tab(opened):
-    """Return a browser. Its console must be empty after the test."""
+    """Yield a browser whose console must contain no message after the test."""
     opened.complaints()
     yield opened
     assert opened.complaints() == []
 
 
 def image(tab):
-    """Return the image of the page, (rows, columns) of shades, and its position (x, y, dw, dh)."""
+    """Return the picture as shades, uint8 (rows, columns), and its place on the axes, (x, y, dw, dh)."""
     found = tab.model(
         "const d = window.explorer.data, i = d.images[0]; return [Array.from(i), i.shape, d.x, d.y, d.dw, d.dh]"
     )
@@ -357,7 +357,7 @@ def test_slow_computation_shows_pictures_during_a_drag(tab, explorer, monkeypatc
     tab.open(explorer.address + SMALL)
 
     def slowly(results, plan, which, threads, halt, pace):
-        for _ in range(40):  # wait longer than the usual delay of a newer view
+        for _ in range(40):  # 0.4 s, longer than a newer view usually waits for the running request
             sleep(0.01)
             if halt.called:
                 raise Halted
@@ -468,7 +468,7 @@ def test_click_shows_the_motion_of_simulate(tab, explorer):
     assert (times == at_all).all()
     for name, wanted in (("xi", sample.xi), ("dxi", sample.dxi)):
         for state, curve in zip(LASTING, np.array(curves[name], float)[:-1], strict=True):
-            own, there = sample.state == state, ~np.isnan(curve)  # null in other states
+            own, there = sample.state == state, ~np.isnan(curve)  # a curve has no values in other states
             assert there.any() == own.any()
             if own.any():
                 assert np.interp(time[own], at_all[there], curve[there]) == pytest.approx(wanted[own], abs=1e-9)
@@ -502,13 +502,13 @@ def test_drawing_plays_the_motion_and_steps_to_its_switches(tab, explorer):
         assert tab.ask("page.drawn_motion.at") == pytest.approx(switch, abs=1e-12)
     width, *alpha = tab.driver.execute_script(
         "const c = document.getElementById('forces'), {width, height} = c;"
-        "const row = Math.floor(height - 0.9 * parseFloat(getComputedStyle(c).fontSize));"  # above the states
+        "const row = Math.floor(height - 0.9 * parseFloat(getComputedStyle(c).fontSize));"  # above the bar of states
         "return [width, ...c.getContext('2d').getImageData(0, row, width, 1).data.filter((v, k) => k % 4 === 3)]"
     )
-    drawn = np.rint([begin / 2.0 * width for begin in begins if begin < 2.0])  # two periods
+    drawn = np.rint([begin / 2.0 * width for begin in begins if begin < 2.0])  # the drawing shows two periods
     inked = {*np.nonzero(alpha)[0].tolist()}
     assert {*drawn.tolist()} <= inked
-    assert len(inked) <= len({*drawn.tolist()}) + 3  # and the line at the time, of up to 3 pixels
+    assert len(inked) <= len({*drawn.tolist()}) + 3  # the line at the present time has up to 3 pixels
     before = tab.ask("page.drawn_motion.at")
     tab.driver.execute_script("document.getElementById('play').click()")
     tab.until(f"page.drawn_motion.at !== {before!r}", "a movement")
@@ -596,7 +596,7 @@ def test_click_on_a_map_opens_the_diagram(tab, explorer):
     tab.open(explorer.address + "&mode=map&columns=60&rows=40&transient=100&periods=64")
     cells, _ = canvas(tab)
     assert cells.shape == (40, 60, 3)
-    assert len(np.unique(cells.reshape(-1, 3), axis=0)) > 3  # colours of periods
+    assert len(np.unique(cells.reshape(-1, 3), axis=0)) > 3  # each period has its colour
     left, top, width, height = tab.frame()
     tab.click(left + width // 2, top + height // 2)
     tab.until("page.fields.mode.value === 'diagram'", "the diagram")
@@ -618,7 +618,7 @@ def test_mode_sets_axes_and_windows_and_locks_swept_parameters(tab, explorer):
         along = "Object.values(page.fields).filter((f) => f.control.title.includes('on an axis')).map((f) => f.name)"
         return shown(tab), sorted(tab.ask(along))
 
-    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # the ordinate begins below 0, but B must not
+    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # ξ may begin below 0, the B of the map may not
     tab.open(explorer.address + small + "&y_low=0.05&y_high=0.2&quantity=xi&bottom=-0.5&top=2.5")
     view, locked = choose("mode", "map")
     assert (view.mode, view.y_low, view.y_high, view.limits) == ("map", 0.05, 0.2, None)
@@ -762,7 +762,7 @@ def test_stopped_server_is_reported_until_it_continues(opened):
     finally:
         server.kill()
         server.communicate()
-    opened.complaints()  # messages about the lost connection
+    opened.complaints()  # discards the messages about the lost connection
 
 
 def test_unusual_statuses_have_ticks_and_are_selectable(tab, explorer):
@@ -878,7 +878,7 @@ def test_leaving_the_page_cancels_its_tasks_and_back_restores_it(opened, explore
     opened.driver.back()
     opened.until("!!page && page.begun", "a first picture again")
     assert shown(opened).low == 3.1
-    opened.complaints()  # messages about the closed connection
+    opened.complaints()  # discards the messages about the closed connection
 
 
 def page_text(tab):

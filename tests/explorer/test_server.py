@@ -1,4 +1,4 @@
-"""Access to the server: from this machine, with the token, and from its own pages. These tests need no browser."""
+"""The server accepts only requests of this machine, with the token, and from its own pages. No test needs a browser."""
 
 import os
 import re
@@ -53,7 +53,7 @@ def test_page_is_served_with_the_token(explorer):
     assert "<title>vibrodrive explore</title>" in text
     assert "cdn.bokeh.org" not in text  # no resource comes from another server
     scripts = re.findall(r"static/js/([\w-]+)\.min\.js", text)
-    assert scripts == ["bokeh"]  # only the scripts in use
+    assert scripts == ["bokeh"]  # no script that the page does not use
 
 
 def test_pages_are_not_cached_and_framed_by_this_machine_only(explorer):
@@ -69,7 +69,7 @@ def test_pages_are_not_cached_and_framed_by_this_machine_only(explorer):
         assert headers["Content-Security-Policy"].startswith("frame-ancestors http://localhost:* http://127.0.0.1:*")
     base = explorer.address.partition("?")[0]
     with urllib.request.urlopen(base + "static/js/bokeh.min.js", timeout=LIMIT) as response:
-        assert response.headers["Cache-Control"] != "no-store"  # browsers may store these
+        assert response.headers["Cache-Control"] != "no-store"  # browsers may store scripts
 
 
 def test_page_is_built_without_numba_and_matplotlib():
@@ -151,7 +151,7 @@ def test_server_listens_on_this_machine_only(explorer):
 
 
 def started(*arguments):
-    """Return the process of the command and the address that it prints."""
+    """Return the process of `vibrodrive explore` and the address that it prints."""
     process = subprocess.Popen(
         [sys.executable, "-m", "vibrodrive", "explore", "--no-browser", *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

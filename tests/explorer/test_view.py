@@ -1,4 +1,5 @@
-"""Views: address, configuration and state are equivalent, and an invalid view gives an error message of one line."""
+"""A view (all settings of a page) is equivalent to its address, its configuration and its state. An invalid view gives
+an error message of one line."""
 
 import io
 from pathlib import Path
@@ -64,7 +65,7 @@ def test_results_are_reused_for_views_of_the_same_sweep_only():
 
 
 def test_stable_and_unstable_orbits_have_different_lines():
-    """Stable orbits are blue, unstable orbits vermilion."""
+    """Lines of stable orbits are solid, lines of unstable orbits are dashed."""
     drawn = SimpleNamespace(lines=SimpleNamespace(), marks=SimpleNamespace())
     session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, clear_note=lambda: None)
     A, low, high = np.array([2.0, 3.0]), np.array([1.0, 2.0]), np.array([5.0, 6.0])
@@ -76,8 +77,7 @@ def test_stable_and_unstable_orbits_have_different_lines():
 
 
 def test_exact_curves_stay_while_only_the_window_moves():
-    """If any other setting of the exact curves changes, new curves are computed. The scale of the axis is such a
-    setting."""
+    """If any other setting of the exact curves changes, new curves are computed. Scales of axes are such settings."""
     over = {"low": 2.0, "high": 3.0, "orbits": 2}
     (what, window), other = overlay_of(View.read(over)), {"high": 3.1}
     assert overlay_of(View.read(over | other)) == (what, (2.0, 3.1)) != (what, window)
@@ -128,7 +128,7 @@ def test_configuration_is_shown_unchanged(name):
 
 @pytest.mark.parametrize(("values", "scale"), [("[2, 4]", "linear"), ("[2, 3, 4]", "linear"), ("[1, 2, 4]", "log")])
 def test_axis_of_a_configuration_has_the_scale_of_its_values(values, scale):
-    """Two values are evenly and geometrically spaced, so the default scale applies."""
+    """Two values are spaced both evenly and geometrically, so their axis has the default scale."""
     assert view_of(config.parse(f"[sweep]\nA = {values}\n")).scale == scale
 
 
@@ -173,7 +173,7 @@ def test_colour_limits_of_a_map_follow_the_configuration():
 
 
 def test_limits_apply_to_the_drawn_quantity():
-    """A sweep with sections and summaries is drawn with ξ', unless its figure names another quantity."""
+    """A sweep with sections and summaries is drawn with ξ' if its [figure] table names no quantity."""
     both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
     assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
     assert view_of(config.parse(both)).limits == (1.5, 2.5)
@@ -389,7 +389,7 @@ def test_results_of_all_pages_use_at_most_half_of_the_memory(monkeypatch):
     monkeypatch.setattr("vibrodrive.explorer.engine.available_memory", lambda: 700)
     first, second, third = (SimpleNamespace(work=work and SimpleNamespace(bytes=work)) for work in (200, 100, None))
     engine = SimpleNamespace(pages={1: first, 2: second, 3: third})
-    Engine.make_room(engine, 150, "periods = 5")  # the limit is (700 + 300) / 2 for all views together
+    Engine.make_room(engine, 150, "periods = 5")  # the limit is (700 + 300) / 2 bytes for all pages together
     assert (first.work is None, second.work is None) == (False, False)
     Engine.make_room(engine, 250, "periods = 5")
     assert (first.work is None, second.work is None) == (True, False)

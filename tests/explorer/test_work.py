@@ -1,5 +1,5 @@
-"""Levels contain every point once, coarse grids first. The last level equals the sweep of the exported
-configuration."""
+"""Levels, the successive refinements of a picture, contain every point once, coarse grids first. The last level equals
+the sweep of the exported configuration."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import config
 
 SLOW = 1e4
-"""Speed in periods a second. It is so low that every view begins with a coarse picture and has many levels."""
+"""Speed in periods per second. It is so low that every view begins with a coarse picture and has many levels."""
 
 
 @pytest.mark.parametrize("shape", [(1,), (2,), (5,), (100,), (1000,), (33, 20), (16, 16), (3, 1)])

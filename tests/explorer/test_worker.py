@@ -1,4 +1,4 @@
-"""The worker runs one computation at a time, the latest request first. A second process runs exact searches."""
+"""The worker runs one task at a time, the most urgent request first. A separate process runs exact searches."""
 
 import os
 import threading
@@ -73,7 +73,7 @@ def test_only_the_last_request_is_answered_one_at_a_time(worker):
 @pytest.mark.parametrize(
     ("running", "later"),
     [(Slot(0, Rank.EXACT), Slot(1, Rank.MOTION)), (Slot(0, Rank.PICTURE), Slot(1, Rank.PICTURE))],
-    ids=["urgent work", "the page that asked last"],
+    ids=["more urgent task", "later task of another page"],
 )
 def test_urgent_task_halts_and_restarts_the_running_task(worker, running, later):
     told, begun = [], threading.Event()
@@ -202,7 +202,7 @@ def test_pause_ends_with_the_next_request(worker):
 
 
 def test_request_replaces_tasks_of_other_ranks(worker, failures):
-    """A new request of a page replaces the older request in one step, so a cancelled request cannot add a request."""
+    """A new request cancels the older tasks of its page in one step, so that a cancelled task cannot add a request."""
     begun, ended, done = threading.Event(), threading.Event(), []
 
     def exact(halt):
@@ -248,7 +248,7 @@ def test_halted_search_ends_its_process(aside):
 
 
 def test_halt_ends_a_waiting_call_but_not_the_warm_up(tmp_path):
-    """Warming up lasts until the test opens a named pipe. The test opens it after the first request was cancelled."""
+    """Here the warm-up ends when the test writes to a named pipe. The test does so after the first call was halted."""
     gate, there = tmp_path / "gate", tmp_path / "there"
     os.mkfifo(gate)
     aside, halt = SeparateProcess(gate.read_bytes), Halt()
