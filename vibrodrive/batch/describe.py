@@ -14,8 +14,7 @@ from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.states import states
 
 LEAST = 256
-"""Least number of excitation periods from which the summary is computed. In so many periods, motions of period 64 and
-below are detected."""
+"""Least number of excitation periods from which the summary is computed. They suffice to find motions of period 64."""
 
 
 def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:

@@ -50,7 +50,7 @@ _workers: list[_Worker] = []  # idle threads
 
 
 def _in_child() -> None:
-    """Store, in a forked child, whether it can use only one thread because the threading layer of its parent fails."""
+    """Store whether the threading layer of the parent fails in this forked child. The child then uses one thread."""
     global _lock, _single_threaded
     _lock = threading.Lock()
     _workers.clear()
@@ -118,7 +118,7 @@ class _Worker:
         self.wanted, self.ended = threading.Lock(), threading.Lock()
         self.wanted.acquire()
         self.ended.acquire()
-        start_new_thread(self._serve, ())  # not a `Thread`, for whose end the interpreter would wait at exit
+        start_new_thread(self._serve, ())  # at exit the interpreter would wait for the end of a `Thread`
 
     def _serve(self) -> None:
         while True:
@@ -132,7 +132,7 @@ class _Worker:
 
 
 def _nothing() -> None:
-    """Do nothing. This is the task of an idle worker, so that it holds no reference to the arrays of its last task."""
+    """Do nothing. An idle worker has this task, so that it holds no reference to the arrays of its last task."""
 
 
 def _watch(work: Callable[[], None], halt: Halt) -> None:

@@ -1,7 +1,7 @@
-"""Computation of many points: blocks of a plan are computed on all cores, and each is yielded when it is finished.
+"""Computation of the points of a plan (model/plan.py) on all cores, in blocks. Each finished block is yielded.
 
-Local blocks are computed on threads (parallel.py). With an executor, that is any object with the interface of
-`concurrent.futures`, each block is a task on one thread. Both ways give the same results to the bit.
+Without an executor, blocks are computed on local threads (parallel.py). An executor is any object with the interface of
+`concurrent.futures`; each block is then a task on one thread. Both ways give the same results to the bit.
 """
 
 import os
@@ -122,7 +122,7 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
 
     def each(order: np.ndarray) -> list[Arguments]:
         """Return one set of arguments for each thread. The threads have separate memory and share one counter."""
-        lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # so that all threads have work for few points
+        lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # all threads have work, even for few points
         shared = points, order, np.zeros(1, np.int64), numbers_of(s, lanes)
         own = zip(w, k, sections, history, totals, strict=True)
         return [
@@ -134,8 +134,8 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
         run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief)
         return
     disturbed = _disturbed(points)
-    # points with a disturbance are expensive and come first, so that the points at the end, when some lanes are empty,
-    # are cheap
+    # points with a disturbance are expensive and are computed first, so that the last points, for which some lanes are
+    # empty, are cheap
     kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (True, False)]
     run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt, brief=brief)
 

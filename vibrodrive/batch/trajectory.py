@@ -1,4 +1,4 @@
-"""Computation of one trajectory: switches and section points after the transient, and samples of the closed form."""
+"""Computation of one trajectory: its switches and section points after the transient, and samples between switches."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from vibrodrive.model.drawing import Style, Width
 
-LONG = 100_000  # least number of periods of a motion for which progress is shown; it may take more than a second
+LONG = 100_000  # number of periods from which on progress is shown, because the motion may take more than a second
 
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 """Row of `Trajectory.switch_errors`: bounds of the errors of the row of `Trajectory.switches` with the same index."""

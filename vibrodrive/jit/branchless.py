@@ -118,7 +118,7 @@ value stored on the stack is in one cache line."""
 def full(n):
     """Return the number of lanes of a loop if n lanes are in use.
 
-    It is n rounded up to a full register, because a loop over the remaining lanes would cost more than eight lanes.
-    Lanes >= n are padding; their contents are ignored.
+    This number is n rounded up to full registers of eight lanes, because a separate loop over the remaining lanes would
+    cost more. Lanes >= n are padding; their contents are ignored.
     """
     return (n + 7) & -8 if COMPILED and n > 3 else n

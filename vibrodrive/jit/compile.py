@@ -3,7 +3,7 @@
 * ``error_model="numpy"``: no branch for a division by zero, because such a branch would prevent vectorisation.
 * ``nogil=True``: results are written to a file while the next block is computed.
 * ``_nrt=False`` (except entry points that allocate): no reference counting. Otherwise atomic operations would count the
-  references to each array argument of each inlined formula. They would take four fifths of the time of a sweep.
+  references to each array argument of each inlined formula. This would take four fifths of the time of a sweep.
 * ``fastmath`` is off: it would remove NaN checks, and the bits would depend on the machine.
 * The name of the cache directory contains a hash of the kernel sources, of the compiler and of the processor. Numba
   detects a change in the file of the function that it loads, but not in the files of the functions that this function
@@ -40,15 +40,15 @@ _ROOT = Path(__file__).parents[__name__.count(".") - 1]
 
 _IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
 """An import statement that is not indented, with its continuation lines. Indented imports are in functions or for type
-checks, so no kernel depends on them. To parse only the import statements takes a tenth of the time."""
+checks, so no kernel depends on them. Parsing only these statements takes a tenth of the time."""
 
 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
     """Return a hash of all sources on which machine code depends, for the package in the folder `root`.
 
-    `here` is the name of this module. Modules that import this module may contain kernels. The hash includes their
-    sources, the sources in the folder of this module, and the sources of all modules that are imported there, directly
-    or indirectly.
+    `here` is the name of this module. Modules that import this module may contain kernels. The hash includes these
+    modules, the modules in the folder of this module, and all modules that any of these modules imports, directly or
+    indirectly.
     """
     package = here.partition(".")[0]
     paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
@@ -79,7 +79,7 @@ def _module(package: str, path: Path) -> str:
 
 
 def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iterator[str]:
-    """Yield the names of the modules of the package that an import of module `name` imports, too.
+    """Yield the names of the modules of the package that module `name` imports.
 
     sources : source of every module of the package, by name
     within : names of those modules that are packages
@@ -118,7 +118,7 @@ def _cache_directory() -> Path:
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     key = hashlib.sha256(f"{_fingerprint()} {_target()}".encode()).hexdigest()[:16]
     name = f"vibrodrive-{key}"
-    user = os.getuid() if hasattr(os, "getuid") else ""  # on Windows each user has a temporary directory
+    user = os.getuid() if hasattr(os, "getuid") else ""  # on Windows each user has a temporary directory of his own
     for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{user}"):
         try:
             (base / name).mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -171,8 +171,8 @@ event.register("numba:compile", compilation)
 class _Cache(FunctionCache):
     """Numba's cache on disk, read without Numba's compiler. A process that compiles nothing then takes half the time.
 
-    Numba imports its compiler modules (0.2 s) before it reads a kernel. This class omits this import. Before Numba
-    compiles, it imports these modules in any case.
+    Numba imports its compiler modules (0.2 s) before it reads a kernel. This class omits this import. Numba imports
+    these modules anyway before it compiles a kernel.
     """
 
     def load_overload(self, sig, target_context):
@@ -183,7 +183,7 @@ class _Cache(FunctionCache):
 
 
 def jit(function=None, **options):
-    """Compile an entry point of a kernel once for each version, and store it in the cache on disk.
+    """Compile an entry point of a kernel once for each version of the package, and store it in the cache on disk.
 
     If the entry point allocates no memory, pass ``_nrt=False``.
     """

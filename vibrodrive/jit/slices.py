@@ -29,8 +29,8 @@ GROWTH = 16  # largest ratio of the steps of a slice to those of the slice befor
 class Halt:
     """A flag that ends work in other threads. Kernels check the flag.
 
-    With a `sign`, the flag also ends work in other processes of this machine that have a copy of it. `sign` is the name
-    of a file, and work ends if this file exists.
+    With a `sign`, copies of a Halt also end work in other processes of this machine. `sign` is the name of a file, and
+    work ends if this file exists.
     """
 
     def __init__(self, sign: str | None = None) -> None:

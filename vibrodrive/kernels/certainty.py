@@ -398,7 +398,7 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
         if not switch.waits(k[r.STATE + i]):
             x_share, x_more = gap_error(w, k, i, hs)
             v_share, v_more = velocity_error(w, k, i, hs)
-            # the rounding errors of `section_at` and of hs itself are not smaller for a smaller hs
+            # the rounding errors of `section_at` and of hs itself do not decrease with hs
             fast = w[r.AF + i] * w[r.INVERSE + i]
             wave = w[r.A + i] + fast
             speed = abs(w[r.V0 + i]) + wave + (abs(w[r.L + i]) + 1.0 + w[r.B + i]) * hs

@@ -1,4 +1,4 @@
-"""Main loop of a sweep: search, apply the switch, record, continue, for a batch of trajectories.
+"""Main loop of a sweep: for a batch of trajectories, search for switches, apply these, and record them.
 
 The kernel that `batch` returns advances up to `LANES` trajectories, one in each lane (lane.py). Each pass of its loop
 advances the search in every lane (first_zero.py; undisturbed.py at ε = 0). Then the pass applies the ordinary switches
@@ -38,9 +38,9 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.outputs import Outcome, Recorder, extent_of
 
 STEPS, STEPS_ON_GRID, EVALUATIONS = 3, 4, 2
-"""Numbers of steps of a search before its outcome is checked, in this order: with a disturbance without a grid, with a
-disturbance on a grid, without a disturbance. Most searches end within these steps, and a check costs more than a step.
-"""
+"""Numbers of steps of a search before its outcome is checked. STEPS: with a disturbance, without a grid. STEPS_ON_GRID:
+with a disturbance, on a grid. EVALUATIONS: at ε = 0. Most searches end within these steps, and a check costs more
+than a step."""
 
 
 @part_each("grid")
@@ -166,7 +166,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
 
     @jit(_nrt=False)
     def run(address):
-        """Compute the trajectories of the points, taken from the counter, until all are done or `halt` is set."""
+        """Take points by the counter and compute their trajectories, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
         w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
         points, order, lanes = a.points, a.order, a.numbers[4]

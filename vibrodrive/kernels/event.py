@@ -3,7 +3,7 @@
 The switch is recorded, the next state is determined, and this state begins.
 
 The modules `switch_*` apply ordinary switches (engine.py) in all lanes together. This module processes all other
-switches, and the switches of single trajectories. These modules use the formulas of switch.py.
+switches, and the switches of single trajectories. All these modules use the formulas of switch.py.
 """
 
 from typing import NamedTuple
@@ -292,9 +292,10 @@ def reverse(w, k, i, certified, h, to, x, force):
 
 @inline_each("method")
 def process_event(w, k, i, method, extent, section, impacts, recorder, log, errors):
-    """Process the outcome in lane i: record it, decide, and begin the next search. Return False if the trajectory ends.
+    """Process the outcome of the search in lane i: record the switch, determine the next state, and begin this state.
 
-    After an impact ξ = ξ' = 0, eq. (7). If the mass leaves the obstacle, LEFT_OVER requests a check for recurrences.
+    Return False if the trajectory ends. After an impact ξ = ξ' = 0, eq. (7). If the mass leaves the obstacle, LEFT_OVER
+    requests a check for recurrences.
     """
     if w[r.LEFT + i] == codes.ENDED_EARLY:
         return False

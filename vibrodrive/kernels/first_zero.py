@@ -1,6 +1,6 @@
 """Search for the first zero of a switching function S1-S5, eq. (8).
 
-Each switching function is positive while its state lasts and is searched for its first zero:
+Each switching function is positive while its state lasts. The state ends at the first zero:
 
     S1 =  ξ          sliding down ends in an impact
     S2 = -ξ'         sliding down ends in the air
@@ -24,8 +24,8 @@ the distance to the zero.
 
 If a fast ripple of amplitude a dominates M3, a second bound may give a longer step: g_slow + g_slow's + b s²/2 - a. It
 uses the slow part of g, and the small bound M2 of the second and third derivatives of the slow part. b is the larger of
--M2 and g_slow'' - M2 S/3 with a large S. The code takes the step of the second bound if this bound is positive beyond
-the S of the first.
+-M2 and g_slow'' - M2 S/3 with a large S. The code takes the step of the second bound if this bound, with b = -M2, is
+positive at the S of the first bound.
 
 **Starts on a zero.** A slide from rest has g = 0 and g' >= 0 at its beginning, and g/s >= g' + g''s/2 - M3 s²/6. The
 search begins at the positive root of this bound, so the start is not mistaken for the next switch. At ε = 0 a slide
@@ -38,8 +38,8 @@ the series ends close to it. The cursor moves to the end of the series, which ma
 terms of the series decrease fast, its end is the zero to the last bit.
 
 **Rounding.** A step by the bounds may end after a zero, by at most the rounding error of g divided by |g'|. If a
-minimum of g differs from 0 by less than the rounding error, it is not known if g has two zeros or no zero. The search
-ends there, and the margin reports the distance (margins.py).
+minimum of g differs from 0 by less than the rounding error, g may have two zeros or no zero. The search ends there, and
+the margin contains the distance of this minimum from 0 (margins.py).
 
 **Grids.** The methods `fixed` and `muller` skip grid points by the same bound, after the rounding error is subtracted
 from g. So the computed g would be positive at each skipped point. These searches begin at the first grid point after
@@ -64,7 +64,8 @@ certain. This share is four hundred times the rounding error of one term. A larg
 evaluations."""
 
 LATE_SHARE = 4e-3
-"""Share of NOISE_SHARE by which Search.noise grows with a η h, because the time h of a grid point is rounded."""
+"""Share of NOISE_SHARE by which Search.noise grows with a η h, because the time h of a grid point is rounded. a is the
+amplitude of the fast part."""
 
 
 class Search(NamedTuple):
@@ -201,7 +202,7 @@ def unknown_values(w, i, where):
 
 @inline
 def restart_search(w, k, i, which, limit, cursor):
-    """Begin the search for the first zero of `which`, `cursor` after the last switch. For a single lane."""
+    """Begin the search for the first zero of `which` in lane i, without a mask, at `cursor` after the last switch."""
     set_search(w, k, i, True, which, search_shape(w, i, which, limit), cursor)
     unknown_values(w, i, True)
 
@@ -227,9 +228,10 @@ def turn_side(w, i):
 BENT = 0.25
 """Largest relative change of g' over a step d of the series.
 
-The series uses four derivatives. So g at the end of the series differs from 0 only by the change of the fourth
-derivative, at most M4 d⁴/12. In time this is at most d/6. If the series ends after the zero, the step back fulfils the
-same condition: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of |g'| at that end."""
+The series uses four derivatives. So g at the end of the series differs from 0 only by the effect of a change of
+the fourth derivative. This effect is at most M4 d⁴/12, or at most d/6 in time. If the series ends after the zero, the
+step back fulfils the same condition: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of |g'| at that end.
+"""
 
 LEAP = 2.0
 """Largest step by the second bound, if the second derivative of the slow part is used instead of its bound M2."""
@@ -239,8 +241,8 @@ SURELY_FREE = 0.95
 interval g may be smaller than its rounding error."""
 
 LEAST_GAP = 1e-30
-"""Smallest ξ at the start of a slide down for which the impact is searched by steps, with a disturbance. For a smaller
-ξ the impact is searched by bisection."""
+"""Smallest ξ at the start of a slide down for which the impact is found by steps, with a disturbance. For a smaller ξ it
+is found by bisection."""
 
 PATIENCE = 1e5
 """Number of steps after which a search ends as if it had reached its limit, so that the budget is checked."""
@@ -459,7 +461,7 @@ def free_step(w, i, taylor, ripple, trusted, fast):
     """Return (step, slope, far): step and slope as from `safe_step` for the span S of lane i.
 
     `far` is true if the step follows from the second bound (see the head). This bound gives the longer step if it is
-    positive at S. `slope` is 0 then.
+    positive at S. Then `slope` is 0.
     """
     m3, span = w[r.M3 + i], w[r.SPAN + i]
     if not fast:
@@ -586,8 +588,8 @@ def search_on_grid(w, n, fast, steps):
 def search_stepwise(w, n, steps):
     """Do `steps` steps of the searches without a grid in the lanes 0..n-1.
 
-    Outcomes are cleared first. Lanes with an outcome remain unchanged. `steps` is not a literal, because the compiler
-    would unroll the loop.
+    Outcomes are cleared first. Lanes with an outcome remain unchanged. If `steps` were a literal, the compiler would
+    unroll the loop.
     """
     wide()
     m = full(n)

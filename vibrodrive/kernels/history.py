@@ -1,11 +1,11 @@
-"""Storage of the switches of each trajectory in a batch that its summary (summary.py) needs.
+"""Storage of the switches from which the summary (summary.py) of each trajectory in a batch is computed.
 
 A lane has room for ROWS switches, in rows. If all rows are in use, the first half of the switches is added to the
 totals of the lane and discarded. The rows equal the rows of switches that `simulate` returns. After a batch of switches
 the rows are written from the values that `note_end` (switch.py) has stored.
 
 A motion may return to an earlier state, the reference, to the bit (recurrence.py). The summary then follows from one
-cycle of its switches, and is written when the cycle is complete. A sweep that records only summaries then ends the
+cycle of the switches, and is written when the cycle is complete. A sweep that records only summaries then ends the
 trajectory. For such motions the switches before the record are stored, too.
 """
 
@@ -21,8 +21,8 @@ from vibrodrive.kernels.outputs import Switch
 ROWS = 2 * summary.REACH  # number of switches for which a lane has room
 
 APART = ROWS + 11
-"""Distance from one lane to the next, in rows. It is not a multiple of a page, because the lanes would then compete for
-the same cache lines."""
+"""Distance from one lane to the next, in rows. If it were a multiple of a page, the lanes would compete for the same
+cache lines."""
 
 END_OF_RECORD = 1e-9
 """Least distance of each switch of a cycle from the phase at which a record begins and ends. If a switch is closer,
@@ -38,7 +38,7 @@ def new_history(threads: int, wanted: bool) -> tuple[np.ndarray, np.ndarray]:
 
 @part
 def assign_slots(k):
-    """Let lane i store its switches in slot i of the memory. `leave_slot` changes this."""
+    """Let each lane i store its switches in slot i of the memory. `leave_slot` changes this."""
     for i in range(r.LANES):
         k[r.HISTORY_SLOT + i] = i
 
@@ -82,7 +82,7 @@ def drive_of(w, i):
 
 @part
 def make_room(w, k, i, rows, totals):
-    """Add the first half of the switches to the totals, and move the others to the front. Return their number."""
+    """Add the first half of the switches to the totals, and move the others to the front. Return the number left."""
     half = ROWS // 2
     summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i), totals)
     drop_rows(k, i, half, rows)
@@ -145,7 +145,7 @@ def cycle_suffices(cycle, periods):
 
 @inline
 def keep_all(k, i, cycle, periods, recorder):
-    """Store all switches from now on, if the summary may follow from one cycle. Called before the record begins."""
+    """Store all switches from now on, if the summary may follow from one cycle. The record has not begun yet."""
     keeping = recorder.totals.shape[1] > 0 and k[r.HISTORY_KEEPS + i] == OF_THE_RECORD
     if keeping and cycle_suffices(cycle, periods):
         clear_history(k, i, ALL)
@@ -159,7 +159,7 @@ def is_after(period, phase, until, phi):
 
 @inline
 def last_return(rows, row, cycle, until, phi):
-    """Return the largest number of cycles by which the switch in `row` can be shifted and is not after (until, phi)."""
+    """Return the largest number of cycles by which the switch in `row` can be shifted without passing (until, phi)."""
     return (until - int(rows[row, summary.PERIOD]) - (1 if rows[row, summary.PHASE] > phi else 0)) // cycle
 
 

@@ -27,14 +27,15 @@ LINE = 64  # length of a cache line, in bytes
     # parameters of the trajectory. AF = A ε η² is the acceleration amplitude of the disturbance. INVERSE is 1/η, or 0
     # without a disturbance
     A, B, AF, ETA, INVERSE, FRAC, DTAU, TOL, PHI0, SECTION, SIN_S, COS_S,
-    # the ends of waits at ε = 0: phase φ and A cos φ at which H rises to 1, and at which H falls to -1
+    # the ends of waits at ε = 0: phase φ at which H rises to 1, and A cos φ there; the same for H falling to -1
     PHI_UP, P_UP, PHI_DOWN, P_DOWN,
     # start of the present segment: φ = PHI + LOW, with LOW below the last bit of PHI. X_OFF and V_OFF bound the
     # rounding errors of ξ and ξ' at this start. ROUNDING * LATE bounds the rounding error of the end of a wait
     PHI, LOW, THETA, X0, V0, A0, X_OFF, V_OFF, LATE,
     # closed form of the present segment, eqs. (4), (5), (9), with the time counted from its start (see motion.py)
     L, P, Q, PF, QF,
-    # ξ as a shape; a search while the mass slides down computes it
+    # ξ as a shape. The search during a slide down also computes ξ: it begins with ξ = WATCHED_GAP, and the search ends
+    # if ξ < -FALL_TOLERANCE. In other searches both numbers are infinite
     XD2, XC1, XC2, XALF, XBEF, WATCHED_GAP, FALL_TOLERANCE,
     # switching function of the search as a shape, and bounds of its derivatives (see first_zero.py). For a wait with a
     # known end only SIG is set, to the side of S4 at which the wait ends

@@ -1,7 +1,7 @@
 """Literal scan: evaluation of the switching function at every grid point, as in the paper and in most contact codes.
 
-The grid points of a block are h_b + x, with a constant h_b. Tables contain the sines and versines of x. In a block, a
-shape (motion.py) becomes
+The grid is divided into blocks. The grid points of a block are h_b + x, with a constant h_b. Tables contain the sines
+and versines of x. In a block, a shape (motion.py) becomes
 
     c0' + c1 x + α' sin x + β' vers x + fast part
 
@@ -154,7 +154,7 @@ def scan(w, k, i, table):
     sig = 1.0 if two_sided else w[r.SIG + i]
     offset = 0.0 if two_sided else base
     bound = 1.0 - noise if two_sided else noise
-    first = w[r.CURSOR + i] if which == S1 else 1.0  # searches for other functions may begin at a later cursor
+    first = w[r.CURSOR + i] if which == S1 else 1.0  # the cursor of other searches may have skipped points
     while first <= limit:
         left = limit - first + 1.0
         n = BLOCK if left > float(BLOCK) else int(left)
@@ -193,7 +193,7 @@ def scan(w, k, i, table):
 
 @inline
 def exact(w, i, h, which, fast):
-    """Return the outcome at h by eq. (10), NOTHING, ZERO, FALLEN or BOTH, computed as if points are skipped."""
+    """Return the outcome at h by eq. (10), as a search that skips points: NOTHING, ZERO, FALLEN or BOTH."""
     g = muller.value(w, i, h)
     if which == S4 and g >= 0.0:
         w[r.SIG + i] = -w[r.SIG + i]

@@ -13,8 +13,8 @@ solution of the paper with its constants inserted. H, ξ' and ξ have the same f
     c0 + c1 h + c2 h² + α sin h + β vers h + α_f sin ηh + β_f vers ηh
 
 Its last two terms are the fast part. Every switching function is a shape, too, so one routine searches for the zeros of
-all switching functions. If h and ηh are below π/4, the linear and quadratic parts of sine and versine are added to the
-coefficients beforehand, where they cancel exactly:
+all switching functions. If h and ηh are below π/4, the linear part of each sine and the quadratic part of each versine
+are first added to the coefficients, in which they cancel exactly:
 
     c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
 
@@ -34,8 +34,7 @@ from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot
 from vibrodrive.kernels import lane as r
 
 FAR = 0.8
-"""Smallest h from which on the change of ξ since the last switch is not small compared with the terms of its closed
-form."""
+"""From this h on, the change of ξ since the last switch is not small compared with the terms of its closed form."""
 
 
 STRETCH = 4.0 * PI
@@ -210,10 +209,10 @@ def excitation(a, phi, low):
 
 @inline
 def fast_phase(eta, frac, period, phi, low):
-    """Return θ = η (2πn + φ) mod 2π at the phase φ + low of period n; `frac` is the fraction of η.
+    """Return θ = η (2πn + φ) mod 2π at the phase φ + low of period n; `frac` is the fractional part of η.
 
-    Complete turns of θ are removed before any rounding: 2πnη mod 2π is 2π times the fraction of n · frac, and this
-    product is exact.
+    Complete turns of θ are removed before any rounding: 2πnη mod 2π is 2π times the fractional part of n · frac, and
+    this product is exact.
     """
     p, e = two_product(period, frac)
     turn = (p - np.floor(p)) + e
@@ -339,11 +338,11 @@ NEAR_BOUNDARY = 1e-8  # largest change of φ and of θ, in radians, by which the
 def on_boundary(w, i, where, there, level, h):
     """Return (arrival, LATE) at the end of a wait that has lasted h, with a disturbance.
 
-    The arrival is `there`, moved to the instant at which H = `level`, to the last bit of φ + low. The rounding error of
-    the cursor is multiplied by η in θ. Without the correction, the next slide would begin with ξ'' = 0, but with the H'
-    of another instant. The correction is one step of Newton's method. The sines and cosines of the excitation (p, q,
-    pf, qf) are updated to first order. LATE · ROUNDING is the remaining error of the time, caused by the rounding of H
-    (margins.py). If `where` is false, the arrival is `there` and LATE is 0.
+    The arrival is `there`, moved to the instant at which H = `level`. This instant is exact to the last bit of φ + low.
+    The rounding error of the cursor is multiplied by η in θ. Without the correction, the next slide would begin with
+    ξ'' = 0, but with the H' of another instant. The correction is one step of Newton's method. The sines and cosines of
+    the excitation (p, q, pf, qf) are updated to first order. LATE · ROUNDING is the remaining error of the time, caused
+    by the rounding of H (margins.py). If `where` is false, the arrival is `there` and LATE is 0.
 
     The end is moved back by at most h, so that time does not decrease. φ is the double next to φ + low, so that an
     event immediately after the end is not recorded before the end.

@@ -14,8 +14,8 @@ ITERATIONS = 100
 the loop always ends by convergence."""
 
 MANY = 16
-"""Least number of lanes that must need a step before a step is done. A step costs the same for any number of lanes, so
-fewer lanes continue in a later call."""
+"""A step is done only if at least so many lanes need it. A step costs the same for any number of lanes, so fewer lanes
+continue in a later call."""
 
 
 @inline
@@ -101,11 +101,12 @@ def close_in(low, high, leaving, x0, g0, x1, g1, x2, g2, tol):
 
 @part
 def refine(w, i, low, high):
-    """Return a zero of the switching function between `low` and `high`. Its sign has changed at `high`, not at `low`.
+    """Return a zero of the switching function between `low` and `high`.
 
-    The first three points are the ends and the zero of the line between them. The next point is a root of the parabola
-    through the last three points, the one nearest to the last point. If this root is outside the bracket, the midpoint
-    is used. The refinement ends if two successive points differ by less than TOL.
+    The sign of the function has changed at `high`, but not at `low`. The first three points are the ends and the zero
+    of the line between them. The next point is the root, nearest to the last point, of the parabola through the last
+    three points. If this root is outside the bracket, the midpoint is used. The refinement ends if two successive
+    points differ by less than TOL.
     """
     x0, x1 = low, high
     g0, g1 = w[r.BEFORE + i], w[r.VALUE + i]  # NaN if the scan has not evaluated them
@@ -161,7 +162,7 @@ def refine_once(w, i):
     low, high, leaving, x3, done = close_in(
         w[r.LOWER + i], w[r.UPPER + i], w[r.REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[r.TOL + i]
     )  # fmt: skip
-    done |= w[r.EVALUATED + i] >= ITERATIONS  # so many evaluations cost so much that `event.py` applies the switch
+    done |= w[r.EVALUATED + i] >= ITERATIONS  # then the cost is so large that `event.py` applies the switch
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
     w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
     w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class Extent(NamedTuple):
-    """Length of a motion, and limit of its cost.
+    """Length of a motion, and limit of its cost. The unit of cost is the cost of one switch.
 
     transient, periods : number of excitation periods before the record, and of the record
-    budget : largest cost of one period, in switches
-    price : cost of one evaluation of a search, in switches
+    budget : largest cost of one excitation period
+    price : cost of one evaluation in a search
     """
 
     transient: int
@@ -52,11 +52,11 @@ class Outcome(NamedTuple):
 
 
 class Recorder(NamedTuple):
-    """Memory for summaries, and the summaries.
+    """Summaries, and the memory that their computation needs (history.py, summary.py).
 
     history float64 (LANES, APART, 6): memory for switches
-    totals float64 (LANES, TOTALS): memory for totals; (LANES, 0) without summaries
-    summary float64 (n, OUT): results
+    totals float64 (LANES, TOTALS): memory for totals; (LANES, 0) if no summaries are computed
+    summary float64 (n, OUT): summary of each motion
     """
 
     history: np.ndarray
@@ -85,7 +85,7 @@ class Errors(NamedTuple):
 
 
 class Switch(NamedTuple):
-    """Data of a switch that are written: the states before and after it, and ξ and ξ' just before it."""
+    """Recorded data of a switch: the states before and after it, and ξ and ξ' just before it."""
 
     before: int
     after: int

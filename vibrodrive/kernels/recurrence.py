@@ -43,7 +43,7 @@ the reference in this order."""
 def clear_reference(w, k, i):
     """Clear the reference at the start of a motion."""
     undisturbed.clear_guesses(w, i)
-    w[r.REFERENCE_PHI + i] = -1.0  # differs from each phase
+    w[r.REFERENCE_PHI + i] = -1.0  # no phase
     k[r.SINCE + i] = 0
     k[r.WINDOW + i] = FIRST_WINDOW
 
@@ -98,12 +98,12 @@ def copy_cycles(k, i, cycles, cycle, section, impacts):
 
 @part
 def detect_recurrence(w, k, i, guessed, extent, section, impacts, recorder):
-    """Copy the cycles that follow if the state of lane i, whose mass has just left the obstacle, equals its reference.
+    """If the state of lane i equals its reference, copy the cycles that follow. The mass has just left the obstacle.
 
     `guessed` is true if the bits of a switch depend on the guess from which its search starts. Return False if all
     results of the trajectory are known.
     """
-    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # if no rest follows an impact, A0 > 0
+    rested = w[r.A0 + i] == 0.0 and w[r.PHI + i] == w[r.PHI_UP + i]  # after an impact without a rest, A0 > 0
     if not at_reference(w, i, guessed):
         if rested or k[r.SINCE + i] >= k[r.WINDOW + i]:
             k[r.WINDOW + i] += 0 if rested else k[r.WINDOW + i] // 4

@@ -1,4 +1,4 @@
-"""Start of a trajectory at a point of a plan: parameters, initial values, first search."""
+"""Start of the trajectory of a point: parameters, initial values, first search."""
 
 import math
 

@@ -64,7 +64,7 @@ def single(method: int, recorded: bool, bounded: bool):
 
     @jit(_nrt=False)
     def run(address):
-        """Compute the trajectories of the points, taken from the counter, until all are done or `halt` is set."""
+        """Take points by the counter and compute their trajectories, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
         w, table, k = a.lanes_w[0], a.lanes_w[1], a.lanes_k[0]
         literal = a.numbers[3] != 0

@@ -75,7 +75,7 @@ periods, because a motion approaches its orbit only like |multiplier|ⁿ."""
 
 
 class Drive(NamedTuple):
-    """Parameters of a motion: A, B, A ε η², η and the fraction of η."""
+    """Parameters of a motion: A, B, A ε η², η and the fractional part of η."""
 
     a: float
     b: float
@@ -123,7 +123,7 @@ def clear_totals(totals, a, b):
 
 @inline
 def begin_totals(rows, row, totals):
-    """Begin the totals at a switch. If this switch is an impact, it is also the start of the growth of a delay."""
+    """Begin the totals at a switch. If this switch is an impact, the growth of a delay also begins there."""
     if int(rows[row, AFTER]) == IMPACT:
         totals[LATE], totals[FIRST] = 1.0, time_of(rows, row)
 
@@ -163,7 +163,7 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
 
 @part
 def fast_peak(s, row, rows, h, g, slow, drive, least):
-    """Return the largest s ξ' of a slide that begins at switch `row`, with a disturbance; at least `least`.
+    """Return the largest s ξ' of a slide that begins at switch `row`, with a disturbance, or `least` if this is larger.
 
     `slow` is the largest value of the slow part. If the fast part can raise this value above `least`, ξ' is evaluated
     at eight points of each fast period. The largest of these values is refined by Newton's method on ξ'' = H - s.

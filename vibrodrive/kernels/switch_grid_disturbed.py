@@ -2,7 +2,7 @@
 
 The results equal those of `event.py`. The method `fixed` switches at the grid point after the zero, eq. (10). Muller's
 method first refines the zero, in all lanes together (muller.py). If ξ < 0 at a grid point, the search continues for the
-impact before. If ξ < 0 only at the refined zero of ξ', `event.py` processes the lane.
+impact before this point. If ξ < 0 only at the refined zero of ξ', `event.py` processes the lane.
 """
 
 from vibrodrive.jit.branchless import choose

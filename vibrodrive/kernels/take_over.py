@@ -1,7 +1,7 @@
 """Functions shared by the modules that apply ordinary switches (engine.py) in all lanes of a batch.
 
 The modules switch_disturbed.py, switch_grid.py and switch_grid_disturbed.py first find the end of a state, and decide
-whether the switch there may be ordinary. `apply_ordinary` then decides the next state and applies the switch. Finally
+whether the switch there may be ordinary. `apply_ordinary` then determines the next state and applies the switch. Then
 these modules begin the search for the end of the next state.
 
 The module switch_undisturbed.py, for certified switches at ε = 0, does not use `apply_ordinary`. It also ends a wait
@@ -25,7 +25,7 @@ class Found(NamedTuple):
     off : bound of the rounding error of ξ at the end of a slide
     work : number of evaluations of switching functions so far
     margin : margin so far
-    ordinary : true if the search found nothing by which the switch is not ordinary
+    ordinary : true if the switch is ordinary, as far as the search can determine this
     aside : true if the switch must not be applied, because an earlier impact must be searched for
     margin_aside : margin so far if `aside` is true
     idle : true if the search has not found an end yet and continues

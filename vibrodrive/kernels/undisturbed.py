@@ -2,15 +2,16 @@
 
 **Waits** end at a known phase, the arcsine of (1 + B)/A or (B - 1)/A.
 
-**Slides** begin at rest. Let g = s ξ', so g' = sH - 1. g starts at 0 and grows to the peak of |ξ'|. There, at the time
-lo, sH falls to 1 at a known phase. Then g falls until, at the time hi, sH rises to 1 again at another known phase. The
-integral of g' from one phase at which sH rises to 1 to the next is -2π(1 + sB). A slide that begins after such a phase
-lacks a part of the growth of g. So g at hi is at most -2π(1 + sB), which is below zero for 1 + sB > 0. Therefore g has
-exactly one zero on [lo, hi], and no zero between the start and lo. Any method that converges inside this bracket finds
-the switch. The depth of g below zero at hi is the margin of this decision.
+**Slides** begin at rest. Let g = s ξ', with s = 1 in a slide up and s = -1 in a slide down. Then g' = sH - 1. g starts
+at 0 and grows to the peak of |ξ'|. There, at the time lo, sH falls to 1 at a known phase. Then g falls until the time
+hi, at which sH rises to 1 again at another known phase. The integral of g' from one phase at which sH rises to 1 to the
+next is -2π(1 + sB). A slide that begins after such a phase lacks a part of the growth of g. So g at hi is at most
+-2π(1 + sB), which is below zero for 1 + sB > 0. Therefore g has exactly one zero on [lo, hi], and no zero between the
+start and lo. Any method that converges inside this bracket finds the switch. The depth of g below zero at hi is the
+margin of this decision.
 
-**Impacts.** While ξ' < 0, ξ decreases strictly. So if ξ is not positive at the end of the slide, it has exactly one
-zero before this end.
+**Impacts.** While ξ' < 0, ξ decreases strictly. So if ξ is not positive at the end of the slide, ξ has exactly one zero
+before this end.
 
 The search uses Householder's method in the form of a series. With u = g/g' and a_k = g⁽ᵏ⁾/(k! g'),
 
@@ -18,8 +19,8 @@ The search uses Householder's method in the form of a series. With u = g/g' and 
 
 is the step back to the zero. The method converges with order five and needs one division. The derivatives cost almost
 nothing, because they use the same sine and cosine. Each search begins at a guess of the duration of the slide. The
-guess is the duration of the last slide of the trajectory in this direction, plus the difference of the starts times the
-derivative of the duration with respect to the start (the implicit derivative of ∫ ξ'' = 0).
+guess is the duration of the last slide of the trajectory in this direction, plus the difference of the two starts times
+the derivative of the duration with respect to the start. This derivative follows from ∫ ξ'' dτ = 0 over the slide.
 """
 
 import math
@@ -43,7 +44,7 @@ PATIENCE = 24.0
 def release(state, phi, a, b, rises, falls):
     """Return (h, phase, later, down) for the wait `state` that begins at the phase `phi`. a = A, b = B.
 
-    h : duration of the wait; 0 if the wait begins after its end by rounding
+    h : duration of the wait; 0 if, because of rounding, the wait begins after its end
     phase : phase of the end: `rises` if H rises to 1, or `falls` if H falls to -1
     later : true if the end is in the next period
     down : true if the wait ends because H falls to -1
@@ -114,7 +115,7 @@ def gap_guess(x, below, h):
     r = math.sqrt(choose(share > 0.0, share, 0.0) * (1.0 / 3.0))
     t = r * (1.0 + r * (1.0 / 3.0 + r * (5.0 / 18.0 + r * (8.0 / 27.0))))
     guess = h * choose(late, 1.0 - t, t)
-    return choose(guess >= 0.0, guess, 0.5 * h)  # NaN for x = 0 = below
+    return choose(guess >= 0.0, guess, 0.5 * h)  # `guess` is NaN if x = below = 0
 
 
 @inline
@@ -166,7 +167,7 @@ def clear_guesses(w, i):
 def householder_step(h, lo, hi, form, sig, m, halve):
     """Do one evaluation at h in the bracket [lo, hi]. Return (next h, lo, hi, close).
 
-    next h : estimate of the zero by the series, or the midpoint of the bracket if it is outside or if `halve`
+    next h : estimate of the zero by the series; the midpoint of the bracket if the estimate is outside, or if `halve`
     lo, hi : ends of the new bracket
     close : true if the next h is the zero to the last bit
     """
