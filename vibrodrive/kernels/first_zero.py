@@ -241,8 +241,8 @@ SURELY_FREE = 0.95
 interval g may be smaller than its rounding error."""
 
 LEAST_GAP = 1e-30
-"""Smallest ξ at the start of a slide down for which the impact is found by steps, with a disturbance. For a smaller ξ it
-is found by bisection."""
+"""Smallest ξ at the start of a slide down for which the impact is found by steps, with a disturbance. For a smaller ξ
+bisection is used."""
 
 PATIENCE = 1e5
 """Number of steps after which a search ends as if it had reached its limit, so that the budget is checked."""
