@@ -50,8 +50,9 @@ wrong. A sweep with `record="error"` stores the largest bound of each motion.
 
 *Each dot is the error of the instant of a switch, compared with a computation with 50 digits. The curves are
 the bounds of these errors. At A = 12 the curve ends with the last certain switch. Some switches later the state
-of the computed motion differs from the state of the true motion. The margins do not show this: each margin is
-much larger than its rounding error.*
+of the computed motion differs from the state of the true motion. The
+[margins](glossary.md#motion-and-switches) do not show this error: each margin is much larger than the rounding
+error at its decision.*
 
 ## The bounds
 
@@ -97,14 +98,14 @@ the true ξ' has a zero within a distance of
 For $a_1^2 \\le 2ME_1$ the true ξ' may have no zero nearby, and the motion is `TOO_CLOSE`. **An impact** has the
 same bound with three replacements: ξ instead of ξ', $|\\xi'|$ minus its error instead of $|a_1|$, and a bound
 of $|\\xi''|$ instead of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of the instant of the impact
-remains. **Sticking** ends where H = ±1, and **a rest** ends where H = 1. This time does not depend on the
-errors of the earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it is a
+remains. **Sticking** ends where H = ±1, and **a rest** ends where H = 1. The time of this end does not depend on
+the errors of the earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it is a
 zero of |H| − 1, and its error is the rounding error of H divided by |H'|. After a rest no earlier error
 remains. After sticking only the error of ξ remains.
 
 **Signs.** Bounds that use only absolute values would grow even along stable motions. The reason is that the
 effects of a late start on ξ and on ξ' partly cancel at the next impact. Therefore the bounds keep the sign of
-one effect, which is caused by the error of the last impact's instant: $E = e\\,u + E'$ and $X = x\\,u + X'$.
+one effect, the effect of the error of the last impact's instant: $E = e\\,u + E'$ and $X = x\\,u + X'$.
 The number $u$ is unknown, with $|u| \\le 1$, but it is the same in both equations. For $E'$ and $X'$ only
 bounds of their absolute values are used. Where the direction of a slide reverses, $e$ becomes $a_0\\,e/a_1$.
 The derivative of the impact-phase map contains the same factor. So the bounds shrink along a stable motion and
@@ -140,20 +141,20 @@ exactly 0. This value replaces the rounding error, so the bounds depend on `tol`
 are valid only if the grid missed no zero. The method `fixed` has no bounds: each of its switches is late by up
 to Δτ, and this delay is the disturbance under study.
 
-In a sweep without `record="error"` the status OK certifies each switch, given the computed state after the
-previous switch. Such a sweep computes many motions in one batch. If a motion repeats, the sweep copies its
-periods. With `record="error"` the sweep computes each motion separately, and copies nothing. On one thread the
-sweep without `record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods)
-and fifty times as fast at ε = 0 (300 periods). `simulate` always computes the bounds. This increases its time
-by a sixth to a quarter.
+In a sweep without `record="error"` the status OK certifies each switch for the computed state after the previous
+switch. This sweep computes many motions in one batch. If a motion repeats, the sweep copies its periods. With
+`record="error"` a sweep computes each motion separately, and copies nothing. On one thread the sweep without
+`record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods) and fifty
+times as fast at ε = 0 (300 periods). `simulate` always computes the bounds, which increases its time by a sixth
+to a quarter.
 
 ## Comparison with 50 digits
 
-Each row of the table stands for a set of ranges of parameters and starts. Motions are drawn at random from
-these ranges (seed {seed}). For up to 100 switches of each motion, the instant, ξ and ξ' are compared with the
-reference, and so are ξ and ξ' of each section point. A scene becomes uncertain if its `certain_until` is
-finite. For each motion the largest bound is divided by the largest error. The last two columns give the median
-and the 90 % quantile of this ratio.
+A scene is a motion with its parameters and its start. Each row of the table gives a set of ranges of parameters
+and starts. The scenes are drawn at random from these ranges (seed {seed}). For up to 100 switches of each motion,
+the instant, ξ and ξ' are compared with the reference. ξ and ξ' of each section point are compared, too. A scene
+becomes uncertain if its `certain_until` is finite. For each motion the largest bound is divided by the largest
+error. The last two columns give the median and the 90 % quantile of this ratio.
 
 {table}
 
