@@ -1,4 +1,4 @@
-"""Convergents of Δτ/2π: known numbers, and no smaller number of periods gives a better approximation."""
+"""Tests of the convergents of Δτ/2π: known numbers, and no smaller number of periods is a better approximation."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The failure map: the counts of a motion, their boundary, and the command."""
+"""Tests of the failure map: failures counted for one motion, and the command."""
 
 import itertools
 from pathlib import Path
@@ -28,7 +28,7 @@ def test_fine_grid_has_no_failures(method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step_are_counted(method):
-    """At ε = 5e-4 and A = 1.5 there are 83 switches in a period: a step of 0.1 misses many switches."""
+    """At ε = 5e-4 and A = 1.5 there are 83 switches in a period, so methods with the step 0.1 miss many."""
     verdict = count_failures(plan(method, A=1.5, eps=5e-4, dtau=0.1))
     assert verdict.missed + verdict.late > 0.05 * verdict.judged
 

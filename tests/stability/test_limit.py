@@ -1,4 +1,4 @@
-"""The limit k₂: searches with known results, then the orbits of the paper."""
+"""Tests of the limit k₂ (the disturbance at which a motion loses its structure): known results, orbits of the paper."""
 
 import math
 from dataclasses import replace
@@ -190,7 +190,7 @@ def test_too_short_record_is_reported_for_its_point():
     assert (found[0].n, found[1].n) == (1, 4)
     assert found[0].k2 > 1e-4
     assert math.isnan(found[1].k2)
-    assert found[1].how == "periods = 14: must be >= 16, 4 times the period of the undisturbed motion at A = 3.1"
+    assert found[1].how == "periods = 14: must be >= 16 (4 times the period of the undisturbed motion at A = 3.1)"
 
 
 @pytest.mark.jit

@@ -1,4 +1,4 @@
-"""k₂ at three values of A, compared with motions of 50 digits below and above k₂. This criterion uses no kernel."""
+"""The limit k₂ at three values of A, compared with 50-digit motions on both sides. The test uses its own criterion."""
 
 import itertools
 import math
@@ -16,7 +16,7 @@ SHARE = 0.1
 
 
 def landings(A, eps, transient, periods):
-    """Return (τ, speed) of the main impacts, for which no faster impact is within half a period."""
+    """Return (τ, speed) of each impact without a faster impact within half a period: float64 (n, 2)."""
     found = []
     for switch in reference(A, eps=eps, periods=transient + periods).switches:
         if switch.after != IMPACT or switch.tau <= 2 * math.pi * transient:
@@ -34,7 +34,7 @@ def whole_periods(taus):
 
 
 def same_landings(orbit, motion):
-    """Return whether a speed below the bound exists so that all faster impacts follow those of the orbit.
+    """Return True if for some separating speed below the bound all faster impacts follow the impacts of the orbit.
 
     `orbit` contains at least one cycle of m impacts and the next impact.
     """

@@ -1,4 +1,4 @@
-"""Cycles of impacts, written by hand: motions that follow a cycle, motions that do not, and the effect of touches."""
+"""Tests with impacts that are written by hand: motions that follow a cycle or do not, and additional slow impacts."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def orbit(cycles=PERIODS // 3, noise=0.0, start=0):
 
 
 def with_touch(rows, at, phase, speed):
-    """Return the impacts with a touch added in period `at`, which has no main impact."""
+    """Return the impacts with a touch (a slow impact) added in period `at`, which has no main impact."""
     touch = np.zeros(1, MAIN_IMPACT)
     touch["period"], touch["phase"], touch["speed"] = at, phase, speed
     both = np.concatenate([rows, touch])

@@ -48,7 +48,7 @@ def test_clean_edge_is_found_to_the_last_bits(edge, bit):
 
 @given(edge=st.floats(1e-3, 5.0), ratio=st.floats(1.5, 8.0), share=st.floats(0.3, 0.7))
 def test_edge_is_found_below_accumulating_slices(edge, ratio, share):
-    """Above the edge kept and lost values alternate, at distances that decrease as near an unstable orbit."""
+    """Above the edge kept and lost values alternate. Their distances decrease as near an unstable orbit."""
 
     def same(d):
         place = np.log(np.maximum(d - edge, 1e-300)) / math.log(ratio)
@@ -104,7 +104,7 @@ def test_at_an_edge_the_impacts_follow_an_unstable_orbit(edges):
 
 
 def test_edge_in_time_is_the_phase_of_an_unstable_orbit():
-    """The state after an impact is a start at rest on the obstacle, so the error in τ is the phase of an impact."""
+    """The state after an impact is a start at rest on the obstacle. So the edge in τ is the phase of an impact."""
     for A in (2.75, 3.04):
         (orbit,) = [o for o in orbits(A, max_period=1) if o.kind == UNSTABLE]
         edge = limit_at(A, "tau0").above
@@ -129,7 +129,7 @@ def test_map_of_phases_separates_the_two_sides_of_an_edge():
 
 @pytest.mark.parametrize("name", COORDINATES)
 def test_both_sides_of_an_edge_agree_with_fifty_digits(name):
-    """No kernel is used. The main impacts at A = 3.04 are in even or in odd periods, depending on the solution."""
+    """No kernel is used. At A = 3.04 the main impacts of the two solutions are in even and in odd periods."""
     edge = limit_at(3.04, name).above.lost
 
     def lands_in(deviation):
@@ -173,7 +173,7 @@ def test_edges_are_measured_from_the_start():
     assert here.k1 == here.above.lost < here.below.lost
     assert repr(here) == (
         f"<StartLimit k1 = {here.k1:.6g} in tau0 at A = 3.04, B = 0.1: another solution "
-        f"below from {here.below.lost:.6g} on, above from {here.above.lost:.6g} on; period 2>"
+        f"below the start from {here.below.lost:.6g} on, above the start from {here.above.lost:.6g} on; period 2>"
     )
     assert dict(each_start_limit({"A": [3.04], "tau0": 0.3, "periods": 100}, "tau0")) == {0: there}
 

@@ -1,4 +1,4 @@
-"""Structure of motions that are written by hand: order, gaps, word and ρ, and the cases without a result."""
+"""Tests of the structure (order, gaps, word, ρ) of motions that are written by hand, and cases without a result."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""k_u: known results at A = 3.04 (Figs. 11, 12), and a comparison with naive loops."""
+"""Tests of k_u, the disturbance at which all starts end in one motion: Figs. 11 and 12, and naive loops."""
 
 import math
 
@@ -39,7 +39,7 @@ def test_starts_are_valid():
 
 
 def test_large_step_leaves_one_motion_and_a_small_one_two():
-    """At Δτ = 0.1 there is one motion (Fig. 11). The test gives the bounds of Δτ between which two solutions merge."""
+    """At Δτ = 0.1 there is one motion (Fig. 11). The two solutions merge between Δτ = 0.05 and 0.063."""
     assert is_unique({"A": 3.04}, "dtau", [0.01, 0.05, 0.063, 0.1]).tolist() == [False, False, True, True]
 
 

@@ -51,7 +51,7 @@ def convergents(dtau: float, longest: int = 1000) -> list[Convergent]:
 def closing(dtau: float, longest: int) -> np.ndarray:
     """Return the distance of m·2π from the nearest grid point, m = 1 … `longest`: float64 (longest,).
 
-    Where this distance is small, `returning` should be small, too.
+    If this distance is small for an m, `returning` should be small for this m, too.
     """
     m = np.arange(1, longest + 1)
     return np.abs(m * (2 * math.pi) - dtau * np.rint(m * (2 * math.pi) / dtau))

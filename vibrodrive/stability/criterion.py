@@ -20,7 +20,7 @@ class Criterion(NamedTuple):
     """Criterion on disturbed motions.
 
     text : the criterion as written.
-    names : attributes of a Structure that must be true.
+    names : attributes of a Structure (structure.py) that must be true.
     k3 : the distance of the motion from the orbit as a curve must be below this value; inf for no such condition.
     """
 

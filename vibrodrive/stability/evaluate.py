@@ -61,7 +61,7 @@ class Motion:
     def distance(self, base: ReferenceOrbit, enough: float = math.inf) -> float:
         """Return the distance of the motion from the orbit as a curve.
 
-        If this distance exceeds `enough`, the result is only a lower bound of it, but also exceeds `enough`.
+        If this distance exceeds `enough`, the result is only a lower bound, which also exceeds `enough`.
         """
         assert base.curve is not None, "the curve is computed if the criterion has a k3"
         return curve_distance(base.curve, self.trajectory, enough=enough)

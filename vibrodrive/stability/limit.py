@@ -1,7 +1,7 @@
 """The limit k₂ of practically orbital stability (§1): the disturbance at which the orbital structure is lost.
 
-A value of the disturbance is *kept* if the motion under this disturbance still satisfies the criterion, and *lost* if
-the motion does not.
+A value of the disturbance is *kept* if the motion under this disturbance still satisfies the criterion (criterion.py),
+and *lost* if the motion does not.
 
 In ε the loss has a narrow edge: the structure is kept below the edge and lost above it. Within the edge, on a fine
 scale, kept and lost values sometimes alternate (at A = 3.9, B = 0.6 from ε = 2.45e-3 to 2.54e-3). In Δτ the loss has no
@@ -42,11 +42,11 @@ omits the first and the last impact of a record."""
 PERIODS = 1500  # default length of the record
 
 AT_A_TIME = 256
-"""Number of simultaneous searches. It is large, so that a batch has many motions even after most searches have
+"""Number of simultaneous searches. It is large, so that a sweep contains many motions even after most searches have
 ended."""
 
 EXPLAINED_AT_A_TIME = 32
-"""Number of limits whose motions just below and just above the first loss are computed in one batch."""
+"""Number of limits whose motions just below and just above the first loss are computed in one sweep."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -239,8 +239,8 @@ class LimitSearch:
                     if base is None:
                         how = NO_PERIOD
                     elif (periods := plan.settings.periods) < SEEN * base.n:
-                        enough = f">= {SEEN * base.n}, {SEEN} times the period of the undisturbed motion"
-                        how = bad("periods", periods, f"{enough} at A = {plan.arguments(index)['A']:g}")
+                        enough = f">= {SEEN * base.n} ({SEEN} times the period of the undisturbed motion"
+                        how = bad("periods", periods, f"{enough} at A = {plan.arguments(index)['A']:g})")
                         if strict:
                             raise ValueError(how)
                     else:
@@ -284,7 +284,7 @@ class LimitSearch:
                 how = f"k2 is below the smallest value tried: {how}"
             sides: dict[str, Any] = {"kept": kept if band.kept_below > 0 else None, "lost": lost, "how": how}
             if not math.isfinite(band.lost):
-                sides = {"how": f"not lost up to {band.searched_to:g}"}
+                sides = {"how": f"the criterion holds up to {band.searched_to:g}"}
             numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n}
             del numbers["lost"]
             yield problem.index, self._limit(problem.index, **numbers, **sides)

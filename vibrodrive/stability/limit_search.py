@@ -18,7 +18,7 @@ BEYOND = 2.0  # the search ends at this multiple of the larger of two values: th
 
 
 class Grid(NamedTuple):
-    """Grid of the values of a disturbance that are tried."""
+    """Grid of the values of a disturbance that are tried: `value(k)` for integers k, from `floor` to `top`."""
 
     value: Callable[[int], float]
     decade: int  # indices per factor of ten

@@ -205,7 +205,7 @@ class Limits(Stored):
         return float(self.done.mean())
 
     def plot(self, kind: Literal["map"] | None = None, *, ax: Axes | Sequence[Axes] | None = None) -> Figure:
-        """Draw the limits as velocity amplitudes over the longer axis.
+        """Draw the limits as velocity amplitudes over the axis with more values.
 
         If there are limits both in ε and in Δτ, a second panel shows their ratio.
 

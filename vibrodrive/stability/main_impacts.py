@@ -60,7 +60,7 @@ def impact_gaps(impacts: np.ndarray) -> np.ndarray:
 def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
     """Return the shortest cycle that the main impacts of an undisturbed motion repeat, or None.
 
-    The first and the last impact are left out. Faster impacts just outside the record may show that they are touches.
+    The first and the last impact are left out, because a faster impact just outside the record would make them touches.
     """
     inner = impacts[1:-1]
     gaps = impact_gaps(inner)

@@ -3,14 +3,13 @@
 The definition in §1 compares motions as curves. A point of the disturbed motion may be early or late, as long as it is
 near some point of the orbit. So each point of the disturbed motion has a distance from the nearest point of the closed
 curve. This distance does not depend on the time at which the orbit passes this nearest point. ϱ is the largest of these
-distances. At an impact the
-velocity jumps from -v to 0 at ξ = 0. The segment between (0, -v) and (0, 0) is part of the curve. Without this segment,
-a motion that lands a little more slowly than the orbit would be far away from it.
+distances. At an impact the velocity jumps from -v to 0 at ξ = 0. The segment between (0, -v) and (0, 0) is part of the
+curve. Without this segment, a motion that lands a little more slowly than the orbit would be far away from it.
 
-The curve is a polygon through PER_PERIOD instants of each period and the states just before and after each switch.
-The distance of its chords from the exact curve is at most h²/8 |(ξ'', ξ''')|, where h is the time between two
-instants. With this h it is below 2e-5 (2A + B + 1). The disturbed motion is represented by a given number of instants
-of each period and by the states at its switches.
+The curve is a polygon through PER_PERIOD instants of each period and the states just before and after each switch. The
+distance of its chords from the exact curve is at most h²/8 |(ξ'', ξ''')|, where h is the time between two instants. For
+PER_PERIOD instants this distance is below 2e-5 (2A + B + 1). The disturbed motion is represented by a given number of
+instants of each period and by the states at its switches.
 """
 
 from __future__ import annotations

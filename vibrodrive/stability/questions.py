@@ -1,4 +1,4 @@
-"""The questions about stability: k₂ at a point, k₁, k_u, and k₂ over axes.
+"""Public functions for the limits of stability: k₂ (disturbance), k₁ (error of the start), k_u (one motion remains).
 
 These functions share most of their keywords with `simulate`. They are in one file, so that a new keyword is added in
 one place. limit.py, starts.py, unique_motion.py and limits.py contain the searches and the results.
@@ -68,9 +68,9 @@ def limit(
         for a limit in Δτ. A limit in Δτ cannot have the method "certified", which has no grid. The undisturbed motion
         is always computed with ε = 0 and the method "certified".
     criterion : str, optional
-        condition on the disturbed motion. "impacts": the main impacts follow each other as in the orbit. "word": the
-        states between the main impacts are those of the orbit. "rho < x": the distance of the motion from the orbit as
-        a curve is below x, the k₃ of §1. Several conditions are joined by "and".
+        condition on the disturbed motion. "impacts": the main impacts (docs/stability.md) follow each other as in the
+        orbit. "word": the states between the main impacts are those of the orbit. "rho < x": the distance of the motion
+        from the orbit as a curve is below x, the k₃ of §1. Several conditions are joined by "and".
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
@@ -140,8 +140,9 @@ def start_limit(
 
     The motion is undisturbed (ε = 0) and its switches are certified. The search covers deviations in both directions
     from the exact start: of τ0 up to 2π, and of ξ0 and ξ'0 up to 2π max(1, A). It does not try ξ0 < 0. If the orbit has
-    a period n > 1, a deviation of τ0 by 2π always leads to another solution. The relative error of an edge is at most
-    1e-13, or its absolute error is at most the last bit of the coordinate.
+    a period n > 1, a deviation of τ0 by 2π always leads to another solution. The starts that lead to the same solution
+    are its basin. The relative error of an edge of the basin is at most 1e-13, or its absolute error is at most the
+    last bit of the coordinate.
 
     Parameters
     ----------
@@ -350,7 +351,7 @@ def limits(
 def _answered(name: str, plan: Plan, search: Callable[[], T]) -> T:
     """Return the result of a search at the one point of a plan, with a warning of a likely mistake and a progress line.
 
-    The warning names the line that calls the public function, three functions above.
+    The warning names the line that calls the public function, three calls above this function.
     """
     A, B, eps, eta = (plan.scalars[key] for key in ("A", "B", "eps", "eta"))
     slips.warn_of_slip([(A, B, eps, eta)], depth=4)

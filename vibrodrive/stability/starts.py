@@ -6,12 +6,12 @@ periods. Each solution attracts the starts in its basin. So an error of the star
 remains in the basin, and k₁ is the distance of the nearest edge of the basin along ξ, ξ' or τ. A start from which the
 motion ends on any other orbit is outside the basin, too.
 
-A basin has slices of all widths. Slices may accumulate next to an edge (A = 3.1, 3.25). The search for the edge begins
-with a scan of deviations. Finer and finer scans follow, each over a window below the first deviation that leads to
-another solution. So the search finds a slice that the first scan missed if the slice belongs to a sequence that
-accumulates at the edge. It does not find a single slice that is narrower than the step of the first scan, which is 2e-4
-in τ and 2e-4 A in ξ and ξ'. Every edge found at A = 2.75, 3.04, 3.1 and 3.25 leads to an unstable orbit of the
-impact-phase map, as theory requires (tests).
+Along a coordinate a basin consists of intervals of all widths, its slices. They may accumulate next to an edge (A =
+3.1, 3.25). The search for the edge begins with a scan of deviations. Finer and finer scans follow, each over a window
+below the first deviation that leads to another solution. So the search finds a slice that the first scan missed if the
+slice belongs to a sequence that accumulates at the edge. It does not find a single slice that is narrower than the step
+of the first scan, which is 2e-4 in τ and 2e-4 A in ξ and ξ'. Every edge found at A = 2.75, 3.04, 3.1 and 3.25 leads to
+an unstable orbit of the impact-phase map, as theory requires (tests).
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ COORDINATES = ("xi0", "dxi0", "tau0")
 CLOSE = 0.5 * BLURRED  # largest distance of points of the same solution; different solutions differ by > BLURRED
 PHASES = 8  # section phases that are tried; the search uses the first one that separates all solutions
 LINEAR = 2**15  # equal steps of the scan
-GEOMETRIC = 512  # the first step is divided into so many parts, because an edge may be very close to the start
+GEOMETRIC = 512  # parts into which the first step is divided, because an edge may be very close to the start
 SMALLEST = 1e-12  # smallest deviation that is tried
 PIECE = 4096  # deviations computed at a time
-WINDOW = 64  # the next, finer scan covers so many steps before the first value lost
-EXACT = 1e-13  # relative width at which the search for an edge ends
+WINDOW = 64  # steps before the first value lost that the next, finer scan covers
+EXACT = 1e-13  # relative width of the interval with the edge at which the search ends
 
 
 class Edge(NamedTuple):
@@ -115,7 +115,7 @@ class StartLimit:
         if self.n == 0:
             return NO_PERIOD
         edges = {"below": self.below.lost, "above": self.above.lost}
-        found = [f"{side} from {lost:.6g} on" for side, lost in edges.items() if math.isfinite(lost)]
+        found = [f"{side} the start from {lost:.6g} on" for side, lost in edges.items() if math.isfinite(lost)]
         return f"another solution {', '.join(found)}" if found else f"the same solution up to {self.searched_to:.6g}"
 
 
@@ -136,7 +136,7 @@ class Solution(NamedTuple):
 def each_start_limit(
     arguments: Mapping[str, Any], axis: str, threads: int | None = None
 ) -> Iterator[tuple[int, StartLimit]]:
-    """Return an iterator of (number of the point, StartLimit) over the limits k₁ on axes of A and B, in order."""
+    """Return an iterator of (number of the point, StartLimit), in order, for the limits k₁ over axes of A and B."""
     plan = plan_of_starts(arguments, axis, ("A", "B"))
     count = check_threads(threads)
     return ((index, nearest_other(plan.arguments(index), axis, count)) for index in range(plan.n_points))
@@ -215,7 +215,7 @@ def settled(arguments: Mapping[str, Any], threads: int | None = None) -> Solutio
     if orbit is None or motion.status == choices.Status.NEVER_LEAVES:
         return None
     n = orbit.n
-    # at a section phase at which the orbit always rests, all its solutions have equal section points
+    # at a section phase at which the orbit always rests, all solutions have equal section points
     phases = (exact["section_phase"] + TWO_PI / PHASES * np.arange(PHASES)) % TWO_PI
     sections = collect(make_plan(exact | {"section_phase": phases, "periods": WATCHED}), threads).section
     telling = np.flatnonzero(period(sections) == n)

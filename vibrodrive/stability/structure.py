@@ -11,7 +11,7 @@ word     the motion passes through the same states between its main impacts
 Impacts, gaps and word do not depend on the section. Order depends on the phase of the section: near an impact the
 section points jump, and disturbed points that overlap at one phase may be separate at another phase. Order and ρ follow
 from section points, so they can be computed from stored results. The other properties need the impacts of a trajectory,
-because two successive section points do not show if the mass has landed between them.
+because two successive section points do not show whether the mass has landed between them.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class ReferenceOrbit:
 
     points : float64 (n, 2), section points ξ, ξ' in order of time
     cycle : main impacts, None if the mass never lands
-    word : states between successive main impacts, one cycle of tuples
+    word : one cycle of the states between successive main impacts, a tuple for each gap
     curve : the orbit as a curve (orbit_curve.py); None if no distance from the curve is required
     """
 

@@ -34,7 +34,7 @@ from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
 
 COINCIDE = 1e-6
 """Largest distance of the section points of two motions that count as one, for methods without a fixed grid. Motions
-that have merged still differ by rounding, about 1e-12. On a fixed grid merged motions are equal in every bit, so that
+that have merged still differ by rounding, about 1e-12. On a fixed grid merged motions are equal in every bit, so
 no difference is allowed."""
 
 SIDES = (5, 9, 17, 33)  # numbers of values of ξ0, and of ξ'0; the smallest lattice that reaches every solution is used
@@ -157,7 +157,7 @@ class UniqueLimit(Found):
 def each_unique_limit(
     arguments: Mapping[str, Any], disturbance: str, method: str | None = None, threads: int | None = None
 ) -> Iterator[tuple[int, UniqueLimit]]:
-    """Return an iterator of (number of the point, UniqueLimit) over the limits k_u on axes of A, B and η, in order."""
+    """Return an iterator of (number of the point, UniqueLimit), in order, for limits k_u over axes of A, B and η."""
     plan = limit.plan_over_axes(arguments, disturbance, method)
     count = check_threads(threads)
     return ((index, unique_at(plan, index, disturbance, count)) for index in range(plan.n_points))
@@ -170,7 +170,7 @@ def unique_at(plan: Plan, index: int, disturbance: str, threads: int) -> UniqueL
     if n < 2:
         return UniqueLimit(*point, 0.0 if n else math.nan, n=n, how="there is one solution only" if n else NO_PERIOD)
     band = unique_from(at, disturbance, starts, threads)
-    several = f"several motions up to {band.searched_to:g}"
+    several = f"several motions remain up to {band.searched_to:g}"
     how = "all starts end in one motion" if math.isfinite(band.lost) else several
     return UniqueLimit(*point, *band, n, how)
 

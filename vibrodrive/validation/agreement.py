@@ -98,8 +98,8 @@ def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
     """Return (switching function at the end of a segment, bound of its rounding error).
 
     The function is computed with the digits that the caller has set in mpmath. The recorded phases at both ends of the
-    segment have errors of at least 2**-51. A long slide continues from a new reference state after every two periods,
-    so the rounding of the terms is added once more for every two periods.
+    segment have errors of at least 2**-51. The kernels divide a long slide into parts of two periods, and each part
+    adds the rounding of the terms.
     """
     A, AF = float(model.A), float(model.A * model.eps * model.eta**2)
     eta, h = float(model.eta), float(s.h)

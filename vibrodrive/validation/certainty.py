@@ -180,10 +180,10 @@ def bounds_of_drawn(seed: int) -> list[Finding]:
     """Return findings for random scenes: errors above their bounds, wrong states marked as certain, size of bounds."""
     held = [hold(scene) for _, scene in draw(seed)]
     known = [h.looseness for h in held if not math.isnan(h.looseness)]
-    drawn = f"number of {DRAWN} random scenes (seed {seed}) with"
+    drawn = f"({DRAWN} scenes, seed {seed})"
     return [
-        Finding(f"{drawn} an error above its bound", sum(len(h.broken) > 0 for h in held), 0),
-        Finding(f"{drawn} wrong states marked as certain", sum(h.others > 0 for h in held), 0),
+        Finding(f"random scenes with an error above its bound {drawn}", sum(len(h.broken) > 0 for h in held), 0),
+        Finding(f"random scenes with wrong states marked as certain {drawn}", sum(h.others > 0 for h in held), 0),
         Finding("median of the largest bound over the largest error", float(np.median(known)), WITHIN),
     ]
 

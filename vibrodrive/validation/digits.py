@@ -17,14 +17,14 @@ at ε = 0 and below 1e-11 at ε = 2e-4. Errors are larger in scenes of up to 100
 start at τ = -1e4."""
 
 LATE_IN = {"fast disturbance": 1e-8}
-"""Bounds for scenes with chatter. These have about twenty short flights, and each multiplies the error by 2 to 3."""
+"""Bounds for scenes with about twenty short flights in a row. Each of these flights multiplies the error by 2 to 3."""
 
 DRAWN = 60  # number of random scenes; they take about 15 s
 SWITCHES = 16  # largest number of compared switches of a random scene
 
 UNSURE = 1e-9
 """Least margin at which a random scene must agree with the reference. A scene with a smaller margin may differ from the
-reference if its status says so."""
+reference if its status is TOO_CLOSE or BUDGET."""
 
 
 def fixed_scenes() -> list[Finding]:
@@ -71,7 +71,7 @@ def drawn_scenes(seed: int) -> list[Finding]:
     another = sum(_differs_clearly(follow(scene, most=SWITCHES, periods=12)) for scene in scenes)
     worst = max(_residual(scene) for scene in scenes)
     return [
-        Finding(f"number of {DRAWN} random scenes (seed {seed}) with wrong states without a flag", another, 0),
+        Finding(f"scenes with wrong states that the status does not report ({DRAWN} random, seed {seed})", another, 0),
         Finding("largest residual of a switching function, relative to the bound of its rounding", worst, 1.0),
     ]
 

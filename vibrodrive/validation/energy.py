@@ -16,8 +16,8 @@ def energy_balance() -> list[Finding]:
     """Check the imbalance drive − friction − impacts. Each of the three works is summed separately.
 
     Over one period of a periodic motion the imbalance is zero, because the mass returns and gravity does no work. For
-    any other motion the sums extend from its first recorded switch to its last one, and ξ' = 0 at both. Between them
-    gravity does the work B times the difference of the gaps, which is at most B ξ_max.
+    any other motion the sums extend from the first to the last recorded switch, with ξ' = 0 at both switches. Between
+    these switches gravity does the work B times the difference of the gaps, which is at most B ξ_max.
     """
     A, B = np.linspace(1.2, 5.0, 96), 0.1
     run = {"A": A, "B": B, "eps": [0.0, 2e-4], "transient": 200, "periods": PERIODS, "record": "summary"}

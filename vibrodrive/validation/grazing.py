@@ -33,7 +33,7 @@ def lowest(scene: dict[str, Any], height: float) -> Any:
 
 
 def grazing_ladder() -> list[Finding]:
-    """Return two findings: wrong decisions without a flag, and flagged decisions that rounding cannot change."""
+    """Return two findings: wrong decisions without the status TOO_CLOSE, and TOO_CLOSE where rounding is negligible."""
     wrong = timid = 0
     for scene in THROWS.values():
         drop = lowest(scene, 1e6)
@@ -49,6 +49,6 @@ def grazing_ladder() -> list[Finding]:
             timid += close and abs(depth) > 100 * ROUNDING * terms and motion.margin >= 0.9 * abs(depth)
     rungs = len(THROWS) * len(LADDER)
     return [
-        Finding(f"wrong decisions without a flag in {rungs} flights", int(wrong), 0),
-        Finding("flights flagged although rounding is at most a hundredth of the height", int(timid), 0),
+        Finding(f"wrong decisions that the status does not report ({rungs} flights)", int(wrong), 0),
+        Finding("flights with the status TOO_CLOSE although rounding is at most 1 % of the height", int(timid), 0),
     ]

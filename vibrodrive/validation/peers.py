@@ -1,7 +1,7 @@
 """Comparison with general solvers: the same motion by terminal events of scipy and of heyoka, if installed.
 
 Each slide is one call of the solver, which stops at its event. A sticking or a rest ends where H, a function of time,
-reaches a bound. A scan and bisection find the instant at which H reaches it. With a disturbance such solvers miss some
+reaches a bound. A scan and bisection find this instant. With a disturbance such solvers miss some
 switches of long motions, at any tolerance. In PERIODS periods of these scenes no switch is missed.
 """
 

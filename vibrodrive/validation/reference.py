@@ -198,12 +198,12 @@ class Switching:
     def beginning(self) -> float | None:
         """Return a time before which g > 0 is proved, or None if g is negative immediately after the start.
 
-        If g starts at zero with g' = d, g'' = e and |g'''| <= m, it is positive as long as d + e h/2 - m h²/6 is.
+        If g = 0, g' = d, g'' = e at the start and |g'''| <= m, g is positive as long as d + e h/2 - m h²/6 is positive.
         """
         g, d, e = self.exact(mp.zero)
         if abs(g) > self.tiny:
             return 0.0 if g > 0 else None
-        if abs(d) <= self.tiny * self.omega:  # H = ±1 at the end of STICK or REST: zero except for the last digits
+        if abs(d) <= self.tiny * self.omega:  # H = ±1 at the end of STICK or REST, so d is 0
             d = mp.zero
         if d < 0 or (d == 0 and e <= 0):
             return None
@@ -215,9 +215,8 @@ class Switching:
     def first_zero(self, horizon: Any, may_touch: bool) -> Any:
         """Return the first h in [0, horizon] at which g falls to zero, or None.
 
-        If `may_touch`, a zero without a change of sign is ignored: STICK and REST last as long as |H| <= 1. Otherwise
-        such a zero counts, too.
-        Raises ArithmeticError if g has a zero of order three or higher.
+        If `may_touch`, a zero without a change of sign is ignored, because STICK and REST last as long as |H| <= 1.
+        Otherwise such a zero counts, too. Raises ArithmeticError if g has a zero of order three or higher.
         """
         begin = self.beginning()
         if begin is None:
@@ -324,7 +323,7 @@ class Oscillator:
         """Return (state after a switch with ξ' = 0, margin of this decision)."""
         H = self.H(tau)
         margin = abs(abs(H) - 1)
-        if margin < self.tiny:  # at |H| = 1 the mass still sticks, but the sticking may end here
+        if margin < self.tiny:  # at |H| = 1 the mass still sticks, but the sticking may end at this instant
             H, margin = mp.zero, mp.zero
         if H > 1:
             return UP, margin
@@ -501,4 +500,4 @@ SCENES: dict[str, dict[str, Any]] = {
     "thrown": {"A": 2.7, "xi0": 3.0, "dxi0": -1.5, "tau0": 2.2, "periods": 60},
     "late start": {"A": 3.15, "xi0": 0.5, "dxi0": 2.0, "tau0": -1e4, "periods": 60},
 }
-"""Arguments of `reference` for comparisons; each takes a second at most."""
+"""Arguments of `reference` for comparisons. Each comparison takes at most a second."""

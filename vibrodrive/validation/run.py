@@ -1,4 +1,4 @@
-"""Table of all checks, and their results: validation.json and validation.md."""
+"""Table of all checks, and the files with their results: validation.json and validation.md."""
 
 import platform
 from collections.abc import Callable, Sequence
@@ -24,14 +24,14 @@ from vibrodrive.validation.check import Check, Verdict, judge
 from vibrodrive.verdicts import Judged
 
 CHECKS = (
-    Check("hash", "A small sweep has the same hash as on all machines", fingerprint.small_sweep),
-    Check("digits", "Switches of fixed scenes against a 50-digit reference", digits.fixed_scenes, ("mpmath",)),
-    Check("drawn", "Random scenes against the reference", digits.drawn_scenes, ("mpmath",), drawn=True),
-    Check("bounds", "Bounds of errors against the reference", certainty.bounds_of_drawn, ("mpmath",), drawn=True),
+    Check("hash", "The hash of a small sweep equals that of other machines", fingerprint.small_sweep),
+    Check("digits", "Switches of fixed scenes compared with a 50-digit reference", digits.fixed_scenes, ("mpmath",)),
+    Check("drawn", "Random scenes compared with the 50-digit reference", digits.drawn_scenes, ("mpmath",), drawn=True),
+    Check("bounds", "Error bounds compared with the reference", certainty.bounds_of_drawn, ("mpmath",), drawn=True),
     Check("grazing", "Flights that graze the obstacle at ±1e-3 to ±1e-15", grazing.grazing_ladder, ("mpmath",)),
     Check("million", "Phase after a million periods", clocks.million_periods, ("mpmath",)),
     Check("energy", "Energy balance: excitation = friction + impacts", energy.energy_balance),
-    Check("skip", "Skipping grid points gives the same bits as visiting all", identity.skip_is_literal),
+    Check("skip", "Skipping grid points gives the same bits as visiting all grid points", identity.skip_is_literal),
     Check("threads", "One thread gives the same bits as two threads", identity.one_thread_is_two),
     Check("resume", "A resumed sweep has the same bits as an uninterrupted one", identity.resumed_is_uninterrupted),
     Check("ball", "B → ∞: the laws of the inelastic bouncing ball", bouncing_ball.findings),
