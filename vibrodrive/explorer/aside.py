@@ -1,8 +1,8 @@
 """Long exact searches (orbits, bifurcations, limits) in a separate process, which is killed to cancel them.
 
-These searches are Python loops that do not check a flag. The process handles one call at a time. After a kill a new
-process starts immediately and loads its modules while the page is drawn. A process that is still loading or compiling
-is not killed. Otherwise each click would restart the compilation.
+These searches are Python loops that do not check the flag of a cancelled task (`Halt`). The process handles one call at
+a time. After a kill a new process starts immediately and loads its modules while the page is drawn. A process that is
+still loading or compiling is not killed. Otherwise each click would restart the compilation.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 from vibrodrive.jit.slices import Halt, Halted
 
-LOOK_SECONDS = 0.02  # interval between checks of the flag while the other process computes
+LOOK_SECONDS = 0.02  # interval between checks of `halt` while the other process computes
 
 
 class SeparateProcess:
@@ -34,7 +34,7 @@ class SeparateProcess:
     def call(self, halt: Halt, function: Callable[..., Any], *arguments: Any) -> Any:
         """Return the result of a function, which the process imports by name.
 
-        If the function raises an exception, this exception is raised here. Raises Halted as soon as the flag is set.
+        If the function raises an exception, this exception is raised here. Raises Halted as soon as `halt` is set.
         """
         self.start()
         if self._warming:
@@ -84,7 +84,7 @@ class SeparateProcess:
             self._send(self._warm, ())
 
     def close(self) -> None:
-        """End the process; no further process is started."""
+        """End the process. No further process is started."""
         self._closed = True
         self._kill()
 

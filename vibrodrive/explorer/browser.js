@@ -1,5 +1,5 @@
-// Script of the page: it requests the next view when the last picture is painted, and updates the address. The server
-// does everything else.
+// Script of the page: it requests the next view as soon as the last picture is painted, and updates the address. The
+// server does everything else.
 const PATIENCE = 250; // initial time in ms that a newer view waits for the running request
 const page = {
   busy: false, // a view has been requested, and its picture is not yet painted
@@ -8,7 +8,7 @@ const page = {
   settled: false, // the picture of the last request is painted and complete
   begun: false, // the address contains the first view; each later change is a step of "back"
   over_plane: false, // true if the ranges belong to a map; after a change of mode they still belong to the old mode
-  waiting: 0, // timer that will update the address; 0 if none
+  waiting: 0, // timer that will update the address, or 0
   patience: PATIENCE, // the present value of PATIENCE (ms), which grows on a slow machine
   held: 0, // timer that will paint the diagrams even without their picture
   due: false, // a painting of the diagrams is scheduled
@@ -97,7 +97,7 @@ const accept = (field) => {
   element(field.name + "-hint").textContent = field.hint;
 };
 
-// Mark the field whose name begins an error message. All other fields still act; the marked field has its last accepted value.
+// Mark the field whose name begins an error message. The view then contains the last accepted value of this field.
 const refuse = (text) => {
   page.played = "";
   say(page.refused = text, "notice");
@@ -251,10 +251,10 @@ const idle = () => {
   for (const [name, methods] of Object.entries(acts)) {
     if (!methods.includes(fields.method.value)) why[name] = `acts only if switches are found by ${methods.join(" or ")}`;
   }
-  if (is("method", "certified")) why.compare = "compares another method with certified: choose fixed or muller above";
+  if (is("method", "certified")) why.compare = "compares another method with certified: select fixed or muller above";
   if (!crossed("eps") && Number(fields.eps.value) === 0) why.eta = "acts only where ε > 0";
   if (!crossed("A") || (over_plane && !crossed("B"))) why.orbits = "are drawn only over A, or over A and B";
-  for (const axis of along) why[fields[axis].value] = "is on an axis: the window of the picture sets it";
+  for (const axis of along) why[fields[axis].value] = "is on an axis: the range of this axis sets its values";
   return why;
 };
 
@@ -299,7 +299,7 @@ const measure = () => {
 };
 window.addEventListener("resize", scale_letters);
 
-// A picture has arrived: request the next one immediately, so that it is computed while this one is painted.
+// A picture has arrived. Request the next picture immediately, so that it is computed while this picture is painted.
 page.paint = (sent) => {
   const data = plain(sent), head = JSON.parse(data.head), began = page.began, answers = page.busy;
   if (head.fit && page.fit && head.seq === page.asked) put_span(y_range, "", ...head.fit);
@@ -322,7 +322,7 @@ page.paint = (sent) => {
 };
 
 const settle = () => {
-  const latest = page.last === but_for_motion(page.state()); // the size must also be the present size
+  const latest = page.last === but_for_motion(page.state()); // the picture must also have the present size
   page.settled = page.whole === page.asked && !page.pending && latest;
   if (page.settled && page.played && !page.judging) play_on();
 };
@@ -411,8 +411,8 @@ page.tap = (event) => {
   page.ask(true);
 };
 
-const GONE = "The explorer does not answer. If its program has ended, start it again and open the address that it prints; "
-  + "this page continues as soon as it answers.";
+const GONE = "The explorer does not answer. If the program has ended, start it again and open the address that it prints. "
+  + "Otherwise this page continues as soon as the explorer answers.";
 page.lost = (gone) => {
   if ((said.notice === GONE) !== gone) say(gone ? GONE : page.refused, "notice");
 };

@@ -1,4 +1,4 @@
-"""Controls of the page: one row for each field of a view that is not a range, with its label and its explanation."""
+"""Controls of the page, with labels and explanations: one for each field of a view (view.py) that is not a range."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Control(NamedTuple):
 
 
 def unit(name: str) -> str:
-    """Return the unit of a parameter on the page. It is always an SI unit; figures may use mm."""
+    """Return the unit of a parameter on the page. This is always an SI unit, also if figures use mm."""
     row = NAMES[name]
     return row.unit if row.scale != 1.0 else row.shown
 
@@ -48,7 +48,7 @@ def part_shown(view: View, plan: Plan) -> str:
 
 
 def _number(name: str, only: str = "") -> Control:
-    """Return the control of a parameter. Its slider is given in the table of names, or it covers the range of the
+    """Return the control of a parameter. If the table of names contains no slider, the slider covers the range of the
     axis."""
     row = NAMES[name]
     slider = row.slider
@@ -67,7 +67,8 @@ _PARAMETERS = {name: symbol(name) for name in RANGES}
 
 GROUPS: dict[str, tuple[Control, ...]] = {
     "Picture": (
-        _choice("mode", "Picture", "A diagram shows many values over one parameter. A map shows one value over two.",
+        _choice("mode", "Picture", "A diagram shows many values over one parameter. A map shows one value over two "
+                "parameters.",
                 {DIAGRAM: "diagram", MAP: "map"}),
         _choice("quantity", "Upwards", "The quantity on the vertical axis: one dot for each section point or impact.",
                 {q: symbol(q) if q not in ("xi", "dxi") else f"{symbol(q)} at the section"
@@ -98,8 +99,8 @@ GROUPS: dict[str, tuple[Control, ...]] = {
         Control("orbits", "Exact orbits up to period", "Draw the periodic orbits of the undisturbed motion up to this "
                 "period, and their bifurcations. 0 means none."),
         Control("columns", "Motions across", "Number of motions in a row, 2 to 4000. If empty, one for each pixel."),
-        Control("rows", "Motions upwards", "Number of motions in a column, 2 to 4000. If empty, it suits the page.",
-                only=MAP),
+        Control("rows", "Motions upwards", "Number of motions in a column, 2 to 4000. If empty, the number follows "
+                "from the size of the page.", only=MAP),
     ),
     "Start": (_number("xi0"), _number("dxi0"), _number("tau0")),
 }  # fmt: skip

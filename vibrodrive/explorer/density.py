@@ -7,7 +7,7 @@ from vibrodrive.jit.compile import jit
 
 @jit(_nrt=False)
 def paint(values, columns, low, high, table, counts, image):
-    """Darken the pixels that contain values, and the pixel above each of them: a line of one row is too thin.
+    """Darken the pixels that contain values, and the pixel above each of them, because lines of one row are too thin.
 
     values : float64 (n, k)
         values of n columns; NaN and values outside [low, high) are ignored.

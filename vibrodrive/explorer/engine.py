@@ -15,11 +15,11 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import available_memory, human
 
-WARMING = Slot(-1, Rank.EXPORT)  # slot of no page: the pages are numbered from 0
+WARMING = Slot(-1, Rank.EXPORT)  # a slot that belongs to no page, because pages are numbered from 0
 
 
-FEWEST = 64  # least number of points of a level; the number of lanes of a kernel
-LARGEST = 2 * 10**9  # most bytes of the results of one view
+FEWEST = 64  # least number of points of a level (work.py); a kernel computes so many motions together
+LARGEST = 2 * 10**9  # largest number of bytes of the results of one view
 
 
 class Pace:
@@ -53,8 +53,8 @@ def length(plan: Plan) -> int:
 
 
 class Engine:
-    """Computation for all pages, which are identified by numbers. `tasks` imports the module tasks, and thereby
-    Numba."""
+    """Computation for all pages, which are identified by numbers. `tasks` imports and returns the module tasks, which
+    imports Numba."""
 
     def __init__(self, threads: int | None, tasks: Callable[[], Any]) -> None:
         self.threads = threads
@@ -92,7 +92,7 @@ class Engine:
                 used, page.work = used - page.work.bytes, None
 
     def close(self) -> None:
-        """End the thread and the process."""
+        """End the worker thread and the process for exact results."""
         self.worker.close()
         self.aside.close()
 

@@ -1,6 +1,6 @@
-"""Exact results for a view, as plain data: periodic orbits and bifurcations, curves over the plane, limits.
+"""Exact results for a view (view.py), as plain data: orbits, bifurcations over A or over A and B, multipliers, limits.
 
-Orbits, bifurcations and curves are those of the undisturbed motion. `SeparateProcess` runs these functions in a
+Orbits, bifurcations and multipliers are those of the undisturbed motion. `SeparateProcess` runs these functions in a
 separate process.
 """
 
@@ -18,7 +18,7 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.questions import limit
 
-VALUES = 60  # number of values of A in a window at which orbits are computed; near bifurcations more are added
+VALUES = 60  # number of values of A at which orbits are computed; `family` adds values near bifurcations
 SAME = 1e-6  # largest difference of impact phases at which a motion counts as the orbit
 
 
@@ -64,9 +64,9 @@ def orbit_lines(
 def plane_curves(
     A: tuple[float, float], B: tuple[float, float], max_period: int, across: str
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return (curves, no points): bifurcations of orbits up to `max_period` in the plane of A and B.
+    """Return (curves, empty list): the bifurcations of orbits up to `max_period` in the plane of A and B.
 
-    `across` is the name of the abscissa.
+    `across`, "A" or "B", is the abscissa of the curves.
     """
     found = curves(A=A, B=B, max_period=max_period)
     return [Curve(*((c.A, c.B) if across == "A" else (c.B, c.A)), c.kind, c.period) for c in found], []
@@ -83,8 +83,8 @@ def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:
 
 
 def limit_at(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return the limit k₂ with these arguments of `limit`; all other arguments have their defaults."""
+    """Return k2, velocity, how and last_kept of `limit` with these arguments, and with defaults for all others."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # warnings of likely mistakes; the page shows the motion
+        warnings.simplefilter("ignore")  # no warnings of likely mistakes, because the page shows the motion itself
         k = limit(**arguments, threads=1)
     return {"k2": k.k2, "velocity": k.velocity, "how": k.how, "last_kept": k.last_kept}

@@ -1,4 +1,4 @@
-"""Files of a view: its configuration, its figure, the lines of Python that compute it, and its motion as CSV."""
+"""Files of a view (view.py): its results, its figure, Python code that computes the view, and its motion as CSV."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ CELL = 500  # least width of a map in pixels; each cell becomes a block of pixel
 def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
     """Return the picture, the exact curves and the motion of a page as "png", "pdf" or "svg".
 
-    In a PNG the picture has its own pixels. In the other formats the picture is an embedded image of these pixels.
+    A PNG contains the pixels of the picture unchanged, or each cell of a map as a block of pixels. The other formats
+    contain the picture as an embedded image of these pixels.
     """
     from matplotlib import rc_context  # imported here so that the page appears sooner
     from matplotlib.colors import to_rgb
@@ -151,7 +152,7 @@ def result_file(view: View, results: Results) -> bytes:
     """Return the file of `vibrodrive sweep` for the exported configuration. Raises ValueError if it is too large."""
     plan, text = view.plan(), view.toml()
     if (size := file_bytes(plan)) > LARGEST_FILE:
-        allowed = f"a file of {human(LARGEST_FILE)}, not {human(size)}: run vibrodrive sweep with the configuration"
+        allowed = f"smaller: the file has {human(size)}, {human(LARGEST_FILE)} are allowed; use `vibrodrive sweep`"
         raise ValueError(bad("periods", view.periods, allowed))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "view.h5"
@@ -163,11 +164,11 @@ def result_file(view: View, results: Results) -> bytes:
 
 
 def python(view: View) -> str:
-    """Return a program that computes the sweep of this view, equal bit for bit, and draws it."""
+    """Return a Python program that computes the sweep of this view, with the same bits, and draws its figure."""
     settings = config.parse(view.toml())
     scene, imports = settings.physical, ["import numpy as np"]
     lines = [] if scene is None else [f"scene = vd.{scene!r}"]
-    if {*settings.arguments} & {*SCENE}:  # the command `sweep` has axes in SI units, `vd.sweep` has none
+    if {*settings.arguments} & {*SCENE}:  # `vibrodrive sweep` accepts axes in SI units, `vd.sweep` does not
         imports = ["import subprocess", "import sys", "from pathlib import Path"]
         lines += [f'Path("view.toml").write_text("""{view.toml()}""")']
         lines += ['subprocess.run([sys.executable, "-m", "vibrodrive", "sweep", "view.toml"], check=True)']

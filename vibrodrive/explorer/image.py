@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SHADES = 64  # number of shades of a scale; shade 0 is blank. The palette of a difference has three scales in succession
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
-MARGIN = 0.04
+MARGIN = 0.04  # share of the range of the values that is added at both ends of the ordinate
 
 
 def values_of(results: Results, quantity: str) -> np.ndarray:
@@ -117,8 +117,8 @@ def _repeated(there: np.ndarray) -> np.ndarray:
 
 
 class Key(NamedTuple):
-    """Key of colours ("#rrggbb"). Each of the `swatches` has a name. `scale` has numbers at given shares of its
-    length."""
+    """Key to the colours of a picture: `swatches` (colour "#rrggbb", name), the colours of the `scale`, and `numbers`
+    (share of the length of the scale, number)."""
 
     swatches: Sequence[tuple[str, str]] = ()
     scale: Sequence[str] = ()
@@ -148,11 +148,11 @@ def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
 def painted(
     level: Level, quantity: str, limits: tuple[float, float] | None = None
 ) -> tuple[np.ndarray, np.ndarray, Key]:
-    """Return the image of a quantity, its palette and its key. Where points are missing, the image has larger cells.
+    """Return the image of a quantity, its palette and its key. A missing point has the colour of a neighbour.
 
     The image contains palette indices, uint16 (rows, columns), with y upwards. For `limits` see `map_figure`.
     """
-    from matplotlib.colors import to_hex, to_rgb  # imported here so that the page does not wait for it
+    from matplotlib.colors import to_hex, to_rgb  # imported here so that the page appears sooner
 
     from vibrodrive.figures.colours import SHADES, paint
     from vibrodrive.figures.map import recorded

@@ -22,7 +22,7 @@ from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
-CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # states of LASTING; excitation
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of each state of LASTING, of the excitation
 LOOKS = {"stable orbit": ("#0072B2", 1.5, "solid"), "unstable orbit": ("#D55E00", 1.2, "dashed")} | {
     kind: (b.colour, 2.0, "solid") for kind, b in BIFURCATIONS.items()
 }
@@ -84,7 +84,7 @@ def build(document: Document, view: View, token: str) -> Page:
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
     document.js_on_event("document_ready", CustomJS(args=args, code=script))
     for shown in (one, two, x_range, y_range, x2, y2):
-        shown.syncable = False  # not synchronised one by one: the page sends the complete view in one message
+        shown.syncable = False  # not synchronised one by one, because the page sends the complete view in one message
     document.title = "vibrodrive explore"
     document.config.notify_connection_status = False  # browser.js reports a lost connection
     document.template = get_env().from_string((HERE / "page.html.jinja").read_text())
@@ -105,7 +105,7 @@ def _diagram(name: str, x_range: Range1d, y_range: Range1d) -> Any:
         min_border_right=20, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     p.toolbar.logo = None
-    p.grid.visible = False  # because the grid is drawn again with every picture
+    p.grid.visible = False  # a visible grid is drawn again with every picture, which takes time
     p.grid.grid_line_alpha = 0.6
     numbers, ticks = ((HERE / name).read_text() for name in ("numbers.js", "ticks.js"))
     minor, scale = ticks.replace("MOST = 8", "MOST = 40"), {"scale": "linear"}

@@ -2,7 +2,7 @@
 // otherwise the mass with labels.
 const SLOPE = 0.22; // angle of the drawn incline in radians; the true angle is not used
 const SPAN = 2; // excitation periods in the picture of the forces
-const RIPPLE = 0.005; // with a finer step of time the force is a band: it is drawn pale, so that it covers nothing
+const RIPPLE = 0.005; // with a smaller time step the curve of H is a band, drawn pale so that other curves stay visible
 const SINE = "#CC79A7";
 const drawn_motion = {at: 0, playing: false, last: 0, forces: null};
 
@@ -41,7 +41,7 @@ const draw_mechanism = (forces) => {
   const {c, width, height, size, ink} = cleared("mechanism");
   const length = Math.min(0.8 * width, 2 * height), block = 0.13 * length;
   const state = forces?.states[index_in(forces.begins)], now = forces && index_in(forces.time);
-  const gap = forces ? forces.xi[now] / forces.widest : 0.55; // as a share of the largest
+  const gap = forces ? forces.xi[now] / forces.widest : 0.55; // as a share of the largest ξ
   c.translate((width - length) / 2, 0.76 * height);
   c.rotate(-SLOPE);
   line(c, [[-0.03 * length, 0.35 * block], [1.05 * length, 0.35 * block]]); // ground at rest

@@ -19,13 +19,13 @@ from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import LASTING
 
 SHOWN = 12  # largest number of excitation periods drawn
-POINTS = 100  # per excitation period
+POINTS = 100  # points of a curve per excitation period
 FAST = 8  # points per period of the disturbance; with fewer points its waves disappear or look like a slow wave
-MOST_POINTS = 20_000  # per curve; with many points per period fewer periods are drawn
+MOST_POINTS = 20_000  # points of a curve; a curve with many points per period is drawn over fewer periods
 
 
 class Motion(NamedTuple):
-    """Motion at `x`, with its plan and its summary. The summary has the names of records.py."""
+    """Motion at `x`, with its plan and its summary, whose names are those of vibrodrive/model/records.py."""
 
     x: float
     plan: Plan
@@ -51,9 +51,7 @@ def motion_at(view: View, halt: Halt) -> Motion:
 
 
 def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
-    """Return time (periods since the transient), ξ and ξ' for each state of LASTING.
-
-    The values are NaN during all other states.
+    """Return time (periods since the transient), ξ and ξ' of the curve of each state of LASTING, with NaN outside it.
 
     One more curve contains sin τ in place of ξ, scaled to the lowest third of the range of ξ.
     """
@@ -77,7 +75,7 @@ def lines(trajectory: Trajectory) -> dict[str, list[np.ndarray]]:
 
 
 def forces(trajectory: Trajectory) -> dict[str, np.ndarray]:
-    """Return ξ, the force H and sin τ over time, and the time at which each state begins, for the drawing.
+    """Return for the drawing: ξ, the force H and sin τ over time; the times at which states begin; these states.
 
     Times are those of `lines`. A state is its index in LASTING, or -1 for an impact.
     """

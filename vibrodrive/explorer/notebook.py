@@ -53,8 +53,8 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     Returns
     -------
     Explored
-        has `address` and `close`. The page is reachable from this machine only, until `close` is called or the process
-        ends.
+        the running explorer, with `address` and `close`. The page is reachable from this machine only, until `close` is
+        called or the process ends.
 
     Raises
     ------

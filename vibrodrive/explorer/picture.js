@@ -1,6 +1,6 @@
 // Pictures are separate canvases below Bokeh's transparent canvas. Bokeh glyphs would be slower: each
 // new picture would repaint axes, lines and tools, and each move of an axis would repaint the picture.
-const pictures = {}; // for each diagram: a box over its frame with a canvas and a line, and the rectangle of the last picture
+const pictures = {}; // for each diagram: a box over its frame with canvases and lines, and the rectangle of the last picture
 
 const picture_of = (plot) => {
   if (pictures[plot.id]) return pictures[plot.id];

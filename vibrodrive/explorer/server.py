@@ -2,7 +2,7 @@
 
 Bokeh checks only the origin of a websocket. This server checks every request before any handler sees it:
 
-- The Host header must be a name of this machine.   Otherwise a foreign page could gain access through a foreign host
+- The Host header must be a name of this machine. Otherwise a foreign page could gain access through a foreign host
   name that resolves to this machine.
 - The Origin header, if there is one, must name this server.
 - Every request except those for static files must contain the token. A websocket must also present the signed
@@ -121,7 +121,7 @@ class Prompt(HTTPServer):
 
     def handle_stream(self, stream: IOStream, address: Any) -> None:
         stream.set_nodelay(True)
-        stream.set_nodelay = lambda value: None  # type: ignore[method-assign]  # else reset after a request
+        stream.set_nodelay = lambda value: None  # type: ignore[method-assign]  # Tornado would reset it
         super().handle_stream(stream, address)
 
 
@@ -139,7 +139,7 @@ def _listening(port: int | None) -> socket.socket:
 
 
 class Explorer:
-    """Running explorer. `address` is its URL. `run` serves until `close` is called or the program is interrupted.
+    """Running explorer at the URL `address`. `run` serves until `close` is called or the program is interrupted.
 
     The address of a page may contain a view; otherwise the page shows `view`. `port` 0 means any free port; None means
     PORT, or any free port if PORT is in use. Raises OSError if the port is not available, and ValueError for too many

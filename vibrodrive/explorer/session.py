@@ -72,7 +72,7 @@ class Session:
             self.pixels = width, height
         try:
             self._answer(asked)
-        except Exception as error:  # report every error: otherwise the page would wait for an answer
+        except Exception as error:  # report every error, so that the page can send the next request
             self.notify({"refused": _one_line(error), "done": self.seq})
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
@@ -130,7 +130,7 @@ class Session:
     def failed(self, rank: Rank, error: BaseException) -> None:
         """Show the error of a task of this page, in one line."""
         self.later(partial(self.notify, {"refused": _one_line(error), "done": self.seq}))
-        if rank != Rank.EXPORT:  # the failed task would have requested the exact curves
+        if rank != Rank.EXPORT:  # the exact curves are not computed, because the failed task would have requested them
             self.later(self.clear_note)
 
     def later(self, change: Callable[[], None]) -> None:
@@ -147,7 +147,7 @@ class Session:
         self.document.callbacks.trigger_on_change(MessageSentEvent(self.document, kind, content))
 
     def belongs(self, overlay: Overlay | None) -> bool:
-        """Return True if the latest view has the same exact curves. Its window may be different."""
+        """Return True if the exact curves with the key of `overlay` belong to the latest view. Windows may differ."""
         wanted = overlay_of(self.view)
         return overlay is not None and wanted is not None and wanted[0] == overlay[0]
 
@@ -157,14 +157,15 @@ class Session:
 
 
 Overlay = tuple[tuple[Any, ...], tuple[float, ...]]
-"""Key of the exact curves over a view, and the window in which they were computed.
+"""Key of the exact curves of a view, and the window (the ends of the axes) in which the curves were computed.
 
 If only the window changes, the older curves remain valid.
 """
 
 
 def overlay_of(view: View) -> Overlay | None:
-    """Return the exact curves of a view, or None if the view shows none or none exist for its axes."""
+    """Return key and window of the exact curves of a view. Return None if none are wanted, or none exist for its
+    axes."""
     if not view.orbits:
         return None
     if view.mode != MAP:
@@ -189,9 +190,9 @@ OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), Y_SPAN  # fields that return to
 
 
 def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
-    """Adapt the scene to a changed axis, or the axes to a changed scene.
+    """Adapt the field `scene` (SI units or dimensionless) to a changed axis, or the axes to a changed `scene`.
 
-    In a scene B cannot be an axis. Without a scene the quantities of a scene cannot be axes.
+    With SI units B cannot be an axis. Without SI units the quantities of a machine cannot be axes.
     """
     if known.get(changed) in SCENE_AXES:
         known["scene"] = SI
@@ -207,8 +208,8 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 
 
 def adapted(state: Mapping[str, Any], changed: str) -> View:
-    """Return the view after a change of one choice. Fields that depend on this choice get their defaults. Raises
-    ValueError."""
+    """Return the view after a change of the field `changed`, with defaults for all fields that depend on this field.
+    Raises ValueError."""
     drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)

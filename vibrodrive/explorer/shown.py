@@ -27,8 +27,8 @@ STATUS_WORDS = {
 class Picture(NamedTuple):
     """Images of a view, one for each diagram, with y upwards; their common palette, place and key.
 
-    Along a logarithmic axis the coordinates are decimal logarithms. If `fit`, the ordinate has the range of the values.
-    `odd` contains the columns of a diagram with each status of STATUS_WORDS.
+    Along a logarithmic axis the coordinates are decimal logarithms. If `fit` is True, the ordinate has the range of the
+    values. `odd` maps each text of STATUS_WORDS to the columns of a diagram with this status.
     """
 
     images: list[np.ndarray]
@@ -67,9 +67,9 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> Picture:
 
 
 def counted(level: Level, odd: dict[str, list[int]]) -> str:
-    """Return as text the number of motions, and the numbers of motions with a status other than OK.
+    """Return as HTML the number of motions, and the number of motions with each status other than OK.
 
-    If `odd` contains the columns of these motions, the numbers are buttons."""
+    If `odd` contains the columns of such motions, their number is a button."""
     status = level.sweep.results[0].status
     counts = {words: int((status == s).sum()) for s, words in STATUS_WORDS.items()}
     said = {words: f"{count} {words}" for words, count in counts.items() if count}

@@ -1,4 +1,4 @@
-"""Views to begin with. Each has a name, an explanation of two sentences, and an address."""
+"""Views to begin with. Each has a name, an explanation of two or three sentences, and an address."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ class Start(NamedTuple):
 
 STARTS = (
     Start("Fig. 3: all amplitudes",
-          "Without disturbance the section velocity has one value at small A, then doublings, then bands. "
-          "Zoom into a band to see windows with few values.",
+          "Without disturbance the velocity has one value at small A. For larger A its values double repeatedly, and "
+          "finally fill bands. Zoom into a band to see windows with few values.",
           "low=0.0025&high=3.25&transient=1000&periods=300"),
-    Start("Fig. 5: a small ripple, no period lost",
-          "At A = 1.5 a disturbance ε = 5e-4 keeps the impacts, although its force is five times the excitation. "
-          "Set ε to 0 and compare the curves.",
+    Start("Fig. 5: a small ripple, no impact lost",
+          "At A = 1.5 a disturbance ε = 5e-4 keeps the order of impacts, although its force is five times the "
+          "excitation. Set ε to 0 and compare the curves.",
           "low=1.2&high=1.8&eps=5e-4&at=1.5&transient=500&periods=100"),
     Start("Fig. 6: two points that grow into clouds",
-          "At A = 3.04 and ε = 0 the motion has two points (period 2), which grow with ε. The paper gives 1.7e-4 as "
-          "the limit: click a column to compare with k₂.",
+          "At A = 3.04 and ε = 0 the motion has two points (period 2). With larger ε they become clouds. The paper "
+          "gives the limit 1.7e-4: click a column to compare it with k₂.",
           "x=eps&low=0&high=3e-4&scale=linear&A=3.04&transient=500&periods=300"),
     Start("Fig. 7: a ripple that destroys the structure",
           "Between A = 3 and 3.25 the disturbance ε = 2e-4 turns branches into bands. "
@@ -46,7 +46,7 @@ STARTS = (
           "At A = 1.5, in the paper, fixed steps of Δτ = 0.5 keep the structure, and steps of 0.7 destroy it. "
           "Click a column: the text below the diagrams gives the period and the cycle of states.",
           "x=dtau&low=0.05&high=0.8&scale=linear&method=fixed&A=1.5&at=0.5&transient=500&periods=100"),
-    Start("Fig. 10: a coarse time step does the same",
+    Start("Fig. 10: a coarse time step instead of a ripple",
           "Without a disturbance, fixed steps of Δτ = 0.1 change the picture. "
           "Select \"as a difference\" at Certified motions, then reduce Δτ until little colour remains.",
           "low=3.0&high=3.25&method=fixed&dtau=0.1&transient=500&periods=500"),
@@ -59,8 +59,8 @@ STARTS = (
           "Move the mouse over a circle to see the kind and the A of its bifurcation.",
           "low=2.4&high=3.25&orbits=4"),
     Start("A window of period 5",
-          "Between A = 3.161 and 3.169 the motion has period 5; then the period doubles to 10. "
-          "Zoom into an end to see further windows, and numbers with all digits.",
+          "Between A = 3.161 and 3.169 the motion has period 5. At larger A the period doubles to 10. "
+          "Zoom into an end of the window to see further windows, and numbers with all digits.",
           "low=3.155&high=3.178&transient=2000&periods=500"),
     Start("Windows of periods 7 and 8",
           "The period is 7 from A = 3.1786 to 3.1831, and 8 from 3.1837 to 3.1847; between them are narrower windows. "

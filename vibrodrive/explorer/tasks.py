@@ -1,4 +1,4 @@
-"""Tasks of the worker for a page, one for each rank, and the display of their results.
+"""Tasks of the worker for a page, one for each rank (worker.py), and the display of their results.
 
 Tasks run in the worker thread. Every change of the page runs in the server thread (`Session.later`).
 """
@@ -37,8 +37,8 @@ SOUGHT = "exact curves are being computed"
 
 
 def work_of(session: Session, view: View) -> Work:
-    """Return the work of this sweep. It is the last work of the session if that has the same sweep, otherwise a new
-    work."""
+    """Return the `Work` of the sweep of a view. If the `Work` of the session is for another sweep, create a new
+    `Work`."""
     views = [view, view.certified()] if view.compared else [view]
     made_from = [v.toml().partition("\n[figure]")[0] for v in views]
     work = session.work
@@ -54,11 +54,11 @@ def work_of(session: Session, view: View) -> Work:
 def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
     """Draw the diagram or map of a view, first coarse, then finer."""
     for count, level in enumerate(work_of(session, view).levels(session.engine.pace, halt)):
-        if count == 0 or level.complete or not session.unpainted:  # so that unsent pictures do not form a queue
+        if count == 0 or level.complete or not session.unpainted:  # no finer picture while another is not yet sent
             _draw(session, view, seq, level)
         if count == 0 and not level.complete:
             session.engine.worker.pause(halt, REST_SECONDS)
-    latest = session.sized(session.view)  # after a click it differs from `view`, but only in `at`
+    latest = session.sized(session.view)  # differs from `view` at most in `at`, which a click sets
     if latest.follows:
         session.follow(halt, Rank.MOTION, latest, seq)
     else:
@@ -66,7 +66,8 @@ def show_picture(session: Session, view: View, seq: int, halt: Halt) -> None:
 
 
 def _draw(session: Session, view: View, seq: int, level: Level) -> None:
-    # `address` is that of the latest view. This view differs from `view` only by `at`, or the page ignores `address`.
+    # `address` is that of the latest view. If the latest view differs from `view` in more than `at`, the page ignores
+    # `address`.
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address(), "odd": {}}
     over, conditions = title_of(view)
     head["title"] = f"<b>{over}</b>, {conditions}"
@@ -142,7 +143,8 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
 
 
 def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -> None:
-    """Add the exact results for a motion to its description, and report to the page if its structure is lost."""
+    """Add the exact results for a motion to its description. Report to the page if its structure, the pattern of its
+    impacts, is lost."""
     known, losses = list(said), []
     try:
         for line, lost in exact_words(session.engine, halt, motion):
@@ -150,7 +152,7 @@ def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -
             losses += [line] if lost else []
             session.later(partial(session.notify, {"words": "<br>".join([*known, PENDING])}))
     finally:
-        if not halt.called:  # after an error, too: that is shown above the diagram
+        if not halt.called:  # also after an error, which is shown above the diagram
             session.later(partial(session.notify, {"words": "<br>".join(known), "lost": "; ".join(losses)}))
 
 
@@ -206,9 +208,9 @@ def warm_picture(engine: Engine, halt: Halt) -> None:
 
 
 def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[str, bool]]:
-    """Yield lines with the exact results for a motion, each with True if it reports that the structure is lost.
+    """Yield lines with the exact results for a motion, each with True if the line reports that the structure is lost.
 
-    The results are its multiplier, its limits, and the comparison of its disturbances with these limits.
+    The results are the multiplier and the limits of the motion, and the comparison of its disturbances with the limits.
     """
     known = motion.trajectory.arguments
     period, phases = motion.summary["period"], motion.trajectory.impacts["phase"]

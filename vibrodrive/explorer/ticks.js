@@ -1,6 +1,6 @@
-// Places of the ticks of an axis: round numbers (1, 2 or 5 times a power of ten). A logarithmic axis of more than half a
-// decade has ticks at 1, 2 and 5 of each decade, at 1 of each decade, or at 1 of every second decade. Its coordinates are
-// logarithms.
+// Places of the ticks of an axis: round numbers (1, 2 or 5 times a power of ten). A logarithmic axis of at least 0.7
+// decades has ticks at 1 to 9, at 1, 2 and 5, or at 1 of each decade, or only at some of the decades. Its coordinates are
+// decimal logarithms.
 const MOST = 8, {start, end} = cb_data.range, log = scale === "log";
 const round = (low, high) => {
   const rough = (high - low) / MOST, power = 10 ** Math.floor(Math.log10(rough));

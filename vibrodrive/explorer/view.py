@@ -34,9 +34,9 @@ UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
-COLUMNS, ROWS = 1000, 250  # numbers for a view without a page
+COLUMNS, ROWS = 1000, 250  # numbers of columns and rows of a view without a page
 PICTURE_ROWS = 360  # height in pixels of a diagram without a page
-CELLS = 250_000  # number of cells of a map if it follows from the size of the page
+CELLS = 250_000  # largest number of cells of a map, if the number follows from the size of the page
 LONGEST = 10**6  # largest `transient` and `periods`
 NOWHERE = math.nan
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
@@ -98,8 +98,8 @@ class View:
     of a map is the parameter y, with `rows` values from `y_low` to `y_high`. The colours of a map show `shade`.
 
     `at` is the x of the motion shown below the diagram (NaN: none). `orbits` is the longest period of the exact orbits
-    that are drawn (0: none). With `scene` "SI", the default if an axis is a quantity of a scene, a0 to g are those of
-    `Scene`. They determine B and, if A is not an axis, also A. The other fields are those of `simulate`.
+    that are drawn (0: none). If `scene` is "SI", the fields a0 to g are those of `Scene`. They determine B and, if A is
+    not an axis, also A. "SI" is the default if one of them is an axis. The other fields are those of `simulate`.
 
     Examples
     --------
@@ -201,8 +201,8 @@ class View:
         return self.columns or COLUMNS, self.rows or ROWS
 
     def sized(self, width: int, height: int) -> View:
-        """Return the view with numbers of columns and rows, which follow from the size of a frame in pixels if they are
-        not given.
+        """Return the view with numbers of columns and rows. A number that is not given follows from the size of the
+        frame in pixels.
 
         A diagram has one column for each pixel. A map has at most CELLS square cells, each of a whole number of pixels.
         """
@@ -302,7 +302,7 @@ def view_of(settings: config.Config) -> View:
     """Return the view of a configuration. Raises ValueError for a configuration that the explorer cannot show.
 
     The abscissa is the x of the figure, or by default the longest axis. A sweep over two axes that records a summary
-    becomes a map. Of every further axis the first value is used.
+    becomes a map. The first value of every further axis is used.
     """
     plan = settings.plan()
     for name in plan.axes:

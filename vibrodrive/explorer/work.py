@@ -1,6 +1,6 @@
-"""Computation of a view in levels.
+"""Computation of a view (view.py) in levels, each of which refines the picture.
 
-The first level has as many points as the time of a frame allows; the last level completes the sweep.
+The first level has as many points as the time of a frame allows. The last level completes the sweep.
 
 Every level computes points of the sweep that the configuration of the view describes. The result at a point does not
 depend, to the last bit, on the other points. So the results equal the results of the complete sweep.
@@ -27,7 +27,7 @@ from vibrodrive.model.size import result_bytes
 
 FRAME_SECONDS = 0.03  # time for the first level; together with the drawing about 15 frames per second are possible
 LEVEL_SECONDS = 0.15  # time for each later level
-STRIDES = (16, 8, 4, 2, 1)
+STRIDES = (16, 8, 4, 2, 1)  # distances of the points of successive grids, as multiples of those of the sweep
 COARSEST_DIAGRAM = 4  # largest stride of a diagram; a larger stride would break up its lines
 GROWTH = 4.0  # largest ratio of the numbers of points of two successive levels
 SHORTEST = 8  # least number of transient and of recorded periods of a sketch
@@ -86,7 +86,7 @@ class Work:
                 compute_into(results, plan, waiting[:count], self.threads, halt, pace)
             done[waiting[:count]] = True
             waiting = waiting[count:]
-            # scale by the time of this level: the measured pace of a small level contains fixed costs and is too slow
+            # scale by the time of this level: the measured pace of a small level is too low, because of fixed costs
             longer = LEVEL_SECONDS / max(perf_counter() - began, 1e-4)
             count = max(FEWEST, int(count * min(GROWTH, longer)))
             yield Level(self.part, sketch)

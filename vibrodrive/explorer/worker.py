@@ -2,7 +2,7 @@
 first.
 
 There is one slot for each kind of work of each page. A new request replaces the waiting or running request in its slot.
-It also halts the running task of another slot if the new request is at least as urgent. The halted task is started
+A new request also halts the running task of another slot if this task is not more urgent. The halted task is started
 again later and continues from its stored results (`Work`). A task itself may make a request (`follow`). Such a request
 runs after the task, and halts no other task.
 """
@@ -34,7 +34,7 @@ class Slot(NamedTuple):
 
 
 Task = Callable[[Halt], None]
-"""Function that returns early or raises Halted as soon as the flag is set. It can be called again later."""
+"""Function that returns early or raises Halted as soon as its flag `Halt` is set. It can be called again later."""
 
 
 class Worker:
