@@ -33,13 +33,13 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         return
     terminal = config.pluginmanager.get_plugin("terminalreporter")
     began = monotonic()
-    terminal.write("kernels, once for all workers (a minute, where none are on disk) … ", flush=True)
+    terminal.write("compiling kernels once for all workers (a minute if none are on disk) … ", flush=True)
     compile_kernels()
     terminal.write_line(f"{monotonic() - began:.0f} s")
 
 
 def compile_kernels() -> None:
-    """Call every kernel that several tests use, or load it from the cache, in two processes."""
+    """Compile every kernel that several tests use, or load it from the cache, in two processes."""
     methods = ("certified", "muller", "fixed")
     sweeps = [(_sweep, m, eps, record) for m in methods for eps in (0.0, 2e-4) for record in ("summary", "section")]
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
@@ -80,7 +80,7 @@ UNIT = (
     "store/test_place.py", "store/test_scene_axes.py", "store/test_store.py", "test_model_page.py", "test_pages.py",
     "validation/",
 )  # fmt: skip
-"""Files and folders of unit tests. A test with one of these marks is no unit test:"""
+"""Files and folders of unit tests. A test in these files is no unit test if it has a mark of NO_UNIT."""
 
 NO_UNIT = ("jit", "slow", "browser", "integration")
 
@@ -98,7 +98,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if item.path.relative_to(HERE).as_posix().startswith(UNIT) and not any(m in item.keywords for m in NO_UNIT):
             item.add_marker("unit")
         if any(not mark.args for mark in item.iter_markers("slow")):
-            raise pytest.UsageError(f"{item.nodeid}: slow without seconds and a reason")
+            raise pytest.UsageError(f"{item.nodeid}: the mark `slow` needs seconds and a reason")
         if not COMPILES and "jit" in item.keywords:
             item.add_marker(skip)
 
@@ -157,7 +157,7 @@ def _units_compile_nothing_and_start_nothing(request):
     guard.on = False
 
 
-# A shell starts background jobs with SIGINT ignored, and nohup starts its command with SIGHUP ignored.
+# Tests send signals, but a shell starts background jobs with SIGINT ignored, and nohup ignores SIGHUP.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
@@ -193,7 +193,7 @@ def run(tmp_path, monkeypatch, capsys):
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Replace the computation by artificial values. Return the list of the blocks that a test "computes"."""
+    """Replace the computation of a sweep by artificial values. Return the list of the indices of computed blocks."""
     from tests.support import fake
 
     computed = []

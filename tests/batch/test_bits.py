@@ -1,4 +1,4 @@
-"""Equality of results to the bit: compiled or not, on one or two threads, single or batched, in one or many blocks."""
+"""Equality of results to the bit: compiled or in pure Python, single or batched, in one or many calls of a kernel."""
 
 import json
 import re
@@ -50,7 +50,7 @@ ARGUMENTS = dict(A=np.linspace(1.0, 3.25, 150), eps=[0.0, 2e-4], transient=10, p
 @pytest.mark.jit
 @pytest.mark.parametrize("switching", [{}, dict(method="muller", dtau=0.01), dict(method="fixed", dtau=0.1)])
 def test_bits_do_not_depend_on_slices(monkeypatch, switching):
-    """If a kernel returns after every pass, instant or piece (slices.py), the results equal those of one call."""
+    """If a kernel returns after every step (slices.py), the results equal those of one call."""
 
     def results():
         r = vd.sweep(**ARGUMENTS, **switching, threads=1)
@@ -108,7 +108,7 @@ print(len(formulas), sorted(twice))
 def test_no_formula_is_specialised_for_constants(tmp_path):
     """For a constant argument Numba would compile a formula, and all formulas that this formula calls, a second time.
 
-    Exceptions are formulas that request this for an argument by its name.
+    Exceptions are formulas that request this for named arguments (`inline_each`, `part_each`).
     """
     count, twice = python(CONSTANTS, NUMBA_CACHE_DIR=str(tmp_path)).split(" ", 1)
     assert int(count) > 100
@@ -158,7 +158,7 @@ def test_lanes_are_aligned_to_cache_lines():
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 3e-4])
 def test_method_outside_the_engine_gives_the_same_bits(monkeypatch, eps):
-    """The motions of such a method, for example of a new zero finder, are computed one by one."""
+    """A method outside the engine, for example a new zero finder, computes the motions one by one."""
     arguments = dict(A=[1.5, 3.04, 3.1], eps=eps, method="muller", dtau=0.05, tol=1e-9, transient=3, periods=4)
     together = vd.sweep(**arguments)
     monkeypatch.setattr("vibrodrive.model.names.IN_LANES", ())

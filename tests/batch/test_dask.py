@@ -70,7 +70,7 @@ def start_worker(address, folder):
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    """Address of a real scheduler with two workers on this machine, and the processes of the workers."""
+    """Yield (address, processes, folder) of a real scheduler on this machine and its two workers."""
     folder = tmp_path_factory.mktemp("cluster")
     file = folder / "scheduler.json"
     options = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))

@@ -29,7 +29,7 @@ def test_switches_are_rows_with_the_names_of_states(motion):
     assert (hits.xi == 0).all()
     assert set(motion.to_dataframe("impacts").tau) <= set(hits.tau)
     assert {"A": 3.04, "method": "certified", "status": "OK"}.items() <= table.attrs.items()
-    assert "dtau" not in table.attrs, "there is none"
+    assert "dtau" not in table.attrs, "the method certified has no grid"
 
 
 @pytest.mark.parametrize("start", [{}, {"tau0": 0.3, "section_phase": -1.0}, {"tau0": 7.0, "section_phase": 7.0},

@@ -1,7 +1,7 @@
 """Ctrl-C ends any work. No computation continues in the background, and the session remains usable.
 
 Without Ctrl-C the sweeps, motions and limits of this file would take longer than LIMIT. benchmarks/interrupt.py
-measures the delay.
+measures the time from Ctrl-C to the end of a computation.
 """
 
 import faulthandler

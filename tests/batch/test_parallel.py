@@ -89,7 +89,7 @@ def section(threads=2):
 one = section(1)
 numba.set_num_threads(1)
 assert np.array_equal(section(), one)
-assert numba.get_num_threads() == 1, "the user's own number of threads"
+assert numba.get_num_threads() == 1, "a sweep keeps the number of threads that the user has set"
 assert numba.threading_layer() == sys.argv[1]
 
 found = [None] * 4
@@ -109,7 +109,7 @@ def child(work):
         os._exit(0 if work() else 1)
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
-assert child(lambda: np.array_equal(section(), one)) == 0, "a forked child sweeps"
+assert child(lambda: np.array_equal(section(), one)) == 0, "a forked child can sweep"
 
 @numba.njit(parallel=True)
 def total(n):
@@ -127,7 +127,7 @@ print(child(lambda: total(10) == 45), flush=True)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("layer", ["omp", "workqueue", "tbb"])
 def test_threads_and_forked_children_of_one_process_sweep(layer):
-    """Sweeps run in four threads and in a forked child. With GNU's OpenMP a user's own prange aborts a forked child."""
+    """Sweeps run in four threads and in a forked child. With GNU's OpenMP a user's prange aborts a forked child."""
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, layer],
         env={**os.environ, "NUMBA_NUM_THREADS": "2", "NUMBA_THREADING_LAYER": layer},
@@ -182,7 +182,7 @@ def test_block_is_resubmitted_three_times():
 
 
 def test_error_after_ctrl_c_is_not_raised_by_the_next_call():
-    """The next call uses the same thread. It does not raise an error that occurs in this thread after Ctrl-C."""
+    """An error occurs in a thread after Ctrl-C. The next call uses this thread, but must not raise the error."""
 
     class Pressed(Halt):
         @property

@@ -9,7 +9,7 @@ from vibrodrive.kernels.arguments import SWITCH
 
 @pytest.mark.parametrize("method", ["certified", "fixed"])
 def test_motion_uses_only_the_memory_of_its_switches(method):
-    """The buffer of the computation is larger, because the number of switches is not known before."""
+    """The buffer of the computation is larger, because the number of switches is not known in advance."""
     dtau = None if method == "certified" else 0.1
     motion = vd.simulate(3.04, method=method, dtau=dtau, transient=0, periods=3)
     n = 1 + len(motion.switches)

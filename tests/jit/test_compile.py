@@ -1,4 +1,4 @@
-"""Cache of compiled kernels. After a change of their sources, Python or the processor, kernels are compiled again.
+"""Tests of the cache of kernels, which are compiled again after a change of their sources, Python or the processor.
 
 A message is shown during a long compilation.
 """
@@ -52,7 +52,7 @@ def names_in(code: CodeType) -> set[str]:
 
 
 def compiled_modules() -> set[str]:
-    """Return the names of modules that compiled functions use, from these functions and not from the sources."""
+    """Return the names of modules that compiled functions use, found by the names that occur in these functions."""
     loaded = modules()
     dispatchers = [v for m in loaded.values() for v in vars(m).values() if hasattr(v, "py_func") and v.stats.cache_path]
     assert len(dispatchers) > 5
@@ -182,7 +182,7 @@ def test_imports_are_followed_into_packages_of_packages(copy):
             deaf.append(name)
         (copy.root / name).write_text(source)
     assert hash_of_all() == first
-    # no kernel uses these modules; a package does not count only because a kernel imports one of its modules
+    # no kernel uses these modules; a kernel that imports a module of a package need not import the package itself
     assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
 
 
@@ -342,7 +342,7 @@ print("numba.cpython.randomimpl" in sys.modules)
 
 @pytest.mark.jit
 def test_cached_kernel_loads_without_the_compiler():
-    python(SWEEP_AND_SIMULATE)  # may have to compile
+    python(SWEEP_AND_SIMULATE)  # the first run may compile kernels
     assert python(SWEEP_AND_SIMULATE) == "False\n"
 
 

@@ -1,4 +1,7 @@
-"""Bounds of the errors of a motion, compared with 50-digit motions and with each other (kernels/certainty.py)."""
+"""Tests of the bounds of the errors of a motion (kernels/certainty.py).
+
+The errors are differences from motions computed with 50 digits. Bounds are also compared with other bounds.
+"""
 
 import math
 
@@ -154,7 +157,7 @@ def test_bounds_grow_with_the_tolerance_of_muller():
 
 @pytest.mark.jit
 def test_tolerance_may_change_a_decision_near_H_minus_1():
-    """H falls through -1 where UP ends. After an earlier end the mass sticks, and after a later end it slides down."""
+    """H falls through -1 near the end of UP. If UP ends earlier, the mass sticks. If UP ends later, it slides down."""
     scene = dict(A=3.04, xi0=1.0, dxi0=0.59222, tau0=3.0, transient=0, periods=1, method="muller", dtau=0.1)
     fine, coarse = (vd.simulate(**scene, tol=tol) for tol in (1e-9, 1e-2))
     assert (fine.switches["after"][0], fine.status) == (vd.State.STICK, vd.Status.OK)
@@ -189,7 +192,7 @@ def test_record_may_end_with_a_rest():
 
 @mp.workdps(50)
 def test_error_covers_a_possible_impact_at_the_end_of_the_record():
-    """The record ends within rounding of an impact after a fall. At its end ξ' is the velocity of the fall, or 0."""
+    """The mass lands within rounding of the end of the record. So ξ' at this end is the velocity of the fall, or 0."""
     A, B, end = 1.05, 0.1, 5.4
     begin = mp.pi + mp.asin((1 - mp.mpf(B)) / A)
     h = end - begin
@@ -205,7 +208,7 @@ def test_error_covers_a_possible_impact_at_the_end_of_the_record():
 @mp.workdps(50)
 @pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
 def test_end_of_a_wait_includes_the_rounding_of_1_minus_B(B):
-    """H barely reaches -1. An error in the last bit of 1 - B shifts this instant by more than the last bit of φ."""
+    """H barely reaches -1. An error in the last bit of 1 - B shifts the end of the wait by more than a bit of φ."""
     for A in (1.0, 1.0 - 0.5 * B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
         late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))
@@ -232,7 +235,7 @@ def test_bounds_end_with_the_budget():
 def test_sweep_records_the_largest_bounds_of_its_motions(settings):
     axes = dict(A=[0.5, 1.5, 2.9, 3.2, 12.0], eps=[0.0, 2e-4])
     run = dict(transient=20, periods=15, section_phase=2.0, **settings)
-    others = ("section",) if settings else ("section", "summary")  # with a summary each method needs another kernel
+    others = ("section",) if settings else ("section", "summary")  # with a summary, each method needs one more kernel
     swept = vd.sweep(**axes, **run, record=(*others, "error"))
     plain = vd.sweep(**axes, **run, record=others)
     for name in ("section", "margin", "switches", *(() if settings else ("impact_speed_max", "period"))):

@@ -1,4 +1,4 @@
-"""The certified path compared with the 50-digit reference, which imports no kernel."""
+"""Comparison of the method `certified` with the 50-digit reference, which imports no kernel."""
 
 import numpy as np
 import pytest

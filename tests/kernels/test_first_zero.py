@@ -1,9 +1,9 @@
-"""The search for a first zero: its step for the steepest function that the bounds allow, and a list of difficult roots.
+"""Tests of the search for a first zero: its step for the steepest function that the bounds allow, and difficult roots.
 
-The list contains cases in which event finders fail: two very close roots, roots at the ends of the interval, double and
-triple roots, a function that touches zero (Hipparchus' `CloseEventsTest`), three roots of a cubic in one step (scipy
-issue 9228: one is found), and a simple root after a double root. ((t - 1)² - e)(1.2 - t) is the simplest example of the
-last case.
+Difficult roots are cases in which event finders fail: two very close roots, roots at the ends of the interval, double
+and triple roots, a function that touches zero (Hipparchus' `CloseEventsTest`), three roots of a cubic in one step
+(scipy issue 9228: one is found), and a simple root after a double root. ((t - 1)² - e)(1.2 - t) is the simplest example
+of the last case.
 """
 
 import math
@@ -26,8 +26,8 @@ def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> li
     """Return the cursors of a search for the first zero of g, g(0) > 0, on [0, limit].
 
     `function` gives g and its first four derivatives. |g'''| <= m3, and each derivative is at most `rate` times the
-    derivative before. The last cursor is the zero, `limit`, or the point at which the allowed number of steps is used
-    (within the rounding around a zero of high order). This is the loop of `first_zero.search` for a general function.
+    derivative before. The last cursor is the zero, `limit` or, near a zero of high order, the cursor after STEPS steps.
+    This is the loop of `first_zero.search` for a general function.
     """
     cursors, span = [0.0], limit
     rate = rate or 4 / limit
@@ -221,7 +221,7 @@ def test_ripple_in_high_derivatives_only(speed, bend, rate, share, phase):
 
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(
-    g=st.one_of(st.just(0.0), st.floats(LEAST_GAP, 1e3)),  # for a smaller g the zero would be up to 1e-23 late
+    g=st.one_of(st.just(0.0), st.floats(LEAST_GAP, 1e3)),  # for a smaller g the root would be up to 1e-23 too large
     dg=st.floats(-1e3, 1e3),
     m=st.floats(1e-3, 1e6),
 )

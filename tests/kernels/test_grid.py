@@ -1,4 +1,4 @@
-"""Comparison of the methods fixed and muller with plain loops over all grid points, and of both scans."""
+"""Comparison of the methods fixed and muller with plain loops over all grid points, and of the two scans."""
 
 import math
 
@@ -45,7 +45,7 @@ def test_fixed_equals_the_plain_loop(scene):
 
 @pytest.mark.parametrize("scene", [s for s in SCENES if s["dtau"] <= 0.1], ids=str)
 def test_muller_equals_the_plain_loop(scene):
-    """Both refine zeros far below the tolerance, so their difference is below the tolerance."""
+    """Both programs refine zeros to `tol`, which is far below the tolerance of the comparison."""
     periods = 8
     compare(
         naive.muller(**scene, tol=1e-10, periods=periods),
@@ -184,7 +184,7 @@ def test_skipping_finds_the_switches_of_the_scan_in_any_scene(seed, method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_skipping_costs_the_same_for_every_step(method):
-    """The number of evaluations does not depend on Δτ in a sweep, but does in a scan. No motion repeats itself."""
+    """In a sweep the number of evaluations does not depend on Δτ. In a scan it does. No motion repeats itself here."""
     steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
     sweep = dict(method=method, transient=0, periods=60)
     leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}

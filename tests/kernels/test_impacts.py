@@ -27,7 +27,7 @@ PATHS = {
 
 
 def picked(switches):
-    """Return the main impacts. Within π after one, a faster impact replaces it, and slower impacts are omitted."""
+    """Return the main impacts. If an impact follows the last main impact within π, the faster of the two is kept."""
     found = []
     for row, switch in enumerate(switches):
         if switch["after"] != State.IMPACT:

@@ -18,7 +18,7 @@ bounded = settings(max_examples=200, derandomize=True, deadline=None)
 
 
 def powers(low: float, high: float) -> st.SearchStrategy[float]:
-    """Return numbers distributed evenly over powers of ten."""
+    """Return a strategy for numbers from 10**low to 10**high whose logarithm is distributed evenly."""
     return st.floats(low, high).map(lambda e: 10.0**e)
 
 
@@ -72,15 +72,15 @@ def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
 def test_invariants_of_every_motion(scene):
     """The order of states is that of Fig. 2, the mass stays above the obstacle, and no impact adds energy.
 
-    ξ' < 0 before an impact and 0 after the impact. ξ = 0 before and after the impact. The section is NaN exactly from
-    the point on at which the budget ended the motion. Margins are never negative or NaN.
+    ξ' is negative before an impact and 0 after it. ξ is 0 before and after an impact. Points of the section are NaN
+    only if the budget ended the motion. Margins are never negative or NaN.
     """
     t = motion(scene, 20)
     check_order(t)
     check_above_obstacle(t)
     rows = t.switches
     before = np.flatnonzero(rows["after"] == State.IMPACT)
-    touch = 1e-15 if t.status == Status.TOO_CLOSE else 0.0  # a speed of 0 is rounded
+    touch = 1e-15 if t.status == Status.TOO_CLOSE else 0.0  # by rounding, ξ' may exceed 0 at an impact with speed 0
     assert (rows["dxi"][before] <= touch).all()
     assert (rows["xi"][before] == 0).all()
     leaving = np.flatnonzero(rows["before"] == State.IMPACT)
@@ -93,11 +93,11 @@ def test_invariants_of_every_motion(scene):
 
 @bounded
 @given(SCENES)
-@example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls from 5e-324, for 1e-162
+@example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls by 5e-324 in a time of 1e-162
 def test_every_switch_is_the_first_zero_of_its_switching_function(scene):
     """At each switch the switching function is zero within the bound of rounding. Before the switch it is not negative.
 
-    The zero is computed with 60 digits from the switch before.
+    The value at the switch is computed with 60 digits from the previous switch.
     """
     check_zeros(motion(scene), 60)
 

@@ -1,4 +1,7 @@
-"""Phases φ_up and φ_down: kernels and impact-phase map use one formula, exact to two units in the last place."""
+"""Phases φ_up and φ_down, at which waits end because H rises to 1 or falls to -1.
+
+Kernels and the impact-phase map use the same formulas, which are exact to two units in the last place.
+"""
 
 import math
 

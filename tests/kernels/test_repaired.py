@@ -54,7 +54,7 @@ FAST = [
 
 
 def fast_impacts(count):
-    """Yield scenes with an impact in the first two periods, 100 to 10⁸ times as fast as the excitation."""
+    """Yield scenes with an impact of speed 10² to 10⁸ in the first two periods."""
     draw = np.random.default_rng(14)
     for _ in range(count):
         speed = 10 ** draw.uniform(2, 8)
@@ -118,9 +118,9 @@ BOUNDARIES = [
 @pytest.mark.parametrize("eps", [0.0, 1e-9])
 @pytest.mark.parametrize("gap", [0.0, 1.0])
 def test_start_where_the_force_falls_to_one(gap, eps):
-    """H falls to 1 at the start, so rounding decides if a slide begins. This slide is negligible.
+    """H falls to 1 at the start, so rounding decides if a slide begins.
 
-    The later motion is right.
+    The slide would be negligible. The motion after it must be right.
     """
     for a, b, tau0 in BOUNDARIES:
         later = vd.simulate(A=a, B=b, xi0=gap, tau0=tau0 + 1e-8, transient=0, periods=2)
@@ -146,8 +146,8 @@ def test_impact_where_the_force_falls_to_one():
 
 @pytest.mark.parametrize("speed", [1e-2, 1e-3, 1e-5])
 def test_slow_impact_where_the_force_falls_to_one(speed):
-    """H differs from 1 by more than its rounding error. The rounding of ξ shifts this slow impact, and so changes H
-    by as much.
+    """H differs from 1 by more than the rounding error of H. But the rounding of ξ shifts this slow impact in time. The
+    shift changes H by as much as the difference from 1.
 
     This sweep computes no bounds of errors, so its status can be TOO_CLOSE only because of the margin.
     """
@@ -163,12 +163,12 @@ def test_slow_impact_where_the_force_falls_to_one(speed):
 
 
 def test_tiny_gaps_land_at_once():
-    """With a disturbance, a mass above a gap that is lost in any sum lands as soon as it begins to fall."""
+    """A tiny gap ξ is lost in any sum. With a disturbance, the mass lands as soon as it begins to fall from this ξ."""
     scene = dict(A=6.640823138230711, B=2.0, eps=4.481376927180557e-06, eta=147.8154875011132, tau0=-78.81932951798649)
     seen = vd.simulate(**scene, xi0=1e-20, transient=0, periods=2)
     for gap in (1e-29, 1e-31, 1e-60, 1e-80, 1e-200, 5e-324):
         motion = vd.simulate(**scene, xi0=gap, transient=0, periods=2)
-        # from the smallest gaps the mass lands within the error of the end of the wait
+        # if the gap is tiny, the fall is shorter than the error of the time at which it begins
         assert motion.status == (vd.Status.OK if gap > 1e-50 else vd.Status.TOO_CLOSE)
         assert motion.evaluations < 2 * seen.evaluations + 200
         assert np.array_equal(motion.switches["after"], seen.switches["after"])
@@ -243,7 +243,7 @@ STARTS = [
     # the exact H is below 1, but the rounded H is above 1; the motion reverses immediately
     dict(A=1.825864922378041, dxi0=3.333302917989881e-43, tau0=0.6465724070261151),
     dict(A=3.7119619166298983, xi0=7.53164536378848e-17, dxi0=1.1134871069022562e-44, tau0=0.3008574458121069),
-    # the first gap is below the smallest double
+    # ξ after the first slide is below the smallest double
     dict(A=3.8053715145824043, B=0.6, eps=0.00010123287233329773, eta=26.00713995041946, tau0=0.010144705945132487,
          dxi0=7.037947552933589e-259),
 ]  # fmt: skip

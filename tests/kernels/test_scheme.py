@@ -1,4 +1,4 @@
-"""Comparison with Fig. 2: kernels decide as its table of transitions states, and motions have no other transitions."""
+"""Comparison of the decisions of kernels with the table of transitions in Fig. 2, and completeness of this table."""
 
 import math
 

@@ -29,7 +29,7 @@ def test_margin_is_the_gap_at_a_reversal_in_the_air(gap):
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-5, 1e-8])
 def test_margin_is_the_depth_below_the_obstacle_without_the_impact(depth):
-    """The same motion starts slightly lower. Without the obstacle, ξ would fall to -`depth`."""
+    """The motion of the previous test starts slightly lower. Without the obstacle, ξ would fall to -`depth`."""
     throw = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 1}
     drop = vd.simulate(**throw, xi0=64.0).switches[0]["xi"] - 64.0
     t = vd.simulate(**throw, xi0=-depth - drop)
@@ -133,7 +133,7 @@ def test_rounding_adds_up_over_waits(eps):
 @pytest.mark.parametrize("eps", [0.0, 1e-6])
 @pytest.mark.parametrize("path", [dict(), dict(method="muller", dtau=0.05, tol=1e-15)], ids=str)
 def test_decision_within_rounding_is_too_close_in_lanes(path, eps):
-    """H falls through -1 where UP ends. With this A the mass sticks next, with a larger A it slides down."""
+    """At A = `less`, H is still above -1 where UP ends, and the mass sticks. At the next double it slides down."""
     scene = dict(eps=eps, transient=0, periods=1, **path)
     less, more = 1.5, 3.04
     while less < (A := 0.5 * (less + more)) < more:
@@ -159,7 +159,7 @@ def test_sweep_continues_after_every_status():
 
 
 def test_motion_continues_after_too_close():
-    """The motion before a decision within rounding is valid. After it, the motion of one decision is computed."""
+    """The motion before a decision within rounding is valid. After it, one of the two possible motions is computed."""
     t = vd.simulate(A=1.38, B=0.0, transient=0, periods=20)
     assert t.status == Status.TOO_CLOSE
     assert t.margin < 1e-14
@@ -183,7 +183,7 @@ def test_first_of_two_reasons_is_kept():
     ],
 )
 def test_margin_is_independent_of_an_earlier_tangency(start):
-    """In a first, very short slide ξ' comes close to zero. Margins of later switches do not depend on this."""
+    """In the first slide, a very short one, ξ' comes close to zero. Margins of later switches do not depend on this."""
     window = dict(dxi0=1e-14, transient=0, periods=3)
     alone, swept = vd.simulate(**start, **window), vd.sweep(**start, **window)
     assert alone.margin == swept.margin

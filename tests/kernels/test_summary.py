@@ -243,7 +243,7 @@ def assert_same(swept, index, motion):
 @pytest.mark.jit
 @pytest.mark.parametrize("seed", range(12))
 def test_summary_has_the_bits_of_the_switches(seed):
-    """Tested are all methods, with and without a disturbance, periodic and irregular motions, and short records."""
+    """The scenes cover all methods, points with and without a disturbance, irregular motions, and short records."""
     rng = np.random.default_rng(seed)
     B = float(rng.choice([0.0, 0.1, 0.5, 0.985, 1.2, rng.uniform(0, 2)]))
     A = np.sort(rng.uniform(abs(1 - B) * 0.5 + 0.01, B + 4, 6))

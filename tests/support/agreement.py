@@ -19,7 +19,7 @@ def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) 
 
 
 def check_above_obstacle(trajectory: vd.Trajectory) -> None:
-    """Assert that ξ >= 0 at every switch and section point, and in short records also between them."""
+    """Assert that ξ >= 0 at every switch and section point. In short records, check the motion between these, too."""
     assert (trajectory.switches["xi"] >= 0).all()
     section = trajectory.section[:, 0]
     assert (section[np.isfinite(section)] >= 0).all()

@@ -1,4 +1,4 @@
-"""Impacts in 50 digits by the reference, which imports no kernel: next impact, orbits, slopes."""
+"""Impacts, orbits and slopes of the time of impact in 50 digits, by the reference, which imports no kernel."""
 
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ SMALL = 1e-12  # step of a central difference: its error, of second order, is fa
 
 
 class Landing(NamedTuple):
-    """Next impact: phase (mpf), number of periods up to it, velocity ξ' (mpf), and the states before it as text."""
+    """Next impact: phase (mpf), periods up to the impact, velocity ξ' (mpf), and the states before it as text."""
 
     phase: Any
     periods: int

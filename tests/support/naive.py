@@ -71,7 +71,7 @@ def at_obstacle(H: float) -> int:
 
 
 def over(model: Model, state: int, tau: float, *since: float) -> str:
-    """Return the switching function (8) that has changed its sign at τ, or "". If S1 and S2 have changed, return S1."""
+    """Return the switching function (8) that has changed its sign at τ, or "". If S1 and S2 both have, return S1."""
     if state == UP:
         return "S3" if model.dxi(tau, state, *since) < 0 else ""
     if state == DOWN:

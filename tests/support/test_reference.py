@@ -1,4 +1,4 @@
-"""Tests of the references: known numbers of this oscillator, exact cases, and agreement with each other."""
+"""Tests of the 50-digit reference and of the plain loops: known numbers, exact cases, and agreement with each other."""
 
 import math
 import random
@@ -61,7 +61,7 @@ def test_fixed_step_makes_the_two_periodic_motion_unique():
     assert set(gaps) == {2, 3}
     threes = [i for i, gap in enumerate(gaps) if gap == 3]
     assert threes
-    assert all(b - a > 3 for a, b in pairwise(threes))  # each 1 is between many 2s
+    assert all(b - a > 3 for a, b in pairwise(threes))  # at least three gaps of 2 are between two gaps of 3
 
 
 @pytest.mark.parametrize(("dtau", "kept"), [(0.5, True), (0.65, True), (0.7, False)])
