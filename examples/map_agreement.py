@@ -7,13 +7,12 @@ pixels, `--docs DIR` writes to another folder.
 
 The map and the list share only the closed form between switches. A pixel is a summary of one motion from rest, computed
 from its switches. The list contains the fixed points of the impact-phase map, found by a search, and their multipliers.
-A pixel agrees if its period, its impacts a period and its largest impact speed are those of a stable orbit of the list.
-If the list is empty, a pixel agrees in two cases: it has no period up to MAX_PERIOD, or the mass never leaves the
-obstacle.
+A pixel agrees if its period, its impacts per period and its largest impact speed are those of a stable orbit of the
+list. If the list contains no stable orbit, a pixel agrees in two cases: its motion has no period up to MAX_PERIOD, or
+the mass never leaves the obstacle.
 
-If the list is empty, a pixel agrees if its motion has no period up to the longest of the list, or never leaves the
-obstacle. Pixels next to a curve of bifurcations are not judged: their motions may not have settled, or may belong to
-the other side of the curve. For each other pixel that disagrees the reason is determined.
+Pixels next to a curve of bifurcations are not judged: their motions may not have settled, or may belong to the other
+side of the curve. For each judged pixel that disagrees the reason is determined.
 """
 
 import argparse
@@ -46,8 +45,8 @@ periods after a transient of {transient}. The list is the result of `orbits(A, B
 agrees if its period, its number of impacts per period and its largest impact speed (within 1e-4) equal those of a
 stable orbit in the list. If the list has no stable orbit, a pixel agrees in two cases: its motion has no period up to
 {max_period}, or the mass never leaves the obstacle. Pixels within one pixel of a curve of `curves` (periods up to
-{max_period}) are excluded. Of the others only a random sample is compared, with a fixed seed, because each pixel needs
-a separate search.
+{max_period}) are excluded. Only a random sample of the remaining pixels, with a fixed seed, is compared, because each
+pixel needs a separate search.
 
 {table}
 
@@ -76,7 +75,7 @@ PATIENCE = 100_000
 
 CLOSE = "a decision within rounding error"
 SLOW = "slow to settle: the pixel agrees after a longer transient"
-COEXISTING = "another motion coexists: started on a listed orbit it stays there"
+COEXISTING = "another motion coexists: a motion that starts on a listed orbit remains on it"
 UNEXPLAINED = "unexplained"
 
 REASONS = (CLOSE, SLOW, COEXISTING, UNEXPLAINED)
@@ -174,8 +173,8 @@ def stable_orbits(A: float, B: float, max_period: int) -> list[Orbit]:
 
 
 def agrees(pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> bool:
-    """Return True if a motion is one of the stable orbits. If there is none, return True if the motion has no period up
-    to `max_period`."""
+    """Return True if a motion is one of the stable orbits. If there is no stable orbit, return True if the motion has
+    no period up to `max_period`."""
     period = 0 if pixel["status"] == vd.Status.NEVER_LEAVES else int(pixel["period"])
     if not stable:
         return not 1 <= period <= max_period
@@ -212,7 +211,7 @@ def table(found: Agreement, most: int = 20) -> list[str]:
         "|---|---|",
         f"| of the map | {found.pixels} |",
         f"| further than one pixel from every curve | {found.far} |",
-        f"| of these judged | {found.judged} |",
+        f"| of these pixels, judged | {found.judged} |",
         f"| agree | {found.judged - len(found.wrong)} ({100 * found.share:.3f} %) |",
         f"| agree, and show an orbit of the list | {found.shown} |",
         *(f"| {reason} | {count} |" for reason, count in found.reasons.items()),

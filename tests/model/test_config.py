@@ -1,4 +1,4 @@
-"""The configuration file: allowed contents, and the message of one line for other contents."""
+"""Tests of the configuration file: allowed contents, and the message of one line for other contents."""
 
 import math
 from pathlib import Path

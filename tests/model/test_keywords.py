@@ -1,4 +1,4 @@
-"""Keywords of the public functions.
+"""Tests of the keywords of the public functions.
 
 The signatures contain all keywords and their defaults. Type checkers and calls refuse wrong keywords. The order of the
 keywords in a call is preserved.

@@ -1,4 +1,4 @@
-"""Checks of arguments: allowed values and types, the messages for other values, and scenes in SI units."""
+"""Tests of the checks of arguments: allowed values and types, messages for other values, and scenes in SI units."""
 
 import math
 from fractions import Fraction

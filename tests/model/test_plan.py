@@ -1,4 +1,4 @@
-"""The plan of a sweep: order of the axes, points, blocks, and refused arguments."""
+"""Tests of the plan of a sweep: the order of its axes, its points and blocks, and arguments that it refuses."""
 
 import itertools
 import math

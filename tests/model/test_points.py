@@ -1,4 +1,4 @@
-"""Parameters that vary together along the axis `point`: in Python, in configurations, in results and files."""
+"""Tests of parameters that change together along the axis `point`, in Python, configurations, results and files."""
 
 import h5py
 import numpy as np

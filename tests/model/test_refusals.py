@@ -1,4 +1,4 @@
-"""Refusals of invalid arguments, in one sentence with the key, the value and the allowed values.
+"""Tests of the refusals of invalid arguments: one sentence with the key, the value and the allowed values.
 
 A wrong argument of a public function never causes an error message of Python or NumPy, a hang, or a result.
 """
@@ -126,7 +126,7 @@ def test_refusal_shows_the_given_value_and_public_names_only():
         ValueError, match=r"^A = 99: must be within 0\.5 of one of the 2 values .* the nearest is 3\.1$"
     ):
         swept().select("nearest", 0.5, A=99)
-    with pytest.raises(ValueError, match=r"^points = 2 of A, 1 of eps: must be sequences of one length .*$"):
+    with pytest.raises(ValueError, match=r"^points = 2 of A, 1 of eps: must be sequences of one length, .*$"):
         vd.sweep(points={"A": [3, 3.1], "eps": [0]})
     with pytest.raises(ValueError, match=r"^periods = 1000000000000: must be .* take 96\.0 TB, .* are available$"):
         vd.simulate(A=3.04, periods=10**12)

@@ -1,4 +1,4 @@
-"""Results: named axes, selection by the nearest value, the arrays of a sweep in memory and in its file."""
+"""Tests of Results: named axes, selection of values, equality of results, sizes in memory, and the repr."""
 
 import copy
 import pickle

@@ -97,7 +97,7 @@ def test_first_subharmonic_in_epsilon():
     k = limit(3.04, "eps")
     assert k.n == 2
     assert 1.53e-4 <= k.kept_below < k.k2 <= 1.77e-4
-    assert k.last_kept == k.kept_below, "a loss in ε is clean"
+    assert k.last_kept == k.kept_below, "in ε all values above k2 are lost"
     assert k.kept.impacts
     assert k.kept.gaps
     assert not k.lost.impacts

@@ -1,4 +1,4 @@
-"""The limit k₂ at three values of A, compared with 50-digit motions on both sides. The test uses its own criterion."""
+"""The limit k₂ at three values of A, compared with 50-digit motions on both sides by a criterion without kernels."""
 
 import itertools
 import math

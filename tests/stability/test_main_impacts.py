@@ -65,7 +65,7 @@ def test_phases_at_both_ends_of_a_period_are_equal():
 def test_unsettled_motion_has_no_cycle():
     assert impact_cycle(orbit(noise=1e-5)) is None
     assert impact_cycle(orbit(noise=0.1)) is None
-    assert impact_cycle(orbit()[:4]) is None, "seen once"
+    assert impact_cycle(orbit()[:4]) is None, "a cycle must occur twice"
     assert impact_cycle(orbit()[:0]) is None
     slow = landings(np.full(9, LONGEST_PERIOD + 1), 4.0, 1.0)
     assert impact_cycle(slow) is None
@@ -76,7 +76,7 @@ def test_motion_near_the_orbit_follows_it_from_any_impact(noise, start):
     rows = orbit(noise=noise, start=start)
     for ordered in (False, True):
         chosen = follow_cycle(CYCLE, rows, PERIODS, ordered)
-        assert chosen.tolist() == list(range(1, len(rows) - 1)), "all but the first and the last"
+        assert chosen.tolist() == list(range(1, len(rows) - 1)), "only the first and the last impact are left out"
 
 
 def test_two_impacts_in_the_wrong_order_break_order_but_not_gaps():

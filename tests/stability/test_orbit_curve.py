@@ -124,7 +124,7 @@ def test_distance_grows_with_the_disturbance_and_not_with_delays():
     near = [curve_distance(orbit, simulate(3.04, eps=eps, transient=300, periods=100)) for eps in (1e-7, 1e-6, 1e-5)]
     assert near[0] < near[1] < near[2] < 0.3
     late = simulate(3.04, tau0=0.4, transient=1000, periods=8)
-    assert curve_distance(orbit, late) < 2e-4, "the same curve, sampled at other phases"
+    assert curve_distance(orbit, late) < 2e-4, "both motions are on one curve, at other phases"
 
 
 def test_incomplete_motion_has_infinite_distance():

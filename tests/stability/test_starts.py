@@ -61,8 +61,8 @@ def test_edge_is_found_below_accumulating_slices(edge, ratio, share):
 def test_no_edge_without_a_loss():
     found = find_edge(lambda d: np.ones(len(d), bool), 6.0)
     assert found == (6.0, math.inf, 6.0)
-    assert find_edge(lambda d: d < 0, 0.0).lost == math.inf, "no room in this direction"
-    assert find_edge(lambda d: d < 0, 6.0).lost <= 1e-12, "all lost"
+    assert find_edge(lambda d: d < 0, 0.0).lost == math.inf, "there is no room in this direction"
+    assert find_edge(lambda d: d < 0, 6.0).lost <= 1e-12, "all deviations are lost"
 
 
 @pytest.fixture(scope="module", params=[2.75, 3.04, 3.1, 3.25])
@@ -73,7 +73,7 @@ def edges(request):
 
 def test_edges_of_starts_at_rest_on_the_obstacle(edges):
     _, found = edges
-    assert found["xi0"].below.searched_to == 0.0, "no gap is negative"
+    assert found["xi0"].below.searched_to == 0.0, "a gap cannot be negative"
     assert found["dxi0"].below.lost == math.inf, "a start towards the obstacle lands on it immediately"
     for limit in found.values():
         assert 0 < limit.k1 < math.inf
@@ -136,7 +136,7 @@ def test_both_sides_of_an_edge_agree_with_fifty_digits(name):
         rows = reference(3.04, **{name: deviation}, periods=34).switches
         landed = [row for row in rows if row.after == IMPACT][-4:]
         whole = [math.floor(float(row.tau) / (2 * math.pi)) for row in landed]
-        assert np.diff(whole).tolist() == [2, 2, 2], "settled"
+        assert np.diff(whole).tolist() == [2, 2, 2], "the motion must have settled"
         return whole[-1] % 2
 
     here = lands_in(0.0)

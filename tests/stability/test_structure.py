@@ -46,7 +46,7 @@ def test_motion_alternating_about_its_orbit_has_no_period():
     """Near a period doubling the deviations from an orbit change sign every period and decay slowly."""
     there = 3e-6 * (-0.999999) ** np.arange(60)
     section = np.stack([1.0 + there, -2.0 + there], axis=1)
-    assert np.abs(section[2:] - section[:-2]).max() < structure.SAME_POINT, "it repeats after two periods"
+    assert np.abs(section[2:] - section[:-2]).max() < structure.SAME_POINT, "the section repeats after two periods"
     assert structure.period(section) == 0
     assert structure.period(section + 0.01 * (-1.0) ** np.arange(60)[:, None]) == 2
 
@@ -62,7 +62,7 @@ def test_shifted_copy_has_the_same_structure_and_gives_its_shift():
         section = np.roll(np.tile(POINTS, (20, 1)), -s, axis=0)
         found = structure.judge(structure.ReferenceOrbit(POINTS, None), section, np.empty(0, MAIN_IMPACT))
         assert (found.n, found.order, found.rho, found.shift) == (3, True, 0.0, s)
-        assert found.word is None, "it is unknown without the switches"
+        assert found.word is None, "the word is unknown without the switches"
 
 
 def test_one_skipped_point_breaks_the_order():
@@ -124,7 +124,7 @@ def test_gaps_may_begin_anywhere_in_the_cycle():
     base = structure.reference_orbit(motion(times=every([0, 1]), word=(UP, DOWN)))
     assert structure.compare_structure(base, motion(times=every([1, 3]), word=(UP, DOWN))).gaps
     assert not structure.compare_structure(base, motion(times=every([0, 1, 2]), word=(UP, DOWN))).gaps
-    assert not structure.compare_structure(base, motion(times=[0], word=(UP, DOWN))).gaps, "landing once is no cycle"
+    assert not structure.compare_structure(base, motion(times=[0], word=(UP, DOWN))).gaps, "one impact is no cycle"
 
 
 def test_missed_interruption_changes_the_word_only():

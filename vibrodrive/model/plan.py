@@ -236,7 +236,7 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
     """Check the parameters that change together. Raises TypeError or ValueError with the sentence of `bad`."""
-    allowed = 'sequences of one length by the name of their parameter, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
+    allowed = 'sequences of one length, by parameter name, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
     if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
         raise TypeError(bad("points", value, allowed))
     found = {}
