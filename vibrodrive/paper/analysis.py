@@ -54,7 +54,7 @@ class PhaseSlip(NamedTuple):
 
 
 def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
-    """Return the first transient motion between two complete basic motions. Raises NotApplicable without one."""
+    """Return the first transient motion between two complete basic motions. Raises NotApplicable if there is none."""
     landed = landings(motion, base)
     apart = impact_gaps(landed)
     if len(apart) < 3:
@@ -100,7 +100,10 @@ def structures(session: Session, name: str, **disturbance: float) -> list[Struct
 
 
 def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
-    """Group pairs (period of the undisturbed orbit, True if the structure is kept) by period, in ascending order."""
+    """Return the answers by period, in ascending order of the periods.
+
+    found : pairs (period of the undisturbed orbit, True if the disturbed motion keeps the structure).
+    """
     kept: dict[int, list[bool]] = {}
     for n, answer in found:
         kept.setdefault(int(n), []).append(bool(answer))
@@ -119,5 +122,5 @@ def shares(kept: Mapping[int, list[bool]]) -> str:
 
 
 def closing_periods(step: float) -> int:
-    """Return the number of periods m, up to LAGS, for which m·2π is closest to a whole number of grid steps."""
+    """Return the number of periods m, up to LAGS, for which m·2π is closest to an integer multiple of the grid step."""
     return convergents(step, LAGS)[-1].periods

@@ -60,7 +60,7 @@ def step_lost(session: Session) -> Outcome:
     found, step = _structure(session, "fig08", 1)
     arguments = session.points("fig08", 2)[1]
     k = limit(arguments["A"], "dtau", "fixed", "word", B=arguments["B"], threads=session.threads)
-    text = f"at Δτ = {step:g} {_answers(found, 'impacts', 'word')}; the least step that loses the word is {k.k2:.4g}"
+    text = f"at Δτ = {step:g} {_answers(found, 'impacts', 'word')}; the least step that changes it is {k.k2:.4g}"
     return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not (found.impacts and found.word)))
 
 
@@ -158,7 +158,7 @@ def not_yet_critical(session: Session) -> Outcome:
     share, low = float(np.mean([bool(f.impacts) for f in landed])), analysis.low_and_high(by_period)[0]
     text = (
         f"at Δτ = {results.scalars['dtau']:g} the impacts are kept at {100 * share:.0f} % of {len(landed)} values of "
-        f"A, and at {100 * low:.0f} % of the values with a period of 3 or less ({analysis.shares(by_period)}); "
+        f"A, and at {100 * low:.0f} % of the values with a period up to 3 ({analysis.shares(by_period)}); "
         f"the order at the drawn section is kept at {100 * seen:.0f} % of all values"
     )
     numbers = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
@@ -260,12 +260,12 @@ def _structure(session: Session, name: str, index: int) -> tuple[Structure, floa
 
 
 def _answers(found: Structure, *asked: str) -> str:
-    """Return a text with the properties that the motion keeps and those that it loses.
+    """Return a text with the properties that the motion keeps and the properties that it loses.
 
     `asked` contains names of attributes of Structure; by default they are "impacts" and "order".
     """
-    named = {"order": "the order at the section is", "impacts": "the impacts are", "word": "the word is"}
-    return ", ".join(
+    named = {"order": "the order at the section is", "impacts": "the impacts are", "word": "the sequence of states is"}
+    return " and ".join(
         f"{named.get(name, name)} {'kept' if getattr(found, name) else 'lost'}"
         for name in asked or ("impacts", "order")
     )

@@ -27,17 +27,17 @@ MOST = 43  # largest number of values of A at which the limits in ε and Δτ ar
 ALIKE = 2.0  # two limits count as equal if the ratio of their velocity amplitudes is at most this
 SETTLES = 0.1  # a limit counts as independent of η if a higher η changes it at most by this share
 SEEN = 0.1  # the loss of sticking affects limits if they differ from their linear continuation by at least this share
-A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # with the periods 1, 2, 2, 4 and 3
+A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # the undisturbed motions have the periods 1, 2, 2, 4 and 3
 TIMES_ETA = (0.3, 1.0, 3.0, 10.0)
 INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
-A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # all have a period for B >= 0.05
-RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))  # η = p/q, and q
+A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # the undisturbed motions have a period for B >= 0.05
+RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))  # (η = p/q, q)
 ALL_TIMES = 40_000
 DISTANCE = 0.5  # k₃
 SLIDING = 0.5 * math.pi  # a phase at which the mass slides
 SHARES_OF_K2 = (0.0, 0.5, 0.9)
 HALVINGS = 10
-AFTER = 200  # simulated periods after each start
+AFTER = 200  # number of simulated periods after each start
 AROUND_LOSS = 0.15  # range of A around the loss of sticking
 
 
@@ -113,7 +113,7 @@ def rational(session: Session) -> Outcome:
         seen.append(_repeats(motion.section, len(motion.section) // 2))
     expected = [q for _, q in RATIONAL]
     text = (
-        f"at ε = {arguments['eps']:g}, A = {arguments['A']:g} the motion has the period "
+        f"at ε = {arguments['eps']:g} and A = {arguments['A']:g} the motion has the period "
         + ", ".join(f"{n} at η = {eta:.6g}" for n, (eta, _) in zip(seen, RATIONAL, strict=False))
         + f", and {seen[-1] or 'none'} at η = {arguments['eta']:.6g}"
     )
@@ -142,11 +142,12 @@ def interruptions_and_limit(session: Session) -> Outcome:
         over = float(np.mean(V[above] / (level + slope * (A[above] - at))) - 1)
         seen.append(abs(over) > SEEN)
         told.append(
-            f"{name} changes from {V[0]:.2g} to {V[len(away) - 1]:.2g} below this A and from {V[len(away)]:.2g} to "
-            f"{V[-1]:.2g} above it, where it differs by {100 * over:+.0f} % from the linear continuation from below"
+            f"{name} changes from {V[0]:.2g} to {V[len(away) - 1]:.2g} below the loss and from {V[len(away)]:.2g} to "
+            f"{V[-1]:.2g} above the loss, and differs there by {100 * over:+.0f} % from the linear continuation from "
+            "below"
         )
         numbers |= {name: V}
-    text = f"sticking vanishes at A = {at:.4g}; between A = {A[0]:.4g} and {A[-1]:.4g}, {'; '.join(told)}"
+    text = f"sticking is lost at A = {at:.4g}; between A = {A[0]:.4g} and {A[-1]:.4g}, {'; '.join(told)}"
     return Outcome(text, numbers, when(all(seen), any(seen)))
 
 
@@ -224,7 +225,7 @@ def jointly(session: Session) -> Outcome:
             low, high = (size, high) if within(size, share * k2) else (low, size)
         found.append(low)
     pairs = ", ".join(f"{k1:.2g} at ε = {share:g} k₂" for k1, share in zip(found, SHARES_OF_K2, strict=True))
-    text = f"at A = {point['A']:g} and k₃ = {DISTANCE:g}, k₂(ε) = {k2:.3g}; k₁, for an error of ξ, ξ' or τ, is {pairs}"
+    text = f"at A = {point['A']:g} and k₃ = {DISTANCE:g}, k₂(ε) = {k2:.3g}; the error k₁ of ξ, ξ' or τ may be {pairs}"
     return Outcome(text, {"k2": k2, "k1": found, "share": SHARES_OF_K2}, when(min(found) > 0))
 
 
@@ -259,7 +260,7 @@ def _both(session: Session, **axes: Any) -> _Pairs:
 def _repeats(section: np.ndarray, longest: int) -> int:
     """Return the smallest number of periods after which section points repeat within rounding; 0 if there is none.
 
-    `structure.period` cannot be used: it finds no period if two points are as close as under a small disturbance.
+    `structure.period` finds no period for a motion under a small disturbance, because its section points are so close.
     """
     return next((n for n in range(1, longest + 1) if np.abs(section[n:] - section[:-n]).max() < 1e-9), 0)
 

@@ -55,7 +55,7 @@ def small_epsilon(session: Session) -> Outcome:
     found = compare_structure(session.undisturbed("fig06"), session.motions("fig06")[1])
     apart = _smallest_distance(session.undisturbed("fig06").points)
     text = (
-        f"the impacts are {_kept(found.impacts)}, the order at the section is {_kept(found.order)}; "
+        f"the impacts are {_kept(found.impacts)} and the order at the section is {_kept(found.order)}; "
         f"ρ = {found.rho:.3g}, and the distance between the two section points is {apart:.3g}"
     )
     slight = bool(found.impacts and found.order) and found.rho < 0.25 * apart
@@ -78,8 +78,9 @@ def limit_epsilon(session: Session) -> Outcome:
     kept = [bool(f.impacts) for f in found]
     sides = [listed(e for e, g in zip(eps, kept, strict=True) if g is side) for side in (True, False)]
     text = (
-        f"k₂ = {k.k2:.4g} for the impacts ({k.how}), and {seen.k2:.4g} for the order at the drawn section; the impacts "
-        f"are kept at ε = {sides[0]} and lost at ε = {sides[1]}; for these ε, ρ = {', '.join(f'{r:.2g}' for r in rho)}"
+        f"k₂ = {k.k2:.4g} for the impacts, whose distances in periods change ({k.how}), and {seen.k2:.4g} for the "
+        f"order at the drawn section; the impacts are kept at ε = {sides[0]} and lost at ε = {sides[1]}; for these ε, "
+        f"ρ = {', '.join(f'{r:.2g}' for r in rho)}"
     )
     fits = all(g == (e < k.k2) for e, g in zip(eps, kept, strict=True)) and rho == sorted(rho)
     numbers = {"k2": k.k2, "k2_at_section": seen.k2, "eps": eps, "kept": kept, "rho": rho}
@@ -105,7 +106,8 @@ def bands(session: Session) -> Outcome:
     text = (
         f"at ε = {disturbed.scalars['eps']:g} the impacts are kept in {100 * low:.0f} % of the solutions with a period "
         f"up to 3, and in {100 * high:.0f} % of the solutions with a longer period ({shares(landed)}); the order at "
-        f"the drawn section is kept in {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % of them ({shares(survive)})"
+        f"the drawn section is kept in {100 * seen[0]:.0f} % and {100 * seen[1]:.0f} % of the solutions of these two "
+        f"groups ({shares(survive)})"
     )
     by_period = [[m, float(np.mean(kept))] for m, kept in survive.items()]
     numbers = {"low": low, "high": high, "at_section": seen, "by_period_at_section": by_period}
@@ -117,7 +119,7 @@ def precision(session: Session) -> Outcome:
     results = session.results("fig07")
     A = np.linspace(results.axes["A"][0], results.axes["A"][-1], 12)
     eps = float(results.axes["eps"].max())
-    # 40 periods are long enough to miss pairs of zeros, and so short that the effect of rounding errors is smaller
+    # 40 periods are long enough to miss pairs of zeros, and so short that rounding errors do not reach the bound 1e-3
     span: dict[str, Any] = {"B": results.scalars["B"], "transient": 0, "periods": 40, "eps": eps}
     exact = collect(make_plan({"A": A, **span})).section
     steps = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5]

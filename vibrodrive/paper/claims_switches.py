@@ -21,7 +21,7 @@ FRACTIONS = 400  # number of parts of a step in which the zeros of a switching f
 PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}  # the paper's setting of Muller's method
 
 FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
-"""Start of a slide down that ends in the air if its initial gap is large enough."""
+"""Start of a slide down that ends above the obstacle if its initial gap is large enough."""
 
 HIGH = 30.0
 CLOSENESS = tuple(10.0**-k for k in range(1, 14))
@@ -70,11 +70,11 @@ def zeros_in_step(session: Session) -> Outcome:
     passed = sum(n for name, n in found.items() if name.startswith(("missed", "late")))
     wrong = sum(n for name, n in found.items() if name.startswith("wrong"))
     text = (
-        f"of {found['judged']} switches at ε = 0, at {plan.n_points} pairs of A and Δτ with Δτ up to "
-        f"{plan.axes['dtau'][-1]:g}, {passed} are not found, {unseen} of them with an even number of zeros in the "
-        f"step; {wrong} are found in time but lead to the wrong next state, {found['wrong, odd']} of them with an odd "
-        f"number of three zeros or more, {found['wrong, even']} with an even number, and {found['wrong, one']} with "
-        "one zero that is found too late for the right decision"
+        f"{found['judged']} switches at ε = 0 are compared, at {plan.n_points} pairs of A and Δτ with Δτ up to "
+        f"{plan.axes['dtau'][-1]:g}; {passed} are not found, and {unseen} of these have an even number of zeros in the "
+        f"step; {wrong} are found in time but lead to the wrong next state, and of these {found['wrong, odd']} have an "
+        f"odd number of three zeros or more, {found['wrong, even']} have an even number, and {found['wrong, one']} "
+        "have one zero that is found too late for the right decision"
     )
     told = unseen == passed > 0
     return Outcome(text, dict(found), when(told and found["wrong, odd"] == wrong > 0, told))
@@ -94,11 +94,11 @@ def disturbed_switches(session: Session) -> Outcome:
         jumping.append((np.count_nonzero(speed) + np.count_nonzero(depth)) / np.count_nonzero(before != State.IMPACT))
         numbers[name] = {"dxi": [np.median(speed), speed.max()], "xi": [np.median(depth), depth.max()]}
         rows.append(
-            f"{name}: ξ' jumps by {np.median(speed):.2g} ({speed.max():.2g}) where a slide turns or stops, "
-            f"ξ jumps by {np.median(depth):.2g} ({depth.max():.2g}) at impacts; "
+            f"with {name}, ξ' jumps by {np.median(speed):.2g} ({speed.max():.2g}) where a slide turns or stops, "
+            f"ξ jumps by {np.median(depth):.2g} ({depth.max():.2g}) at impacts, and "
             f"{100 * jumping[-1]:.0f} % of the switches have a jump"
         )
-    text = f"medians (largest values) of the jumps: {' – '.join(rows)} – where a stick or rest ends late, nothing jumps"
+    text = f"{'; '.join(rows)}; where a stick or rest ends late, nothing jumps; each jump is a median (largest value)"
     return Outcome(text, numbers | {"jumping": jumping}, when(min(jumping) == 1.0, min(jumping[:-1]) > 0.5))
 
 
@@ -111,13 +111,13 @@ def touching(session: Session) -> Outcome:
     for name, way in ways.items():
         close = [d for d in CLOSENESS if all(_lands(drop - s * d, way) == (s > 0) for s in (1, -1))]
         right[name] = close[-1] if close == list(CLOSENESS[: len(close)]) and close else np.inf
-    text = "the decision is right down to these distances of the lowest point from the obstacle, above or below it "
-    text += f"(tried down to {CLOSENESS[-1]:g}): {', '.join(f'{d:.0e} with {n}' for n, d in right.items())}"
+    text = "the decision is right if the lowest point of the slide is above or below the obstacle by at least "
+    text += f"{', '.join(f'{d:.0e} with {n}' for n, d in right.items())}; the least distance tried is {CLOSENESS[-1]:g}"
     return Outcome(text, right, when(max(right.values()) > CLOSENESS[-1]))
 
 
 def _lands(height: float, way: dict[str, Any]) -> bool:
-    """Return True if a motion with this initial gap first switches at the obstacle."""
+    """Return True if the first switch of a motion with this initial gap is an impact. `way` gives the method."""
     return bool(simulate(**FALL, xi0=height, **way).switches[0]["after"] == State.IMPACT)
 
 

@@ -30,7 +30,7 @@ def route(session: Session) -> Outcome:
     text = (
         f"the mass moves above A = {starts[1]:.4g}; the period is 2 above {starts[2]:.4g} and 4 above {starts[4]:.4g}; "
         f"windows of period {listed(higher)} follow, and the period is 3 above {starts[3]:.4g}; "
-        f"{100 * irregular:.1f} % of the values beyond the second doubling have no period up to {LONGEST_PERIOD}"
+        f"{100 * irregular:.1f} % of the motions beyond the second doubling have no period up to {LONGEST_PERIOD}"
     )
     numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
     numbers |= {"higher_periods": higher, "share_without_period": irregular}
@@ -133,7 +133,7 @@ def two_points(session: Session) -> Outcome:
     base = session.undisturbed("fig06")
     n = period(undisturbed.section)
     points = [[float(v) for v in p] for p in base.points]
-    text = f"{n} points: " + ", ".join(f"({x:.7g}, {v:.7g})" for x, v in points)
+    text = f"the section has {n} points: " + ", ".join(f"({x:.7g}, {v:.7g})" for x, v in points)
     return Outcome(text, {"n": n, "points": points}, when(n == 2))
 
 

@@ -119,7 +119,7 @@ def coexisting(session: Session) -> Figure:
     key = [Patch(fc=tone, ec=INK, lw=0.5, label=label) for tone, label in zip(tones, labels, strict=True)]
     if np.isnan(named).any():
         ax.set_facecolor(NOT_SETTLED)
-        key.append(Patch(fc=NOT_SETTLED, ec=INK, lw=0.5, label="not settled on it"))
+        key.append(Patch(fc=NOT_SETTLED, ec=INK, lw=0.5, label="not settled on the orbit"))
     style.name_axes(ax, x, y)
     style.note(ax, conditions(of_sweep(results), results.axes, section=False))
     style.explain(fig, key)
@@ -130,9 +130,9 @@ def coexisting(session: Session) -> Figure:
 def grid(session: Session) -> Figure:
     """Compare the number of periods after which a motion nearly repeats with that after which the grid nearly closes.
 
-    The grid closes after m periods if m·2π is an integer multiple of Δτ. Panel a) shows over Δτ two numbers of periods
-    up to LAGS: after the first the motion returns most closely, after the second the grid closes most closely. Panel b)
-    shows the distances of the motion and of the grid over the number of periods, at the Δτ of Fig. 12.
+    The grid closes after m periods if m·2π is an integer multiple of Δτ. Panel a) shows over Δτ the number of periods
+    up to LAGS after which the motion returns most closely, and the number after which the grid closes most closely.
+    Panel b) shows the distances of the motion and of the grid over the number of periods, at the Δτ of Fig. 12.
     """
     results = session.results("grid")
     steps = results.axes["dtau"]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from vibrodrive.figures.style import drawn_as, save
 from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad
-from vibrodrive.paper import (  # noqa: F401 (register)
+from vibrodrive.paper import (  # noqa: F401 (their import registers the claims)
     claims_grid,
     claims_limits,
     claims_physical,

@@ -57,7 +57,7 @@ class Session:
     def undisturbed(self, name: str, **changes: Any) -> ReferenceOrbit:
         """Return the orbit at the first point of a configuration, with ε = 0 and certified switches.
 
-        Raises NotApplicable if it has no period.
+        Raises NotApplicable if the motion has no period.
         """
         plan = self.config(name).plan()
         exact = {"method": "certified", "eps": 0.0, "dtau": None, "tol": None, "periods": 256}
