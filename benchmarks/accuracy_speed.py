@@ -2,8 +2,8 @@
 
 `python -m benchmarks.accuracy_speed` measures, `python -m benchmarks.draw` draws the chart of the README. The motion
 starts from rest at A = 3.04, undisturbed (ε = 0) and with the paper's disturbance (ε = 2e-4). If a setting finds every
-switch, its error is the largest error of a switching time. If a setting misses or invents a switch, no error is
-defined; the number of periods up to the first difference is stored instead.
+switch, its error is the largest error of a switching time. If a setting misses a switch, or reports a switch that does
+not exist, no error is defined. Then the number of periods up to the first difference is stored instead.
 """
 
 import importlib

@@ -124,8 +124,8 @@ class Timing:
 
 
 def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, Timing]:
-    """Time all contestants one after the other, `repeats` times. Before the first repetition each is called once
-    without timing."""
+    """Time all contestants one after the other, `repeats` times. Before the first repetition each contestant is called
+    once without timing."""
     for work in contestants.values():
         work()
     names = list(contestants)

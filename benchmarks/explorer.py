@@ -168,8 +168,8 @@ def main() -> None:
 
 
 def memory(tab: Tab, pid: int, frames: int) -> dict[str, float]:
-    """Return the growth of the server's memory over `frames` frames. The frames drawn before fill the server's
-    caches."""
+    """Return the growth of the server's memory over `frames` frames. Frames drawn before the measurement fill the
+    server's caches."""
     grown = 0.0
     for count in (max(50, frames // 20), frames):
         before, seen = resident(pid), 0

@@ -2,12 +2,12 @@
 
     python -m benchmarks.paired ../before . --repeats 15 disturbed muller
 
-Each checkout has one process, which compiles its kernels once and runs until the end. The two processes run each case
-alternately, so that other load on the machine affects both checkouts equally. Times are CPU times of the process. The
-output for each case has two ratios of times, second checkout over first checkout. The first is the ratio of the
-shortest times. The second is the median, with quartiles, of the ratios of successive runs. If 1 is between the
-quartiles, the difference of the two checkouts is not significant: use more repeats or a less busy machine. A change
-that does not concern speed may cost 2 %.
+One process runs the code of each checkout. It compiles the kernels once and runs until the end. The two processes run
+each case alternately, so that other load on the machine affects both checkouts equally. Times are CPU times of the
+process. The output for each case contains two ratios of times, second checkout over first checkout. The first ratio is
+that of the shortest times. The second ratio is the median, with quartiles, of the ratios of successive runs. If 1 is
+between the quartiles, the difference of the two checkouts is not significant: use more repeats or a less busy machine.
+A change that does not concern speed may cost 2 %.
 """
 
 import argparse

@@ -27,7 +27,8 @@ CRITERIA = ("impacts", "word")
 
 
 def steps(quick: bool) -> np.ndarray:
-    """Return values of Δτ from the paper's 1e-5 to 1. Above 0.01, where the structure is lost, their ratio is 1.15."""
+    """Return values of Δτ from the paper's 1e-5 to 1. Above 0.01 successive values have the ratio 1.15, because the
+    structure is lost there."""
     if quick:
         return np.array([1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.5, 0.7])
     fine = np.exp(np.arange(np.log(0.01), np.log(1.0), np.log(1.15)))
@@ -35,7 +36,7 @@ def steps(quick: bool) -> np.ndarray:
 
 
 def single(A: float, quick: bool) -> dict[str, Any]:
-    """Return for one A and each Δτ the distance ρ, and True if gaps and order agree; and the limits for CRITERIA."""
+    """Return for one A: at each Δτ the distance ρ, and True if gaps and order agree; the limits in Δτ for CRITERIA."""
     window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:

@@ -2,8 +2,8 @@
 
 `vd.limit` finds the limits in ε (a force) and Δτ (late switches). This program finds the limits of other methods by the
 same criterion: in 1500 periods, after a transient of 1000, the main impacts have the gaps and the order of the
-undisturbed orbit (docs/stability.md). Only one of the five disturbances acts at a time. The velocity V of a disturbance
-is the change of ξ' at a switch:
+undisturbed orbit, which are its structure (docs/stability.md). Only one of the five disturbances acts at a time. The
+velocity V of a disturbance is the change of ξ' at a switch:
 
 ε    V = εηA, the amplitude of the velocity of the disturbance ε sin ητ.
 Δτ   V = Δτ: a switch is late by up to Δτ, and accelerations are of the order 1.
@@ -61,7 +61,8 @@ CONTACTS = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, bat
 """The values of 1/√k that are tried. Successive values have the same ratio as the values of ε."""
 
 STEPS = GRIDS["dtau"]._replace(decade=45, floor=1e-4)
-"""The steps h that are tried: the values of Δτ down to 1e-4. A motion with h = 1e-5 would take twenty seconds."""
+"""The steps h that are tried: the values that `vd.limit` tries for Δτ, down to 1e-4. A motion with h = 1e-5 would take
+twenty seconds."""
 
 
 def velocity_loss(root: float) -> float:

@@ -111,7 +111,7 @@ def sprung_piece(point, w, mode, t0, xi, dxi, tau):
 def end_of_piece(piece, point, value, brief, begin, end):
     """Return τ, ξ, ξ' just after the end of a piece, or τ > `end` if the piece has not ended.
 
-    `begin` contains the mode of the piece, and τ, ξ, ξ' at its start. `brief` is the time constant of the piece, or 0.
+    `begin` is (mode, τ, ξ, ξ') at the start of the piece. `brief` is its time constant, or 0 if there is none.
     """
     _, t0, x, v = begin
     low = t0

@@ -4,7 +4,7 @@ In the kernels a function is a shape: its coefficients in h = τ − t, and boun
 a shape, with its fast wave as the disturbance. As in the computation of a motion, the shape gets a new origin t after
 each zero, and otherwise after at most two excitation periods. After a zero, the certified method and Muller's method
 search a function that is 0 at its start. The method `fixed` reports the grid point after the zero, so it searches g
-unchanged.
+itself.
 """
 
 import math

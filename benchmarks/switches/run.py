@@ -68,8 +68,8 @@ def answer(module: Any, level: int, x: dict[str, float], setting: dict[str, Any]
 
 
 def timed(module: Any, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
-    """Return the answer, or the error as a text, and the seconds. The system ends this process if the limit is
-    exceeded."""
+    """Return the answer, or the error as a text, and the CPU time in seconds. The system ends this process if the limit
+    is exceeded."""
     spent: list[float] = []
     while not spent or (len(spent) < 4 and spent[0] < SHORT):
         signal.setitimer(signal.ITIMER_PROF, 0.0 if spent else limit)  # CPU time is coarse while this timer runs
@@ -102,7 +102,7 @@ class Solver:
         self.warm: list[Any] = []
 
     def ask(self, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
-        """Return the answer, or the reason why there is no answer, and the seconds."""
+        """Return the answer, or the reason why there is no answer, and the CPU time in seconds."""
         if self.process is None:
             context = get_context("spawn")
             self.channel, other = context.Pipe()

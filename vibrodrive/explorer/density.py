@@ -1,4 +1,4 @@
-"""Number of recorded values in each pixel. The function is compiled, because a frame contains up to 250 000 values."""
+"""Shade of each pixel by its number of values. The function is compiled, because a frame has up to 250 000 values."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from vibrodrive.model.size import available_memory, human
 WARMING = Slot(-1, Rank.EXPORT)  # a slot that belongs to no page, because pages are numbered from 0
 
 
-FEWEST = 64  # least number of points of a level (work.py); a kernel computes so many motions together
+FEWEST = 64  # least number of points of a level (work.py); a kernel computes this number of motions together
 LARGEST = 2 * 10**9  # largest number of bytes of the results of one view
 
 

@@ -19,7 +19,7 @@ from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.questions import limit
 
 VALUES = 60  # number of values of A at which orbits are computed; `family` adds values near bifurcations
-SAME = 1e-6  # largest difference of impact phases at which a motion counts as the orbit
+SAME = 1e-6  # largest difference of the impact phases of a motion and of an orbit that count as equal
 
 
 STABLE, UNSTABLE = "stable orbit", "unstable orbit"
@@ -43,7 +43,7 @@ def warm() -> None:
 def orbit_lines(
     low: float, high: float, B: float, max_period: int, quantity: str, phase: float
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return (orbits, bifurcations) between two values of A, with a quantity of diagrams as the ordinate."""
+    """Return (curves of orbits, points of bifurcations) between two A. The ordinate is a quantity of diagrams."""
     found = family(np.linspace(low, high, VALUES), B, max_period)
 
     def values(orbit: Orbit) -> np.ndarray:

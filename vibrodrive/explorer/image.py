@@ -148,7 +148,7 @@ def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
 def painted(
     level: Level, quantity: str, limits: tuple[float, float] | None = None
 ) -> tuple[np.ndarray, np.ndarray, Key]:
-    """Return the image of a quantity, its palette and its key. A missing point has the colour of a neighbour.
+    """Return the image of a quantity, its palette and its key. A missing point has the colour of a computed point.
 
     The image contains palette indices, uint16 (rows, columns), with y upwards. For `limits` see `map_figure`.
     """

@@ -43,7 +43,7 @@ def nearest(view: View) -> tuple[float, Plan]:
 
 
 def motion_at(view: View, halt: Halt) -> Motion:
-    """Return the motion at `view.at`, equal to the result of `simulate`. Raises Halted."""
+    """Return the motion at `view.at`, equal to the result of `simulate` over up to SHOWN periods. Raises Halted."""
     x, whole = nearest(view)
     few = replace(whole, settings=replace(whole.settings, periods=min(SHOWN, view.periods)))
     trajectory = follow(few, halt)

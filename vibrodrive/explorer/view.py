@@ -91,7 +91,7 @@ def _set(default: Any, read: Callable[..., Any], **allowed: Any) -> Any:
 
 @dataclass(frozen=True)
 class View:
-    """Complete state of a page. Its fields are the keys of the address.
+    """Complete state of a page, which is all its settings. The fields are the keys of the address.
 
     The abscissa is the parameter x, with `columns` values (None: see `sized`) from `low` to `high`, by default those of
     RANGES. The ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate

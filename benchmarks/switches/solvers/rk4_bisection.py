@@ -50,7 +50,7 @@ events = event_loop(locate, compiled=True)
 
 @jit
 def integrate(f, T, step, found):
-    """Fill `found` with the zeros of g, and return their number. g is integrated from g(0) and g'."""
+    """Fill `found` with the zeros of g, and return their number. g is computed by integration of g' from g(0)."""
     count, k, g, tau = 0, 0, value(f, 0.0), 0.0
     while tau < T and count < len(found):
         k += 1
@@ -69,6 +69,6 @@ def integrate(f, T, step, found):
 
 
 def zeros(function, T, step):
-    """Return the zeros of `function` in (0, T] for the step `step`."""
+    """Return the zeros of `function` in (0, T] by integration with this step."""
     found = np.empty(100_000)
     return found[: integrate(function, T, step, found)].tolist()
