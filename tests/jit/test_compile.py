@@ -225,7 +225,7 @@ print(CACHE.name, compilation.seconds > 0)
 
 @pytest.mark.jit
 def test_processors_with_one_cache_neither_share_nor_lose_kernels(monkeypatch, tmp_path):
-    """Each processor compiles the kernels that its cache does not contain, and reports this."""
+    """Each processor compiles its own kernels once, even if several processors use the same cache folder."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
     (tmp_path / "kernel.py").write_text(KERNEL)

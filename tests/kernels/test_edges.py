@@ -366,7 +366,7 @@ def test_throw_is_reversible_in_time(A, speed, tau0):
     assert landed["dxi"] == pytest.approx(-speed, rel=1e-13)
 
 
-# --- impossible values ---------------------------------------------------------------------------------------------
+# --- extreme values -----------------------------------------------------------------------------------------------
 
 
 EXTREMES: dict[str, dict[str, float]] = {

@@ -45,7 +45,7 @@ def test_fixed_equals_the_plain_loop(scene):
 
 @pytest.mark.parametrize("scene", [s for s in SCENES if s["dtau"] <= 0.1], ids=str)
 def test_muller_equals_the_plain_loop(scene):
-    """Both programs refine zeros to `tol`, which is far below the tolerance of the comparison."""
+    """Kernel and plain loop refine zeros to `tol`, which is far below the tolerance of the comparison."""
     periods = 8
     compare(
         naive.muller(**scene, tol=1e-10, periods=periods),

@@ -1,4 +1,4 @@
-"""Status, advice and margin of a motion, for one motion and for each point of a sweep."""
+"""Status and margin of single motions and of the points of a sweep."""
 
 import math
 

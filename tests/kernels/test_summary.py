@@ -1,7 +1,6 @@
-"""Comparison of summaries with other results.
+"""Comparison of summaries with sums over the switches, with quadrature, and with orbits that are found in another way.
 
-These are sums over the switches, quadrature, orbits that are found in another way, and, to the bit, the summary
-computed from the recorded switches of a single motion.
+The summary computed from the recorded switches of a single motion must agree with the summary of a sweep to the bit.
 """
 
 import math

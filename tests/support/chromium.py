@@ -66,7 +66,7 @@ class Tab:
         return self.driver.execute_script(f"const page = window.explorer; return {script}", *arguments)
 
     def until(self, condition, what):
-        """Wait until a condition, JavaScript or a function, is true. `what` names it in the message of a failure."""
+        """Wait until a condition, JavaScript or a function, is true. `what` names the condition in messages."""
         end = monotonic() + self.PATIENCE
         while not (condition() if callable(condition) else self.ask(condition)):
             assert monotonic() < end, f"not within {self.PATIENCE} s: {what}; the page says {self.notice()!r}"

@@ -39,7 +39,7 @@ a child."""
 _SIGNATURE = types.int64(types.int64)
 _FUNCTION = types.FunctionType(_SIGNATURE)
 
-# copied from numba.experimental, because an import of this module takes a fifth of a second
+# copied from numba.experimental, whose import would take a fifth of a second
 typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: _FUNCTION)
 
 _COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
