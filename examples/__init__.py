@@ -1,4 +1,4 @@
-"""Studies with vibrodrive. Each is a script: `python -m examples.three_questions`.
+"""Studies with vibrodrive. Each module is a script, for example `python -m examples.three_questions`.
 
 Examples are not installed. Run them in the root of a clone.
 """

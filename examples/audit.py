@@ -1,11 +1,11 @@
-"""Check the switching times of your own program: compare each with the certified switch from the same state.
+"""Check the switching times of your own program: compare each switch with the certified switch from the same state.
 
     python -m examples.audit mine.csv --A 3.04   # in the root of a clone
 
 The first line of `mine.csv` has the names of the columns: tau, xi, dxi, state. Each further line has one switch.
-`state` is the state that begins at this switch (UP, DOWN, STICK or REST). `xi` and `dxi` are ξ and ξ' at its beginning;
-after an impact both are 0. Each line is judged separately: the certified motion starts from the state of the previous
-line. So each error counts only at the line at which it occurs.
+`state` is the state that begins at this switch (UP, DOWN, STICK or REST). `xi` and `dxi` are ξ and ξ' at the beginning
+of this state; after an impact both are 0. Each line is judged separately: the certified motion starts from the state of
+the previous line. So an error counts only at the line at which it occurs.
 """
 
 import argparse
@@ -54,8 +54,8 @@ def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
 
     The certified motion is computed beyond `found`.
 
-    An error of `start` counts only at the line of `start`. If `start` is below the obstacle, or its state has not begun
-    yet, the certified motion starts at the obstacle and rests until this state begins.
+    An error of `start` counts only at the line of `start`. If `start` is below the obstacle, or too early for its
+    state, the certified motion starts at the obstacle and rests until this state begins.
     """
     periods = 2 + int((found.tau - start.tau) / (2.0 * np.pi))
     scene = {**model, "xi0": max(start.xi, 0.0), "dxi0": start.dxi, "tau0": start.tau}

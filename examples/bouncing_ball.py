@@ -2,8 +2,8 @@
 
     python -m examples.bouncing_ball   # in the root of a clone
 
-writes docs/bouncing_ball.md and docs/bouncing_ball.png: five quantities of the one-impact orbit and their laws for
-the ball, over B. `--docs DIR` writes both to another folder.
+writes docs/bouncing_ball.md and docs/bouncing_ball.png. Both compare five quantities of the orbit with one impact per
+period with their laws for the ball, over B. `--docs DIR` writes both files to another folder.
 """
 
 import argparse

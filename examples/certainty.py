@@ -3,7 +3,7 @@
     python -m examples.certainty   # in the root of a clone
 
 writes docs/certainty.md and docs/certainty.png. Both compare error bounds with true errors, which come from a reference
-with 50 digits. The figure shows four motions. The page has random scenes from the bands of
+with 50 digits. The figure shows four motions. The page compares random scenes from the bands of
 `vibrodrive.validation.certainty`. A scene contains the parameters and the start of a motion. A band is a set of ranges
 of these numbers. `--scenes N` sets the number of scenes, `--workers N` the number of processes, `--docs DIR` the output
 folder.
@@ -32,7 +32,7 @@ MOTIONS: dict[str, dict[str, Any]] = {
     "chattering: A = 1.9, B = 0.2, ε = 2e-5, η = 431.7": {"A": 1.9, "B": 0.2, "eps": 2e-5, "eta": 431.7, "periods": 4},
     "chaotic: A = 12": {"A": 12.0, "periods": 230},
 }
-"""Motions of the figure, from rest."""
+"""Titles of the panels of the figure, and the arguments of their motions, which start from rest."""
 
 PAGE = """# Error bounds of a motion
 
@@ -163,15 +163,14 @@ error. The last two columns give the median and the 90 % quantile of this ratio.
 
 
 def held(drawn: tuple[str, dict[str, Any]]) -> tuple[str, Held]:
-    """Compare a scene (name of its band, arguments) with the reference in a separate process. Return the name and the
-    result."""
+    """Compare a scene, given as (name of its band, arguments), with the reference. Return the name and the result."""
     name, scene = drawn
     return name, hold(scene)
 
 
 @styled
 def figure(motions: dict[str, Held]) -> Figure:
-    """Draw the error of the instant of each switch, and its bound, over time: one panel for each motion."""
+    """Draw the error of the instant of each switch, and its bound, over time, in one panel for each motion."""
     fig, axes = new(2, 2, height=5.0, sharey=True)
     for ax, (title, beside) in zip(axes.flat, motions.items(), strict=True):
         rows, pairs = beside.motion.switches, [p for p in beside.pairs if p.what == "tau of a switch"]
@@ -190,7 +189,7 @@ def figure(motions: dict[str, Held]) -> Figure:
 
 
 def compare_with_reference(scenes: Sequence[tuple[str, dict[str, Any]]], workers: int) -> dict[str, list[Held]]:
-    """Compare each scene with the reference; return a list of results for each band."""
+    """Compare each scene with the reference in separate processes. Return a list of results for each band."""
     found: dict[str, list[Held]] = {}
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         for name, one in pool.map(held, scenes, chunksize=12):

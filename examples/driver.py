@@ -37,7 +37,7 @@ class Course:
 
 def course(omega0: Sequence[float] | np.ndarray) -> Course:
     """Compute a motion from rest at each frequency (rad/s), all in one sweep."""
-    scenes = [vd.Scene.quiet(omega0=float(w), **DRIVER) for w in omega0]  # at low frequencies the mass never leaves
+    scenes = [vd.Scene.quiet(omega0=float(w), **DRIVER) for w in omega0]  # no warning if the mass cannot leave
     r = vd.sweep(points={"A": [s.A for s in scenes], "B": [s.B for s in scenes]}, record="summary", periods=64)
     each = list(zip(scenes, r.energy, r.impact_speed_max, r.impacts, strict=True))
     return Course(
@@ -57,7 +57,7 @@ def limit_velocity(omega0: float) -> float:
 
 
 def figure(found: Course, frequencies: Sequence[float] | np.ndarray, limits: Sequence[float]) -> Figure:
-    """Draw power, impacts a second and limit over the frequency. `limits` (m/s) belong to `frequencies`."""
+    """Draw power, impacts a second, and the limits (m/s) at `frequencies` (rad/s), over the frequency."""
     drawing = Figure(figsize=(7.0, 6.0), layout="constrained")
     power, blows, limit = drawing.subplots(3, 1, sharex=True)
     power.plot(found.omega0, found.power, "k-")

@@ -1,10 +1,10 @@
-"""Show for several criteria how k₂ depends on arbitrary choices. The result is the reason to use the main impacts.
+"""Show for several criteria how k₂, the smallest disturbance that destroys the structure, depends on arbitrary choices.
 
     python -m examples.limit_definition   # in the root of a clone
 
-prints the tables of docs/stability.md. They contain k₂ over three choices: the phase of the section; the share of the
-speed of the slowest main impact below which an impact is a touch, with a prescribed and with a free dividing speed; the
-length of the record together with the start.
+prints tables of docs/stability.md, which defines the terms. The tables contain k₂ over three choices: the phase of the
+section; the dividing speed between touches and main impacts, prescribed or free below a bound; the length of the record
+and the start. The tables are the reason to use the main impacts as the default criterion.
 """
 
 import math
@@ -30,7 +30,7 @@ Kept = Callable[[ReferenceOrbit, Motion], bool]
 
 def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1500) -> np.ndarray:
     """Return k₂(ε) over the phase of the section: float64 (phases, A)."""
-    wanted = Criterion(criterion, (criterion,))  # "order" and "gaps" are not criteria of `vd.limit`
+    wanted = Criterion(criterion, (criterion,))  # `vd.limit` does not accept the criteria "order" and "gaps"
     found = []
     for phase in PHASES:
         arguments = {"A": list(amplitudes), "periods": periods, "section_phase": phase}
@@ -67,7 +67,7 @@ def with_given_speed(share: float) -> Kept:
 
 
 def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.ndarray:
-    """Return k₂(ε) for any criterion: float64 (A,)."""
+    """Return k₂(ε) for the criterion `kept`: float64 (A,)."""
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "periods": 1500, **arguments})
     found = np.full(plan.n_points, np.nan)
     with Evaluator(plan, "eps", check_threads(None)) as evaluator:
@@ -86,7 +86,10 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
 
 
 def over_window(disturbance: str, amplitudes: Sequence[float] = A) -> dict[str, np.ndarray]:
-    """Return k₂ for two lengths of the record and two starts, and the last value at which the structure is kept."""
+    """Return k₂, and the last value at which the structure is kept, for two lengths of the record and two starts.
+
+    The keys are the titles of the rows, the values float64 (A,).
+    """
     windows = {"1500 periods": {}, "20 000 periods": {"periods": 20_000}, "from τ0 = 2π": {"tau0": 2 * math.pi}}
     rows = {}
     for name, window in windows.items():

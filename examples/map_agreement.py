@@ -2,17 +2,17 @@
 
     python -m examples.map_agreement   # in the root of a clone
 
-writes docs/map_agreement.md. `--curves FILE` takes the curves from a file of `vibrodrive orbits`, `--sample N` judges N
-pixels, `--docs DIR` writes to another folder.
+writes docs/map_agreement.md. `--curves FILE` reads the curves of bifurcations from a file of `vibrodrive orbits`,
+`--sample N` judges N pixels, `--docs DIR` writes to another folder.
 
 The map and the list share only the closed form between switches. A pixel is a summary of one motion from rest, computed
-from its switches. The list contains the fixed points of the impact-phase map, found by a search, and their multipliers.
-A pixel agrees if its period, its impacts per period and its largest impact speed are those of a stable orbit of the
-list. If the list contains no stable orbit, a pixel agrees in two cases: its motion has no period up to MAX_PERIOD, or
-the mass never leaves the obstacle.
+from the switches of this motion. The list contains the fixed points of the impact-phase map, found by a search, and
+their multipliers. A pixel agrees if its period, its impacts per period and its largest impact speed are those of a
+stable orbit of the list. If the list contains no stable orbit, a pixel agrees in two cases: its motion has no period up
+to MAX_PERIOD, or the mass never leaves the obstacle.
 
 Pixels next to a curve of bifurcations are not judged: their motions may not have settled, or may belong to the other
-side of the curve. For each judged pixel that disagrees the reason is determined.
+side of the curve. For each judged pixel that disagrees, the reason is determined.
 """
 
 import argparse
@@ -83,8 +83,8 @@ REASONS = (CLOSE, SLOW, COEXISTING, UNEXPLAINED)
 
 @dataclass(frozen=True)
 class Disagreement:
-    """A pixel that disagrees with the list: A, B, its period (0 for no period), the periods of the list, and the
-    reason."""
+    """A pixel that disagrees with the list: A, B, the period of its motion (0 for no period), the periods of the stable
+    orbits of the list, and the reason."""
 
     A: float
     B: float
@@ -95,8 +95,8 @@ class Disagreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Numbers of pixels: of the map, far from every curve, judged, and with an orbit of the list; and the pixels that
-    disagree."""
+    """Numbers of pixels: in the map (`pixels`), far from every curve, judged, and in agreement with an orbit of the
+    list (`shown`). `wrong` contains the pixels that disagree."""
 
     pixels: int
     far: int
@@ -125,7 +125,7 @@ def compare_map(
     sample: int | None = None,
     seed: int = 18,
 ) -> Agreement:
-    """Compare the pixels of a map over the axes A and B (ascending, even, B > 0) with the list of orbits.
+    """Compare the pixels of a map over the axes A and B (ascending, evenly spaced, B > 0) with the list of orbits.
 
     `curves` are the bifurcations of orbits of up to `max_period` periods. By default all pixels far from the curves are
     judged; otherwise a random sample of `sample` pixels, selected with `seed`.
@@ -166,7 +166,7 @@ def near_curves(A: np.ndarray, B: np.ndarray, curves: Sequence[Curve]) -> np.nda
 
 
 def stable_orbits(A: float, B: float, max_period: int) -> list[Orbit]:
-    """Return the orbits of the list on which a motion may settle."""
+    """Return the stable orbits of the list."""
     return [
         orbit for orbit in orbits_of(ImpactMap(float(A), float(B)), max_period) if orbit.kind in (STABLE, SUPERSTABLE)
     ]
@@ -197,7 +197,7 @@ def _reason(A: float, B: float, pixel: dict[str, Any], stable: Sequence[Orbit], 
 
     if agrees(settled(transient=PATIENCE), stable, max_period):
         return SLOW
-    # after an impact the mass rests at the obstacle: the orbit continues from the phase of any impact
+    # after an impact the mass is at rest at the obstacle, so the orbit can be started at the phase of any impact
     starts = [float(orbit.phases[0]) for orbit in stable]
     if any(agrees(settled(transient=0, tau0=start), stable, max_period) for start in starts):
         return COEXISTING

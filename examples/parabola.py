@@ -2,8 +2,8 @@
 
     python -m examples.parabola   # in the root of a clone
 
-writes parabola.png. With a fast disturbance the mass rests at the obstacle until H = 1, so g = 1 − H. The bounds and
-the steps of the page are implemented here independently of the kernels.
+writes parabola.png. In this example, with a fast disturbance, the mass rests at the obstacle until H = 1, so the
+switching function is g = 1 − H. The bounds and steps are implemented here independently of the kernels.
 """
 
 import math
@@ -19,7 +19,7 @@ A, B, EPS, ETA = 3.04, 0.1, 2e-5, vd.ETA
 
 @dataclass(frozen=True)
 class Step:
-    """The parabola value + slope s + bend s²/2 from `start` on: a lower bound of g for 0 <= s <= length."""
+    """The parabola value + slope s + bend s²/2, with s = τ − start: a lower bound of g for 0 <= s <= length."""
 
     start: float
     length: float
@@ -32,7 +32,7 @@ class Step:
 
 
 def g(tau: np.ndarray | float, order: int = 0, slow: float = 1.0, fast: float = 1.0) -> np.ndarray:
-    """Return g = 1 − H or a derivative. `slow` and `fast` are factors (1 or 0) of its slow and fast part."""
+    """Return g = 1 − H, or its derivative of this order. `slow` and `fast` are factors (1 or 0) of the parts of g."""
     constant = slow * (1.0 + B) if order == 0 else 0.0
     turn = 0.5 * math.pi * order
     own = slow * A * np.sin(np.asarray(tau) + turn)
@@ -47,7 +47,7 @@ def below_all(start: float, reach: float) -> Step:
 
 
 def below_slow(start: float, reach: float) -> Step:
-    """Return the parabola of `below_all` for the slow part minus the amplitude of the fast part."""
+    """Return the parabola below the slow part of g minus the amplitude of its fast part, as in `below_all`."""
     bend = float(g(start, 2, fast=0.0)) - A * reach / 3.0
     value = float(g(start, fast=0.0)) - A * EPS * ETA**2
     return _until_root(start, reach, value, float(g(start, 1, fast=0.0)), bend)
@@ -60,9 +60,9 @@ def _until_root(start: float, reach: float, value: float, slope: float, bend: fl
 
 
 def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[Step]:
-    """Return the steps from τ until a step is shorter than `closest`. Two parabolas give a step each.
+    """Return the steps from τ until a step is at most `closest`.
 
-    The longer step is used.
+    Each step is the longer of the steps of two parabolas, `below_all` and `below_slow`.
     """
     steps: list[Step] = []
     while not steps or steps[-1].length > closest:

@@ -34,8 +34,8 @@ from vibrodrive.store.every_kind import load
 class Chaos:
     """Answer to (a): the final motion from rest on a grid of A.
 
-    A, exponent : the grid, and the Lyapunov exponent per period at each of its values; -inf if the mass rests again,
-        because the state after a rest does not depend on the earlier motion.
+    A, exponent : the grid, and the Lyapunov exponent per period at each value of A. The exponent is -inf if the mass
+        rests again, because the state after a rest does not depend on the earlier motion.
     """
 
     A: np.ndarray
@@ -62,14 +62,16 @@ MEASURES = ("multiplier", "unstable", "border", "grazing", "nearest")
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Distances from the most stable orbit to its neighbours at each of A (n,). NaN means no orbit or no neighbour.
+    """Distances in phase from the most stable orbit to the nearest unstable orbit and bifurcations, at each of A (n,).
+
+    NaN means that there is no stable orbit, or nothing to which this distance could be measured.
 
     period : period of the most stable orbit, int64; 0 if no orbit up to the longest period of the search is stable.
     multiplier : modulus of its multiplier.
     unstable : distance in phase from one of its impacts to the nearest impact of an unstable orbit.
-    border : distance from one of its impacts to the nearest end of the window.
-    grazing : distance from one of its launches to the nearest grazing.
-    nearest : the smallest of the three distances, without those that are NaN.
+    border : distance from one of its impacts to the nearest end of the window, the phases with H > 1.
+    grazing : distance from one of its launches (the mass leaves the obstacle) to the nearest grazing.
+    nearest : the smallest of those three distances that are not NaN.
     """
 
     A: np.ndarray
@@ -85,8 +87,7 @@ class Surroundings:
 
 
 def surroundings(A: Iterable[float], B: float = 0.1, max_period: int = 6) -> Surroundings:
-    """Return the distances in phase from the most stable orbit (with the smallest multiplier) to its neighbours at each
-    of A."""
+    """Return the surroundings of the most stable orbit, the one with the smallest |multiplier|, at each of A."""
     values = np.array(list(A), dtype=np.float64)
     rows = np.array([_around(a, B, max_period) for a in values.tolist()]).reshape(-1, 5)
     return Surroundings(values, rows[:, 0].astype(np.int64), *rows[:, 1:].T)
@@ -123,7 +124,8 @@ def distance(some: Sequence[float] | np.ndarray, others: Sequence[float] | np.nd
 def what_sets_limit(
     A: Sequence[float] | np.ndarray, k2: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 6
 ) -> dict[str, tuple[float, int]]:
-    """Answer question (b): rank correlation of k₂ with the period and each of MEASURES, and the number of values of A.
+    """Answer question (b): return for the period and each of MEASURES its rank correlation with k₂, and the number of
+    values of A used.
 
     `k2` contains the limit at each of A. NaN and infinite values are ignored; they mean that no limit was found.
 

@@ -1,4 +1,7 @@
-"""Level 4 of the set of switches: the table is made again, and its limits equal limits that the test computes."""
+"""Tests of level 4 of the set of switches, a table of limits k₂ (benchmarks/switches/level4.py).
+
+Rows of the table can be made again, and gaps computed by the test change at the limits of the table.
+"""
 
 import csv
 import math
@@ -38,8 +41,8 @@ def test_scene_is_reproduced_to_the_byte(table):
 @pytest.mark.jit
 @pytest.mark.parametrize("way", ["eps", "dtau"])
 def test_gaps_are_kept_below_the_limit_only(table, way):
-    """Fast impacts are counted without the criterion of the package. At A = 3.04 there is one in every second
-    period."""
+    """The test selects fast impacts without the criterion of the package. At A = 3.04 there is one in every second
+    period, so every gap is 2."""
     row = next(r for r in table if (r["A"], r["B"], r["disturbance"]) == ("3.04", "0.1", way))
 
     def gaps(value):

@@ -1,5 +1,7 @@
-"""Stored results of the set of switches are complete and of this version. The tables of the page come from these
-results."""
+"""Tests of the stored results of the set of switches (benchmarks/switches).
+
+The results are complete and belong to this version. The tables of the pages show these results.
+"""
 
 import json
 import lzma

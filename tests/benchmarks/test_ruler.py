@@ -1,4 +1,7 @@
-"""The ruler: motions under small disturbances equal the undisturbed motion, and the stored limits are complete."""
+"""Tests of benchmarks/ruler.py, which compares the limits of five disturbances as velocities.
+
+Motions under small disturbances approach the undisturbed motion, and the stored limits are complete.
+"""
 
 import json
 import math
@@ -15,7 +18,7 @@ PERIODS = 40
 
 
 def impacts(name, value):
-    """Return times and speeds of the main impacts of A = 3.04 from rest."""
+    """Return τ and speed of each main impact at A = 3.04 from rest, under the disturbance `name` of size `value`."""
     found = np.empty((2 * PERIODS, 2))
     way = ruler.OWN[name]
     count = way.follow(Point(3.04, 0.1, 0.0, 1.0), way.argument(value), 0.0, 2 * math.pi * PERIODS, found)
@@ -38,7 +41,7 @@ def test_motions_approach_the_undisturbed_one(name):
 
 
 def test_impact_agrees_with_the_integrated_spring():
-    """The spring is integrated by small steps: x'' = -1 - k x - 2 √k x', from x' = -1 at x = 0 until x = 0 again."""
+    """The spring is integrated by small steps: x'' = 1 - k x - 2 √k x', from x' = -1 at x = 0 until x = 0 again."""
     for root in (0.3, 0.05):
         w, x, v, step = 1 / root, 0.0, -1.0, 1e-5
         tau = 0.0

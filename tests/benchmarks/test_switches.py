@@ -1,4 +1,7 @@
-"""The set of switches: cases satisfy the schema and can be made again byte for byte; score.py gives each verdict."""
+"""Tests of the set of switches (benchmarks/switches).
+
+Cases satisfy the schema and can be made again byte for byte. score.py gives each verdict to the right answers.
+"""
 
 import csv
 import json
@@ -41,7 +44,7 @@ def stored(level):
 
 
 def values(case):
-    """Return the inputs as doubles."""
+    """Return the inputs of a case as doubles, by their names."""
     return {name: float.fromhex(value) for name, value in case["inputs_hex"].items()}
 
 
@@ -49,7 +52,7 @@ def values(case):
 
 
 def digits(number):
-    """Return the number of digits of a number as text."""
+    """Return the number of significant digits of a number given as text."""
     return len(re.sub(r"e.*|\D", "", number).lstrip("0"))
 
 
@@ -171,7 +174,7 @@ def test_table_agrees_with_the_cases(level):
 
 
 def drawn():
-    """Return ten cases of levels 0 to 2 that are made within a second."""
+    """Return the tasks that make ten random cases of levels 0 to 2, each within a second."""
     quick = [task for task in make.tasks() if task.name not in ("late", "known", "disturbed", "another incline")]
     pools = [[t for t in quick if t.level == level] for level in (0, 1)]
     pools.append([t for t in quick if t.level == 2 and t.name == "paper" and t.number in (1, 2, 3, 4)])
@@ -236,7 +239,7 @@ def motion_case(events=TWO, level=2, **fields):
         (FAR, [0.9999991, 3], "right", True),
         (FAR, [1], "right", False),
         (FAR, [1, 2, 3], "right", False),
-        (FAR, [1, 3, 4.5], "right", True),  # after T
+        (FAR, [1, 3, 4.5], "right", True),  # a zero after T is ignored
         (FAR, [3], "missed", False),
         (FAR, [1.0000011], "missed", False),
         (FAR, [], "missed", False),
@@ -248,7 +251,7 @@ def motion_case(events=TWO, level=2, **fields):
         (PAIR, ["1.00000009", "1.0000003"], "right", True),
         (PAIR, ["1.00000011"], "missed", False),
         (PAIR, ["0.99999989"], "invented", False),
-        (["0.0000003"], ["0.00000039"], "right", True),  # the start counts as a zero
+        (["0.0000003"], ["0.00000039"], "right", True),  # the start counts as a zero, so the tolerance is smaller
         (["0.0000003"], ["0.00000041"], "missed", False),
         (["0.0000003"], ["0"], "invented", False),
         (FAR, None, "refused", False),
@@ -279,7 +282,7 @@ def test_malformed_answer_is_refused(answer):
     [
         ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"]], "right"),
         ([[1.0000009, "UP", "DOWN"], ["2.00000009", "DOWN", "STICK"]], "right"),
-        ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"], [9.5, "STICK", "UP"]], "right"),  # after certain_until
+        ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"], [9.5, "STICK", "UP"]], "right"),  # the last is after certain_until
         ([[1, "UP", "DOWN"], ["2.00000011", "DOWN", "STICK"]], "missed"),
         ([[1, "UP", "DOWN"]], "missed"),
         ([], "missed"),
@@ -392,7 +395,7 @@ def test_brief_prints_the_table_only(judged):
     code, out, _ = judged({"answers": {"L0-a": None, "L2-a": 1}}, "--brief")
     assert code == 0  # no answer is right, but the file is readable
     assert "L0-a" not in out
-    assert out.count("refused") == 1  # a column
+    assert out.count("refused") == 1  # the title of a column
 
 
 UNREADABLE = [None, "", "{", "[]", "1", "{}", '{"answers": 1}', '{"answers": null}', "[" * 100_000]
@@ -429,7 +432,7 @@ def test_junit(judged, tmp_path):
 
 @pytest.mark.integration
 def test_score_runs_without_the_repository(tmp_path):
-    """Run without site-packages and away from the repository."""
+    """score.py runs without site-packages and away from the repository."""
     shutil.copy(FOLDER / "score.py", tmp_path)
     (tmp_path / "cases" / "level0").mkdir(parents=True)
     shutil.copy(FOLDER / "cases/level0/L0-plain-01.json", tmp_path / "cases/level0")

@@ -1,4 +1,7 @@
-"""The audit of switches from another program: certified switches pass, and each error is reported at its switch."""
+"""Tests of the audit of switches from another program.
+
+Certified switches pass, and each error is reported at the switch at which it occurs.
+"""
 
 import dataclasses
 import sys
@@ -12,7 +15,7 @@ from examples.audit import MISSED, OTHER, RIGHT, Switch, audit, read, report
 
 
 def certified(A, eps=0.0, periods=6):
-    """Return the switches of a certified motion in the form of another program's list, each with its new state."""
+    """Return the switches of a certified motion as a list of `Switch`, each with the state that begins there."""
     rows = vd.simulate(A, eps=eps, transient=0, periods=periods).switches
     rows = rows[rows["after"] != vd.State.IMPACT]
     landed = rows["before"] == vd.State.IMPACT

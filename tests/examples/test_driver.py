@@ -1,4 +1,4 @@
-"""The driver in SI units, compared with a single motion and with the limit of `vd.limit`."""
+"""Tests of the driver in SI units: results equal those of a single motion and the limit of `vd.limit`."""
 
 import json
 import math
@@ -15,7 +15,7 @@ from examples.driver import DRIVER, course, figure, limit_velocity
 @pytest.mark.jit
 def test_course_equals_single_motions():
     found = course([85.0, 120.0, 150.0])
-    assert found.power[0] == found.blows[0] == 0.0, "the first speed is too low to leave the obstacle"
+    assert found.power[0] == found.blows[0] == 0.0, "at the first frequency the mass must not leave the obstacle"
     for i in (1, 2):
         scene = vd.Scene(omega0=found.omega0[i], **DRIVER)
         motion = vd.simulate(scene.A, B=scene.B, transient=1000, periods=60)

@@ -1,4 +1,7 @@
-"""Pixels of a map agree with the list of orbits. If the list is falsified, the comparison finds the disagreement."""
+"""Tests of the comparison of a map with the list of stable orbits.
+
+The pixels of a true map agree with the list. If the list is falsified, the comparison finds the disagreement.
+"""
 
 from types import SimpleNamespace
 
@@ -31,7 +34,7 @@ def test_disagreement_has_a_reason_after_a_longer_motion(monkeypatch):
 
     def listed(a, b, longest):
         orbits = true(a, b, longest)
-        if (a, b) == (2.8, 0.1):  # an impact that is faster than that of the true orbit
+        if (a, b) == (2.8, 0.1):  # impacts that are faster than those of the true orbit
             return [SimpleNamespace(**{**vars(orbits[0]), "speeds": orbits[0].speeds + 1.0})]
         return orbits
 

@@ -1,6 +1,6 @@
-"""Steps in the figure of docs/certified.md.
+"""Tests of the steps in the figure of docs/certified.md.
 
-Each parabola is below the function, and the last step ends at the zero of the function.
+Each parabola is below the switching function, and the last step ends at the first zero of this function.
 """
 
 import numpy as np

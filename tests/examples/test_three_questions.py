@@ -1,4 +1,7 @@
-"""Answers to the three questions. Attractors found by exhaustive search equal the attractors found by the map."""
+"""Tests of the answers to the three questions of docs/orbits.md.
+
+Attractors found by simulation are among the orbits of the impact-phase map.
+"""
 
 from pathlib import Path
 
@@ -20,14 +23,14 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits, resting
 
 SEARCHED = 8
-"""Longest period of the search for orbits. Orbits with a rest are found up to the length of the record."""
+"""Longest period of the search for orbits without a rest. Orbits with a rest are found up to the recorded periods."""
 
 
 TRANSIENT = 1500
 
 
 def follows(points: np.ndarray, orbit: Orbit) -> bool:
-    """Return True if section points (n, 2) are on the orbit, within 1e-7 plus the remainder of the transient."""
+    """Return True if section points (n, 2) follow the orbit, within 1e-7 plus the distance left after the transient."""
     left = abs(orbit.multiplier) ** (TRANSIENT / orbit.period)
     apart = np.abs(points[:, None] - section(orbit, 2.0)[None]).max(axis=2)
     visited = np.argmin(apart, axis=1)
@@ -39,10 +42,10 @@ def follows(points: np.ndarray, orbit: Orbit) -> bool:
 
 @pytest.mark.jit
 def test_every_attractor_of_brute_force_is_among_the_orbits():
-    """All attractors for 400 values of A from 1.12 to 3.25 are orbits of the list.
+    """At 400 values of A from 1.12 to 3.25 the simulated motion ends on an orbit of the list.
 
-    Orbits with a rest are found for any period, all other orbits up to the period SEARCHED. `longer` would list each
-    attractor without a rest and with a longer period; it is empty.
+    Orbits with a rest are searched for up to the recorded 160 periods, all other orbits up to the period SEARCHED.
+    `longer` would contain each A whose motion ends on none of these orbits. It must be empty.
     """
     values = np.linspace(1.12, 3.25, 400)
     motion = vd.sweep(A=values, transient=TRANSIENT, periods=160, section_phase=2.0).section
