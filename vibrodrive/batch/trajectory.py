@@ -392,8 +392,8 @@ def simulate(
         "skip" omits grid points at which a sign change is proved to be impossible; "literal" evaluates each grid point.
         The results are the same to the bit.
     budget : int
-        largest number of switches in one excitation period. A motion with more switches (chattering) ends with the
-        status BUDGET.
+        largest number of switches in one excitation period. Evaluations of switching functions also count, with a
+        small weight. A motion that exceeds the budget, for example by chattering, ends with the status BUDGET.
 
     Returns
     -------
