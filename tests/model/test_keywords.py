@@ -45,7 +45,7 @@ LEFT_OUT = {
     vd.start_limit: ("method", "eps", "eta", "dtau", "tol", "periods", "section_phase", "scan"),
     vd.unique_limit: ("xi0", "dxi0", "section_phase"),
 }
-"""Arguments of `make_plan` that a function does not have, by function."""
+"""By function: the arguments of `make_plan` that the function does not accept."""
 
 
 def defaults_of_the_model():

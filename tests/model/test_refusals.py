@@ -134,7 +134,7 @@ def test_refusal_shows_the_given_value_and_public_names_only():
 
 @pytest.mark.jit
 def test_too_few_periods_are_refused():
-    """The comparison with the orbit omits the first and the last impact of a record. The others must cover it twice."""
+    """The comparison omits the first and the last impact of a record. The other impacts must cover the orbit twice."""
     with pytest.raises(ValueError, match=r"^periods = 1: must be >= 4 \(4 times the period .* at A = 1.5\)$"):
         vd.limit(A=1.5, periods=1, transient=10)
     with pytest.raises(ValueError, match=r"^periods = 15: must be >= 16 \(4 times the period .* at A = 3.1\)$"):

@@ -74,7 +74,7 @@ def gap_at_closest(A, b):
 
 
 def test_borders_grazings_and_sticks_in_the_reference(found):
-    """At the bifurcation the margin of one decision of the orbit is zero. All margins are larger 1e-5 away."""
+    """At the bifurcation the margin of one decision of the orbit is zero. At A ± 1e-5 all margins are larger."""
     for kind in ("border", "grazing", "stick"):
         for b in of_kind(found, kind):
             here = gap_at_closest(b.A, b)
@@ -165,7 +165,7 @@ def test_no_bifurcation_by_rounding_close_to_the_level():
 
 @pytest.mark.parametrize("step", [None, 4.0])
 def test_steps_and_tolerances_grow_with_A(step):
-    """Steps and tolerances in A grow with A. Constant ones would be below the last bit of a large A."""
+    """Steps and tolerances in A grow with A. Constant steps would be below the last bit of a large A."""
     for B in (1e3, 1e6):
         scale = 1e-3 * B
         border, doubling = bifurcations((3.1 * B, 3.8 * B), B, 2, step=step and step * scale)

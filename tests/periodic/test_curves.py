@@ -1,6 +1,6 @@
 """Comparison of curves of bifurcations with independent results.
 
-These are the results of a search at fixed B, closed forms, the 50-digit reference and a published limit.
+The independent results are a search at fixed B, closed forms, the 50-digit reference and a published limit.
 """
 
 import math
@@ -50,8 +50,8 @@ def test_curves_at_one_B_equal_the_bifurcations(found, B):
 @pytest.mark.jit
 def test_three_curves_begin_where_a_grazing_orbit_begins_to_rest():
     """Up to B = 0.00489 the orbit at a grazing has one impact in four periods and no rest. For a larger B it has a
-    rest. At this B three curves meet the curve of the grazing: the border of its orbit, and the fold and the border of
-    an orbit of two impacts."""
+    rest. At B = 0.00489 three curves meet the curve of the grazing: the border of its orbit, and the fold and the
+    border of an orbit of two impacts."""
     A = (2.105, 2.15)
     found = curves(A, (0.0047, 0.0057), 4, num=2)
     (point,) = meeting_points(found)
@@ -63,7 +63,7 @@ def test_three_curves_begin_where_a_grazing_orbit_begins_to_rest():
     assert sorted(c.at(0.0050).size for c in there) == [0, 1, 1, 1, 1]
     for B in (0.0048, 0.0056):  # closer to the point the search at one B would merge the fold and the border
         agree(found, A, B, 4)
-    # at the point the flight after a rest touches the obstacle, and rounding determines whether it lands
+    # at the point the flight after a rest touches the obstacle, and rounding determines whether the mass lands
     run = reference(point[0], point[1], tau0=math.asin((1.0 + point[1]) / point[0]), periods=4)
     assert min(float(s.margin) for s in run.switches) < 1e-6
 

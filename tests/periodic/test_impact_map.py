@@ -117,7 +117,7 @@ def test_mass_on_the_level_may_never_land():
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
 def test_launch_on_the_level_lands_in_its_first_fall_or_never(A):
-    """For B = 0 the boundary is A cos ψ = π/2. Only at the boundary the result depends on the last bits of ψ."""
+    """For B = 0 the boundary is A cos ψ = π/2. The last bits of ψ matter only at the boundary."""
     system = impact_map(A, 0.0)
     low, high = system.window
     edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))
@@ -166,7 +166,7 @@ def test_million_evaluations_need_few_kernel_calls(monkeypatch):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """The test uses a separate process, which has no kernels of other tests."""
+    """The test uses a separate process, in which no other test has compiled kernels."""
     script = (
         "from vibrodrive.periodic import fixed_points, flight, impact_map, itineraries, search\n"
         "search.orbits(3.04); search.orbits(3, 0, 2)\n"

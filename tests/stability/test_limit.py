@@ -19,7 +19,7 @@ from vibrodrive.stability.questions import limit
 
 
 def find(kind, kept):
-    """Run a search. `kept` is a function of a value that returns True if the value counts as kept."""
+    """Run a search. `kept(value)` returns True if the value counts as kept."""
     search = search_band(GRIDS[kind])
     requested = next(search)
     while True:
@@ -120,7 +120,7 @@ def test_change_of_gaps_is_described(usual, now, said):
 @pytest.mark.parametrize(
     ("A", "periods", "how"),
     [
-        (2.8416, 1500, "gaps 2 became 1, 2"),  # additional impacts; the gaps of the other impacts are the same
+        (2.8416, 1500, "gaps 2 became 1, 2"),  # impacts are added, and the gaps of the other impacts stay the same
         (3.16, 500, "gaps 1, 2, 2, 1 became 1, 2 in another order"),
     ],
 )

@@ -99,7 +99,7 @@ def test_touches_are_omitted_for_any_speed_between_them_and_main_impacts():
     slow = rows.copy()
     slow["speed"][main[7]] = 0.95 * SHARE  # slower than the bound, but faster than any touch
     assert follow_cycle(CYCLE, slow, PERIODS, ordered=False).tolist() == main[1:-1].tolist()
-    slow["speed"][main[7]] = 0.7 * SHARE  # now a touch is faster
+    slow["speed"][main[7]] = 0.7 * SHARE  # now one touch is faster than this main impact
     assert follow_cycle(CYCLE, slow, PERIODS, ordered=False) is None
 
 

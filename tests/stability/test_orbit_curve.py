@@ -69,7 +69,7 @@ def orbit():
 
 
 def test_orbit_is_on_its_curve(orbit):
-    """At the instants of the vertices, and 2π later, ϱ is a rounding error. Elsewhere it is the error of the chords."""
+    """At the instants of the vertices, and 2π later, ϱ is a rounding error. Elsewhere ϱ is the error of the chords."""
     curve = closed(orbit)
     assert curve_distance(curve, orbit) < 1e-12
     assert curve_distance(curve, simulate(3.04, tau0=2 * math.pi, transient=1001, periods=8)) < 1e-12

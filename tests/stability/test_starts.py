@@ -1,6 +1,6 @@
 """Tests of k₁, the smallest change of the start after which the motion settles on another solution.
 
-The search is tested on functions with a known edge, which separates kept changes from lost ones. Edges of the model are
+The search is tested on functions with a known edge, which separates kept from lost changes. Edges of the model are
 compared with motions computed with 50 digits, and with unstable orbits.
 """
 
@@ -48,7 +48,7 @@ def test_clean_edge_is_found_to_the_last_bits(edge, bit):
 
 @given(edge=st.floats(1e-3, 5.0), ratio=st.floats(1.5, 8.0), share=st.floats(0.3, 0.7))
 def test_edge_is_found_below_accumulating_slices(edge, ratio, share):
-    """Above the edge kept and lost values alternate. Their distances decrease as near an unstable orbit."""
+    """Above the edge kept and lost values alternate. The intervals become narrower towards the edge."""
 
     def same(d):
         place = np.log(np.maximum(d - edge, 1e-300)) / math.log(ratio)

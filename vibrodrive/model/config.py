@@ -185,7 +185,7 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
 
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
-    """Return the keys that only the scene may give: its own keys, B, and A if it has a0."""
+    """Return the keys that only the scene may give: its own keys, B, and A if it gives a0."""
     scene = {*tables.get("physical", {}), *(key for key in tables.get("sweep", {}) if key in SCENE_AXES)}
     if not scene and "physical" not in tables:
         return []

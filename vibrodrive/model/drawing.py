@@ -27,7 +27,7 @@ OF_EVERY_SWEEP = ("status", "margin")
 OF_SECTION = ("last_xi", "last_dxi")
 """ξ and ξ' at the last section point. A map over starts shows which of the coexisting motions each start reaches."""
 
-IMPACT_POWER = "impact_power"  # `energy` in W, if the sweep has a scene with a mass
+IMPACT_POWER = "impact_power"  # `energy` in W, if the sweep contains a scene with a mass
 
 KEPT = "kept"  # 1 if `gaps` are those of the undisturbed motion, 0 if not, -1 if it has no gaps
 

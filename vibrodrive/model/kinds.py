@@ -22,8 +22,8 @@ class Kind(NamedTuple):
     command
         command that writes it.
     reader
-        place of the function that reads an open file into the object that `load` returns. For the kind "switches" it
-        returns the object that `info` describes.
+        place of the function that reads an open file into the object that `load` returns. For the kind "switches" the
+        function returns the object that `info` describes.
     words
         texts that identify a damaged file of this kind. Every file of this kind contains them, some near its
         beginning, and hardly any other file contains them.

@@ -1,8 +1,8 @@
 """Table of all parameters, quantities of the scene, settings and coordinates, one row for each of them.
 
-Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table. The
-signatures of `simulate`, `sweep` and the limits repeat the defaults; a test compares them. This module does not import
-NumPy, and no kernel imports this module: an edit recompiles nothing.
+Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table. The signatures
+of `simulate`, `sweep` and the limits repeat the defaults, and a test compares both. This module does not import NumPy,
+and no kernel imports this module: an edit recompiles nothing.
 
 The parameters have the order of the columns of `Plan.points`.
 """
@@ -170,8 +170,8 @@ class Settings:
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
         """Return the estimated work of one point, with error bounds if `bounded`, in units of one undisturbed period.
 
-        The work grows with ε, with η and with 1/Δτ. It is not measured, so that the blocks of a file do not depend on
-        the machine.
+        The work grows with ε, with η and with 1/Δτ. It is computed, not measured, so that the blocks of a file do
+        not depend on the machine.
         """
         period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
         if self.literal:

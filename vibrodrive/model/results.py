@@ -49,10 +49,10 @@ class Results:
       last impact they are filled with NaN or -1.
     - "error" adds arrays over the axes: error_xi and error_dxi (both together as `error`), and certain_until.
 
-    Files and `to_xarray` describe each array. There `period` has the name `motion_period`.
+    Files and `to_xarray` describe each array. In them `period` has the name `motion_period`.
 
-    A pickle or copy of the results of a file contains the arrays read so far. It reads the others from the absolute
-    path of the file.
+    A pickle or copy of the results of a file contains the arrays read so far. It reads the other arrays from
+    the absolute path of the file.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ class Results:
         Raises
         ------
         TypeError, ValueError
-            if a name is not an axis of these results, or the axis has no such value.
+            if a name is not an axis of these results, or if the axis does not contain the value.
 
         Examples
         --------
@@ -300,7 +300,7 @@ class Results:
         """Return all arrays as an `xarray.Dataset`, named as in the files. This needs the extra `data`.
 
         The axes are coordinates; the parameters with one value and the settings are attributes. Each variable has
-        `units` and a `long_name`, the status also `flag_values` and `flag_meanings`. Arrays are not copied.
+        `units` and a `long_name`, and the status has `flag_values` and `flag_meanings`, too. Arrays are not copied.
 
         Returns
         -------

@@ -12,8 +12,8 @@ An orbit can end or change only at one of these conditions:
 * A = 1 + B. The mass begins to move (*onset*).
 * The multiplier of the orbit is -1 (*period doubling*, possible for an odd number of impacts).
 * The multiplier of the orbit is +1 (*fold*, possible for an even number of impacts). At a fold two orbits coincide.
-* One of its impacts is at a breakpoint of the impact-phase map (impact_map.py). At an end of the window of the map a
-  rest appears or vanishes (a border collision, called *border* in files). At another breakpoint the flight after the
+* One impact of the orbit is at a breakpoint of the impact-phase map (impact_map.py). At an end of the window of the map
+  a rest appears or vanishes (a border collision, called *border* in files). At another breakpoint the flight after the
   impact just touches the obstacle (*grazing*), or has a sticking of no duration (*stick*). At a stick the word of the
   flight, which is the sequence of its states (flight.py), changes, but the derivative of the map is continuous.
 

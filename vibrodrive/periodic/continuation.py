@@ -1,4 +1,4 @@
-"""Continuation of one orbit in A, up to its end. Its itinerary (itineraries.py) identifies it, without a search."""
+"""Continuation of one orbit in A, up to its end. The orbit is identified by its itinerary (itineraries.py)."""
 
 from __future__ import annotations
 

@@ -156,11 +156,11 @@ def flight(psi, A, B, horizon, word, slides):
     count : number of slides
 
     The slope follows from the delays of the slides. Let a slide with the initial acceleration a begin later by δ. Then
-    its velocity is less by a·δ at each time, and it ends later by a·δ divided by the acceleration at its end. The next
-    slide begins with this delay, and with another acceleration, because friction changes its sign (saltation). After a
-    sticking δ = 0. The impact comes earlier by (Σ a·δ·duration) / |ξ'|, with the sum over all slides. A sticking
-    sets the velocity to zero but does not change ξ, so the slope is zero only after a rest. The slope is -inf for an
-    impact without speed.
+    its velocity is less by a·δ at each time, and the slide ends later by a·δ divided by the acceleration at its end.
+    The next slide begins with this delay, and with another acceleration, because friction changes its sign (saltation).
+    After a sticking δ = 0. The impact comes earlier by (Σ a·δ·duration) / |ξ'|, with the sum over all slides. A
+    sticking sets the velocity to zero but does not change ξ, so the slope is zero only after a rest. The slope is -inf
+    for an impact without speed.
     """
     up, p_up = release_up(A, B)
     down, p_down = release_down(A, B)

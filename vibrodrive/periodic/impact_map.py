@@ -223,7 +223,7 @@ def impact_map(A: float, B: float = 0.1) -> ImpactMap:
 
     Examples
     --------
-    After an impact at phase 0 the mass rests first. After an impact at phase 1 it leaves the obstacle immediately:
+    After an impact at phase 0 the mass rests first. After an impact at phase 1 the mass leaves immediately:
 
     >>> import vibrodrive as vd
     >>> following = vd.impact_map(3.04)([0.0, 1.0])

@@ -1,6 +1,6 @@
 """Computation and evaluation of the many disturbed motions that a search for limits requests.
 
-All motions of a request are points of one sweep, and its kernels record sections and main impacts. If a criterion needs
+All motions of a request are points of one sweep, which records sections and main impacts. If a criterion needs
 the individual switches, each motion is computed separately.
 """
 
@@ -74,7 +74,7 @@ class Motion:
 class Evaluator:
     """Computation of the motions at points of a plan under disturbances of one kind.
 
-    As a context manager it ends its threads.
+    As a context manager the evaluator ends its threads on exit.
     """
 
     def __init__(self, plan: Plan, disturbance: str, threads: int) -> None:

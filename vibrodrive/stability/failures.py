@@ -72,7 +72,7 @@ class Comparison(NamedTuple):
     start : rows of `Trajectory.switches`, the switch from which the certified motion starts.
     tau, xi : float64, time and gap of this start.
     certified : float64, time of the certified switch that follows; inf if there is none.
-    behind : float64, delay of the next switch of the motion against the certified one; inf if there is none.
+    behind : float64, delay of the next switch of the motion after the certified switch; inf if there is none.
     same : bool, True if both are the same transition.
     in_time : bool, True if the delay is at most a step.
     """

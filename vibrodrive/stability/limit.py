@@ -36,8 +36,8 @@ Disturbance: TypeAlias = Literal["eps", "dtau"]
 AXES = ("A", "B", "eta")  # possible axes of limits
 NO_PERIOD = "the undisturbed motion has no period, so there is no structure to lose"
 SEEN = 4
-"""Shortest record, in periods of the orbit (n excitation periods each). More than one is needed, because the comparison
-omits the first and the last impact of a record."""
+"""Shortest record, in periods of the orbit (n excitation periods each). More than one period is needed, because the
+comparison omits the first and the last impact of a record."""
 
 PERIODS = 1500  # default length of the record
 

@@ -1,7 +1,7 @@
 """The search for a limit: choice of the next disturbances from the results of the previous ones.
 
-A search is a generator. It yields disturbances to try. For each disturbance it receives True if the structure was
-*kept*, and False if the structure was *lost*. So the motions of many searches can be computed together.
+A search is a generator. It yields disturbances to try. For each disturbance the search receives True if the
+structure was *kept*, and False if the structure was *lost*. So the motions of many searches can be computed together.
 """
 
 import math

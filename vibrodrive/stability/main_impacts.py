@@ -10,7 +10,7 @@ order   the impact of the cycle that is nearest in phase and speed advances by o
 
 Every touch must be slower than `SHARE` times the slowest main impact of the orbit. The separating speed may have any
 value below this bound. With a fixed separating speed, a motion would count as lost as soon as one of its impacts became
-slower than this speed, even if nothing else changed (docs/stability.md has the results for a free and for a fixed
+slower than this speed, even if nothing else changed (docs/stability.md compares a free and a fixed separating
 speed).
 """
 
@@ -25,9 +25,9 @@ SHARE = 0.1  # upper limit of the speed of a touch, as a share of the speed of t
 LONGEST_PERIOD = 64  # a subharmonic of higher order counts as irregular motion
 
 SAME_POINT = 1e-7
-"""Largest distance of two points that count as equal: section points, or impacts in phase and speed. It is far above
-rounding and far below the size of any orbit. Near a bifurcation a motion needs many transient periods until its points
-are so close."""
+"""Largest distance of two points that count as equal: section points, or impacts in phase and speed. This distance is
+far above rounding and far below the size of any orbit. Near a bifurcation a motion needs many transient periods until
+its points are so close."""
 
 BLURRED = 1e-4
 """Least distance of two different points of an orbit. An orbit with closer points counts as having no period, because
@@ -60,7 +60,7 @@ def impact_gaps(impacts: np.ndarray) -> np.ndarray:
 def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
     """Return the shortest cycle that the main impacts of an undisturbed motion repeat, or None.
 
-    The first and the last impact are left out, because a faster impact just outside the record would make them touches.
+    The first and the last impact are left out. Next to a faster impact just outside the record they would be touches.
     """
     inner = impacts[1:-1]
     gaps = impact_gaps(inner)

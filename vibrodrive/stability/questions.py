@@ -83,7 +83,7 @@ def limit(
     -------
     Limit
         `k2` is the smallest disturbance found at which the criterion fails, dimensionless.
-        `kept_below` is the largest disturbance below `k2` found at which the criterion holds.
+        `kept_below` is the largest disturbance found below `k2` at which the criterion holds.
         `last_kept` is the upper end of the band above `k2` in which the criterion holds at some values.
         `share_kept` is the share of the values between `k2` and `last_kept` at which the criterion holds, 0 to 1.
         `n` is the period of the undisturbed orbit in excitation periods.
@@ -177,7 +177,7 @@ def start_limit(
 
     Examples
     --------
-    At A = 3.04 there are two solutions, one excitation period apart. A start that is late by 0.818 leads to the other:
+    At A = 3.04 there are two solutions, one excitation period apart. A start 0.818 later leads to the second one:
 
     >>> import vibrodrive as vd
     >>> k = vd.start_limit(3.04, "tau0")

@@ -9,9 +9,9 @@ motion ends on any other orbit is outside the basin, too.
 Along a coordinate a basin consists of intervals of all widths, its slices. They may accumulate next to an edge (A =
 3.1, 3.25). The search for the edge begins with a scan of deviations. Finer and finer scans follow, each over a window
 below the first deviation that leads to another solution. So the search finds a slice that the first scan missed if the
-slice belongs to a sequence that accumulates at the edge. It does not find a single slice that is narrower than the step
-of the first scan, which is 2e-4 in τ and 2e-4 A in ξ and ξ'. Every edge found at A = 2.75, 3.04, 3.1 and 3.25 leads to
-an unstable orbit of the impact-phase map, as theory requires (tests).
+slice belongs to a sequence that accumulates at the edge. The search does not find a single slice that is narrower than
+the step of the first scan, which is 2e-4 in τ and 2e-4 A in ξ and ξ'. Every edge found at A = 2.75, 3.04, 3.1 and 3.25
+leads to an unstable orbit of the impact-phase map, as theory requires (tests).
 """
 
 from __future__ import annotations
@@ -72,10 +72,10 @@ class StartLimit:
     n : int
         period of the undisturbed orbit, 0 if it has none.
     below, above : Edge
-        edges of the basin on both sides of the start. Each has the attributes `kept`, the largest deviation found below
-        `lost` with which the motion ends on the same solution; `lost`, the smallest deviation found with which the
-        motion ends on another solution (inf if there is none); and `searched_to`, the upper end of the deviations that
-        the search covers if it finds no other solution.
+        edges of the basin on both sides of the start. `lost` is the smallest deviation found with which the motion ends
+        on another solution; inf if there is none. `kept` is the largest deviation found below `lost` with which the
+        motion ends on the same solution. `searched_to` is the upper end of the deviations that the search covers if it
+        finds no other solution.
     """
 
     A: float

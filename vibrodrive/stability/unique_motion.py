@@ -5,10 +5,10 @@ motion ends. A small disturbance leaves the solutions separate. A larger disturb
 another. The state at the end of a rest depends only on the time, so two motions that rest at the same time are equal
 after this rest. In the end one motion remains, which does not depend on the start.
 
-The limit is not sharp, and several motions may return above it. At single steps Δτ above k_u several motions remain. A
-larger ε may have a structure of its own with several solutions: at A = 3.04 there are two up to ε = 2.03e-4, one up to
-4e-4, and three at 5e-4. If motions merge slowly, several are left at the end of a short record: at Δτ = 0.058
-several motions are left after 2500 periods, and one after 5000.
+The limit is not sharp, and several motions may return above it. At single steps Δτ above k_u several motions remain. At
+a larger ε there may again be several solutions: at A = 3.04 there are two up to ε = 2.03e-4, one up to 4e-4, and three
+at 5e-4. If motions merge slowly, several are left at the end of a short record: at Δτ = 0.058 several motions are left
+after 2500 periods, and one after 5000.
 
 The starts differ in ξ0 and ξ'0. They share τ0, because another τ0 would shift the grid and so change the disturbance.
 """
@@ -52,8 +52,8 @@ def sufficient_starts(
     """Return (n, reached, starts): the period, the number of solutions reached, and the lattice of starts.
 
     Without a disturbance, motions from these starts end in `reached` of the n solutions. n is 0 if the undisturbed
-    motion has no period. The lattice is the smallest one in SIDES that reaches all solutions, or the largest if none
-    does. `starts` is (values of ξ0, values of ξ'0).
+    motion has no period. The lattice is the smallest one in SIDES that reaches all solutions, or the largest one if no
+    lattice does. `starts` is (values of ξ0, values of ξ'0).
     """
     solution = settled(arguments, threads)
     A = check("A", arguments["A"])

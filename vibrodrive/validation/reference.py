@@ -2,7 +2,7 @@
 
 Between switches mpmath evaluates the closed forms (4), (5), (9) from the last switch. The search for the first zero
 of a switching function g divides the time ahead into windows and *proves* that the number of zeros in each is 0 or 1.
-It does not rely on changes of sign:
+The proof does not rely on changes of sign:
 
 * If |g''| <= M on [a, b], g is above its chord minus M (b - a)²/8. If this lower bound is positive, g has no zero.
 * The same kind of bound for g' or g'' proves that g is monotone, convex or concave on the window. Then the values at
@@ -10,7 +10,7 @@ It does not rely on changes of sign:
 
 A window is first evaluated in double precision with a large allowance for rounding. If this does not determine the
 number of zeros, the window is evaluated in full precision. For a slide that starts with ξ' = 0, g has a zero at the
-start. It is a double zero after STICK and REST. A Taylor bound proves g > 0 on a first interval, and the search begins
+start. After STICK and REST this zero is double. A Taylor bound proves g > 0 on a first interval, and the search begins
 at the end of this interval.
 
 A switch takes about 0.3 ms without a disturbance and 1 ms with a disturbance, so references are computed when they are
