@@ -79,7 +79,7 @@ def main() -> None:
     print(f"fastest impact {found.speed[best]:.3f} m/s; period {found.period[best]}")
     frequencies = np.linspace(104.0, 152.0, 13)
     limits = [limit_velocity(w) for w in frequencies.tolist()]
-    print(f"at {frequencies[6]:.0f} rad/s it tolerates {1e3 * limits[6]:.1f} mm/s")
+    print(f"at {frequencies[6]:.0f} rad/s the motion tolerates {1e3 * limits[6]:.1f} mm/s")
     figure(found, frequencies, limits).savefig("driver.png", dpi=110)
 
 
