@@ -121,7 +121,7 @@ def _text_of(path: Path) -> str:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         instead = "give a long axis as a range {start, stop, num}, or as an array to vd.sweep(..., path=…)"
-        raise ConfigError(f"larger than {MOST_BYTES >> 20} MiB: {instead}")
+        raise ConfigError(f"must not be larger than {MOST_BYTES >> 20} MiB: {instead}")
     return content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
 
 

@@ -184,7 +184,7 @@ def bounds_of_drawn(seed: int) -> list[Finding]:
     return [
         Finding(f"random scenes with an error above its bound {drawn}", sum(len(h.broken) > 0 for h in held), 0),
         Finding(f"random scenes with wrong states marked as certain {drawn}", sum(h.others > 0 for h in held), 0),
-        Finding("median of the largest bound over the largest error", float(np.median(known)), WITHIN),
+        Finding("median ratio of the largest bound to the largest error", float(np.median(known)), WITHIN),
     ]
 
 

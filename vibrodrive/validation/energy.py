@@ -28,11 +28,13 @@ def energy_balance() -> list[Finding]:
     kept = (off * (PERIODS - 1) / (B * swept.xi_max))[~periodic]
     return [
         Finding(
-            f"{relative.size} periodic motions: largest imbalance over work of the excitation",
+            f"{relative.size} periodic motions: largest ratio of the imbalance to the work of the excitation",
             float(relative.max()),
             WITHIN,
         ),
         Finding(
-            f"{kept.size} other motions: largest imbalance over B ξ_max in {PERIODS} periods", float(kept.max()), 1.0
+            f"{kept.size} other motions: largest ratio of the imbalance to B ξ_max ({PERIODS} periods)",
+            float(kept.max()),
+            1.0,
         ),
     ]

@@ -238,7 +238,7 @@ class Switching:
             if verdict == "unknown":
                 width = width / 2
                 if width < self.tiny:
-                    raise ArithmeticError(f"a triple zero {mp.nstr(left.h, 9)} after the last switch")
+                    raise ArithmeticError(f"a triple zero at the time {mp.nstr(left.h, 9)} after the last switch")
                 continue
             if verdict == "zero":
                 return self.zero(left.h, right.h)
