@@ -38,12 +38,12 @@ def friction(mu: Any, alpha: Any, g: Any) -> Any:
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
-    """Return the excitation amplitude A = Ω0² a0 / (μ g cos α) of numbers or arrays, see `friction`."""
+    """Return the excitation amplitude A = Ω0² a0 / (μ g cos α) for numbers or arrays, see `friction`."""
     return _each(_square, omega0) * a0 / friction(mu, alpha, g)
 
 
 def incline(mu: Any, alpha: Any) -> Any:
-    """Return B = tan α / μ (incline over friction) of numbers or arrays, see `friction`."""
+    """Return B = tan α / μ (incline over friction) for numbers or arrays, see `friction`."""
     return _each(_tangent, alpha) / mu
 
 

@@ -41,7 +41,7 @@ ROWS = 8  # certified switches recorded after each start: an impact, or a start 
 
 
 class SwitchCounts(NamedTuple):
-    """Numbers of switches of one motion: `judged` is the number compared, the others are the failures of each kind."""
+    """Numbers of switches of one motion: `judged` counts the compared switches, the others the failures by kind."""
 
     judged: int
     missed: int

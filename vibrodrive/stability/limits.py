@@ -35,7 +35,7 @@ class Quantity(NamedTuple):
     curves : disturbance and method of each curve of limits.
     numbers : names and meanings of the dimensionless variables, float64 (curve, axes…). The names are attributes of a
         Limit, StartLimit or UniqueLimit.
-    last : name of the number at the upper end of the band above the limit; "" if this limit has no band.
+    last : name of the upper end of the band (limit.py) above the limit; "" if this limit has no band.
     """
 
     curves: tuple[tuple[str, str], ...]

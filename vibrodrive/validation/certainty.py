@@ -1,4 +1,4 @@
-"""Check of error bounds against the 50-digit reference.
+"""Comparison of error bounds with the errors found by the 50-digit reference.
 
 No error may be above its bound, and no switch marked as certain may have a wrong state.
 """

@@ -113,7 +113,7 @@ def _side_by_side(solver: Callable[..., Slide], within: float) -> list[Finding]:
     for scene in SCENES:
         theirs = _switches(**scene, slide=solver(**scene))
         ours = simulate(**scene, transient=0, periods=PERIODS).switches
-        apart = math.inf  # remains so if states or numbers of switches differ
+        apart = math.inf  # this value remains if states or numbers of switches differ
         if [row[1:3] for row in theirs] == list(zip(ours["before"], ours["after"], strict=True)):
             tau = TWO_PI * ours["period"] + ours["phase"]
             apart = max(abs(row[0] - t) for row, t in zip(theirs, tau.tolist(), strict=True))
