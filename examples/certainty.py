@@ -119,9 +119,9 @@ period in which the state before this decision began. All error bounds from this
 are infinite, also after a later rest. The instant of this rest may be accurate, but the rest may not be part of
 the true motion.
 
-**A section point** has the error bounds of ξ and ξ' at its time. If its distance in time from a switch is less
-than the error bound of this switch, the true motion may be in the state on the other side of the switch. Then
-the bound includes the change of ξ' at the switch. At an impact this change is |ξ'|.
+**A section point** has the error bounds of ξ and ξ' at its time. If the time between the point and a switch is
+less than the error bound of this switch, the true motion may be in the state on the other side of the switch.
+Then the bound includes the change of ξ' at the switch. At an impact this change is |ξ'|.
 
 ## Assumptions
 
