@@ -51,7 +51,7 @@ def test_result_never_replaces_its_configuration(spelling):
 
 def test_draft_never_replaces_the_configuration():
     Path("c.h5.part").write_text("[sweep]\n")
-    refused("c.h5", ["draft", "c.h5.part"], config="c.h5.part")
+    refused("c.h5", ["temporary file of the output", "c.h5.part"], config="c.h5.part")
     Path("c.png.part").write_text("[sweep]\n")
     with pytest.raises(ConfigError, match="another file"):
         check_figure(Path("c.png"), {"configuration": Path("c.png.part")})
@@ -84,7 +84,7 @@ def test_only_result_files_are_replaced():
     )  # without `overwrite` the file may be a damaged result file
     check_output(a_sweep("s.h5"), None, "sweep", overwrite=False)
     check_output(a_sweep("s.h5"), None, "limits", overwrite=True)
-    with pytest.raises(ConfigError, match="but contains a sweep: choose another file with -o"):
+    with pytest.raises(ConfigError, match="but contains a sweep; choose another file with -o"):
         check_output(a_sweep("s.h5"), None, "limits", overwrite=False)
 
 
@@ -106,9 +106,9 @@ def test_directory_without_permission_is_refused():
     try:
         if os.access("locked", os.W_OK):
             pytest.skip("the superuser may write anywhere")
-        refused("locked/x.h5", ["locked/x.h5", "may be written"])
-        refused("locked/s.h5", ["locked/s.h5", "may be written"], overwrite=[True])
-        with pytest.raises(ConfigError, match="may be written"):
+        refused("locked/x.h5", ["locked/x.h5", "write permission"])
+        refused("locked/s.h5", ["locked/s.h5", "write permission"], overwrite=[True])
+        with pytest.raises(ConfigError, match="write permission"):
             check_figure(Path("locked/x.png"), {})
     finally:
         Path("locked").chmod(0o755)

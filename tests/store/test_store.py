@@ -427,7 +427,7 @@ def test_another_schema_version_is_refused(finished):
     with h5py.File(finished, "a") as file:
         file.attrs["schema_version"] = 99
     with pytest.raises(
-        NoResult, match=r"schema_version = 99: must be 3 .*: compute the results again, .* or with --overwrite$"
+        NoResult, match=r"schema_version = 99: must be 3 .*; compute the results again, .* or with --overwrite$"
     ):
         load(finished)
     with pytest.raises(NoResult, match="schema_version = 99"):

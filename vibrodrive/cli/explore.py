@@ -29,8 +29,8 @@ def explore(
 ) -> None:
     """Show interactive diagrams in the browser.
 
-    CONFIG is a configuration, or the link of a view that the explorer has saved. The page then begins with this view.
-    This command needs the extra `explore`: pip install 'vibrodrive[explore]'.
+    CONFIG is a configuration, or a link that the page has saved ("link to this view"). The page then begins with the
+    diagrams of CONFIG. This command needs the extra `explore`: pip install 'vibrodrive[explore]'.
 
     Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server.
     """

@@ -66,8 +66,8 @@ def info(file: Path, as_json: bool) -> None:
 def verify(file: Path) -> None:
     """Read a result file of any kind and check its integrity.
 
-    Output: on stdout the computed share and the verdict; on stderr a line for each damaged part. The exit code is 1 if
-    a part is damaged. An incomplete file is not an error.
+    Output: on stdout the computed share, and whether the file is complete and undamaged; on stderr a line for each
+    damaged part. The exit code is 1 if a part is damaged. An incomplete file is not an error.
     """
     from vibrodrive.store.every_kind import summary
 
@@ -112,7 +112,7 @@ def read_in_process(file: Path, read: Callable[..., Summary], patience: int = PA
         child.join()
         slow = child.exitcode == -getattr(signal, "SIGALRM", 0)
         what = f"HDF5 has made no progress for {patience} s" if slow else "HDF5 crashes"
-        raise Damaged(f"{file}: too damaged to be read ({what}): restore it, or replace it with --overwrite") from None
+        raise Damaged(f"{file}: too damaged to be read ({what}); restore it, or replace it with --overwrite") from None
     finally:
         show.clear()
     if isinstance(said, Exception):

@@ -15,7 +15,7 @@ def init(name: str | None, output: Path | None) -> None:
 
     Without NAME: print the name and title of each configuration.
 
-    With NAME: write that configuration, with comments, and print the commands that use it. An existing file is not
+    With NAME: write the configuration NAME, with comments, and print the commands that use it. An existing file is not
     replaced.
     """
     from vibrodrive.model.packaged import configurations, titles

@@ -183,8 +183,8 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
 def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
     """Raise an error if a sweep does not have the axes or the record that its diagram needs.
 
-    One motion has no axis for a bifurcation diagram. If the configuration gives this kind, the section is drawn
-    instead. If an option of the command gives it (`asked`), an error is raised.
+    One motion has no axis for a bifurcation diagram. If the configuration gives this kind of diagram, the section is
+    drawn instead. If an option of the command gives this kind (`asked`), an error is raised.
     """
     for key in ("x", "y"):
         known = [*plan.axes, *plan.together]
@@ -224,8 +224,8 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
 
     CONFIG has one value for each parameter; --set A=3.04 replaces an axis. [trajectory] selects the curves and periods.
 
-    Output: on stdout the status, the margin, the period, the impacts and the cycle of states; the figure, by default
-    with the phase curve ξ'(ξ) and the gap ξ(τ).
+    Output: on stdout the status, the margin (smallest distance of a decision from the opposite decision), the period,
+    the impacts and the cycle of states; the figure, by default with the phase curve ξ'(ξ) and the gap ξ(τ).
     """
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)

@@ -23,10 +23,10 @@ HELP = {
     "ku"            smallest disturbance, in ε and in Δτ, at which all starts
                     end in one motion
 
-    For k2 the key `criterion` in [limits] defines the structure that must be kept: "impacts" (default: the gaps, in
-    whole periods, and the order of the main impacts), "word" (the states between main impacts) or "rho < x" (a distance
-    from the orbit below x), or several of them joined by "and". A main impact has no faster impact within half a
-    period.
+    For k2 the key `criterion` in [limits] defines the structure that must be kept: "impacts" (default: the order of the
+    main impacts and the numbers of periods between them), "word" (the states between main impacts) or "rho < x" (a
+    distance from the orbit below x), or several of them joined by "and". A main impact has no faster impact within half
+    a period.
 
     Output: the result file, a table on stdout, and a figure (.png) next to the file. An existing file of the same
     configuration is resumed.

@@ -132,7 +132,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"file     {human(file_bytes(plan))}")
     click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
-    # a separate thread computes, because the main thread handles a signal only between two of its own steps
+    # a separate thread computes, because the main thread handles a signal only between two steps of this thread
     with common.working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()
     click.echo(f"time     about {duration(found.computing)}, plus {duration(found.loading)} to load the kernels")

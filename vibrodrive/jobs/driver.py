@@ -47,9 +47,9 @@ class Driver:
         mean velocity without an obstacle, in m/s, negative down the incline. It is -inf for B > 1, because the mass
         then accelerates without limit. With the obstacle the mean velocity is 0.
     status : Status
-        OK if the motion and the motion without the obstacle are OK, otherwise the first other status of these two.
+        OK if the motion and the motion without the obstacle are OK, otherwise the first status that is not OK.
     beside : dict of str to (Driver, Driver)
-        by each of a0, omega0, mu and alpha: (driver with 1 % less, driver with 1 % more of this quantity).
+        for each of a0, omega0, mu and alpha: (driver with 1 % less, driver with 1 % more of this quantity).
     """
 
     scene: Scene

@@ -1,4 +1,4 @@
-"""Estimate of the time of a sweep, from the measured time of a wave of its points."""
+"""Estimate of the time of a sweep, from the measured time of a wave: some of its points, computed together."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,8 @@
-"""`vibrodrive failures CONFIG`: a file and a figure of the judged switches over two axes, and of the limits."""
+"""`vibrodrive failures CONFIG`: a file and a figure of a failure map.
+
+The map shows over two axes how many switches a grid method misses, finds late or follows by a wrong state. A line shows
+the limits at which the structure of the motion, the repeated pattern of its impacts, is lost.
+"""
 
 from itertools import count
 from typing import Any

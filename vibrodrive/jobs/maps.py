@@ -20,8 +20,8 @@ NONE = {"eps": 0.0, "dtau": np.nan}
 def undisturbed_gaps(results: Results) -> np.ndarray:
     """Return the gaps between main impacts, as in a summary, of the undisturbed motion at each point.
 
-    The result is int64 (axes…), of length 1 along the axes eps and dtau. It is 0 if the gaps do not repeat. The motions
-    start as in the sweep and are as long as in `limits`, because they settle slowly near a bifurcation.
+    The result is int64 (axes…), of length 1 along the axes eps and dtau. An entry is 0 if the gaps do not repeat. The
+    motions start as in the sweep. They are as long as in `limits`, because near a bifurcation a motion settles slowly.
     """
     from vibrodrive.batch.sweep import run_blocks
     from vibrodrive.stability.structure import SETTLING, WATCHED
@@ -35,7 +35,10 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
 
 
 def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
-    """Read files of curves or of limits as arguments of `map_figure`. Raises ConfigError for two files of one kind."""
+    """Read files of curves or of limits as arguments of `map_figure`.
+
+    Raises ConfigError for two files of one kind, and for a file of any other kind.
+    """
     from vibrodrive.store.every_kind import load
     from vibrodrive.store.header import read_kind
 

@@ -35,7 +35,7 @@ class Work(NamedTuple):
 
 
 class Recipe(NamedTuple):
-    """Functions that make and show a kind of file.
+    """Functions that make and show the files of one kind.
 
     Attributes
     ----------
@@ -81,8 +81,9 @@ def run(
     """Compute the result of a configuration into a file. An existing file of the same configuration is resumed.
 
     Returns (contents of the file as by `load`, True if anything had to be computed). With `overwrite` an existing
-    result file is replaced when the new file is complete or laid out. Before a file is made, raises the TypeError or
-    ValueError of the recipe. Raises Different, NoResult, Busy or OSError if the file cannot be resumed or written.
+    result file is replaced when the new file is complete or laid out. Raises the TypeError or ValueError of the check
+    of the recipe before a file is made, and Different, NoResult, Busy or OSError if the file cannot be resumed or
+    written.
     """
     recipe, plan, path = recipe_of(kind), config.plan(), Path(out)
     check_threads(threads)

@@ -1,7 +1,7 @@
 """Run a sweep into a file: start or resume the sweep, show its progress, and stop it after a signal.
 
-A separate thread computes. Python handles a signal only in the main thread, between two steps of it. A block may take
-minutes, but Ctrl-C must end the sweep within a second.
+A separate thread computes. Python handles a signal only in the main thread, between two steps of this thread. The
+computation of a block is one step and may take minutes, but Ctrl-C must end the sweep within a second.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ class _Work:
             except Unwritable as error:
                 writer.abandon()
                 gone = error.errno == errno.ENOENT
-                raise Failed(str(error) if gone else f"{error}: {_held(writer)}") from None
+                raise Failed(str(error) if gone else f"{error}; {_held(writer)}") from None
             except NoResult:
                 writer.abandon()
                 raise
@@ -170,7 +170,7 @@ class _Work:
                 writer.close()
                 if not isinstance(error, Exception):  # KeyboardInterrupt in the main thread
                     raise
-                raise Failed(f"{path}: {_one_line(error)}: {_held(writer)}") from error
+                raise Failed(f"{path}: {_one_line(error)}; {_held(writer)}") from error
 
     def _watch_workers(self, workers: int) -> None:
         """Report a cluster without workers. This is called periodically."""

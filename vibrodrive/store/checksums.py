@@ -5,8 +5,9 @@ chunk is in the wrong place or was never written, because the index of chunks ha
 adds a second layer:
 
 - The file of a sweep grows, so each point has a checksum of the values of all its variables and of the number of the
-  point. After a power failure the status of a block may be on the disk without the data of the block, or the index may
-  be damaged. Only this checksum detects these faults. The SHA-256 of the plan covers the axes.
+  point. The points of a block are written together. After a power failure the status of a block may be on the disk
+  without the data of the block, or the index may be damaged. Only the checksums of the points detect these faults. The
+  SHA-256 of the plan (model/plan.py) covers the axes.
 - A file that is written in one step has the SHA-256 of its contents.
 
 All files have the SHA-256 of the configuration as an attribute. The other numeric attributes are compared with the
@@ -31,7 +32,7 @@ _MARGIN = np.uint64(0x94D049BB133111EB)
 _STATUS = np.uint64(0xD6E8FEB86659FD93)
 _SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D, 0xDA942042E4DD58B5,
                       0x369DEA0F31A53F85], np.uint64)  # fmt: skip
-"""Arbitrary odd weights. A product with an odd number modulo 2**64 loses no bit."""
+"""Arbitrary odd weights. Different values modulo 2**64 have different products with an odd weight."""
 
 ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
 
@@ -49,12 +50,15 @@ def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.
 
 
 def section_sums(values: np.ndarray, column: int) -> np.ndarray:
-    """Return the contribution of a column (0: ξ, 1: ξ') of a section, float64 (points, periods), to the checksums."""
+    """Return the summand of each checksum, uint64 (points,), for one column of a section.
+
+    values : float64 (points, periods), ξ (column 0) or ξ' (column 1).
+    """
     return np.add.reduce(_words(values), axis=1) * _SECTION[column]
 
 
 def record_sums(name: str, values: np.ndarray) -> np.ndarray:
-    """Return the contribution of another variable, (points, …) of any type, to the checksums."""
+    """Return the summand of each checksum, uint64 (points,), for another variable, (points, …) of any type."""
     weight = np.frombuffer(hashlib.sha256(name.encode()).digest()[:8], "<u8") | np.uint64(1)
     rows = np.ascontiguousarray(values).reshape(len(values), -1)
     words = rows.view(f"<u{rows.dtype.itemsize}").astype(np.uint64)
@@ -70,7 +74,7 @@ class Marks(NamedTuple):
 
     status: np.ndarray  # int8 over the dimensions of the file; NOT_COMPUTED in unreadable blocks
     done: np.ndarray  # bool (blocks,): True for each block that is marked as computed
-    wrong: dict[int, str]  # damaged blocks and their faults
+    wrong: dict[int, str]  # fault of each damaged block, by the number of the block
 
 
 def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
@@ -95,7 +99,7 @@ def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
 
 
 def check_blocks(file: h5py.File, where: list[Tile], plan: Plan, progress: Progress) -> Marks:
-    """Return the marks of a file after all computed blocks have been read. `wrong` includes the damaged blocks."""
+    """Read all computed blocks, and return the marks of the file. `wrong` includes the blocks with a wrong checksum."""
     marks = read_marks(file, where)
     for k in np.flatnonzero(marks.done).tolist():
         if fault := check_block(file, where[k], plan):

@@ -17,15 +17,15 @@ def refuse_different(path: Path, differences: list[str]) -> None:
     if differences:
         raise Different(
             f"{path}: made from another configuration: {'; '.join(differences)}. "
-            "A file cannot be extended: choose another file, or replace this one with --overwrite"
+            "A file cannot be extended. Choose another file, or replace this one with --overwrite"
         )
 
 
 def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[str]:
     """Return the differences between a plan and an open file. The file contains its configuration, but no plan.
 
-    `own` contains settings of the command, by the names of their root attributes. They replace the settings of the
-    plan in the comparison.
+    `own` contains settings of the command, by the names of their root attributes. In the comparison they replace the
+    settings of the plan.
     """
     try:
         there = origin_of(file).parsed().plan()

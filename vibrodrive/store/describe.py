@@ -30,13 +30,13 @@ def settings_in_words(plan: Plan) -> dict[str, Any]:
 
 
 def acting(plan: Plan) -> dict[str, Any]:
-    """Return `plain` without the values that no motion of the plan uses: dtau or tol without a grid, eta at ε = 0."""
+    """Return the values of `plain` that affect a motion: dtau and tol if the method uses them, eta if ε may be > 0."""
     left = {*idle(plan.settings.method), *(["eta"] if plan.scalars.get("eps") == 0.0 else [])}
     return {name: value for name, value in plain(plan).items() if name not in left}
 
 
 def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return plain attributes and a comment that explains them. `what` describes the contents of the file."""
+    """Return plain attributes and a comment that explains them. It begins with the description `what` of the file."""
     known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
     return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
 

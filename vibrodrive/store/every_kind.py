@@ -70,17 +70,18 @@ def load(path: str | Path, kind: str | None = None) -> Any:
         for a file of a sweep: results as from `sweep`, with the title of the configuration. The arrays are read on
         access, even while the sweep is running. Damaged blocks count as not computed; a warning names them.
     Limits
-        for a file of `vibrodrive limits`. Attributes: axes; numbers, a dict of k2, velocity, … over (curve, axes…);
-        done; how; criterion.
+        for a file of `vibrodrive limits`. Attributes: `axes`; `numbers`, a dict of the arrays k2, velocity, … (curve,
+        axes…); `done`, True for each computed limit; `how`, the reason of each loss as text; `criterion`.
     FailureMap
-        for a file of `vibrodrive failures`. Attributes: A; other, the values of the other axis; counts by kind of
-        failure and judged, both over (method, A, other); limit, over (method, A).
+        for a file of `vibrodrive failures`. Attributes: `A`; `other`, the values of the other axis; `judged`, the
+        numbers of compared switches (method, A, other); `counts`, the numbers of failures by their kinds (method, A,
+        other); `limit`, the disturbances at which the structure is lost (method, A).
     StoredOrbits
-        for a file of `vibrodrive orbits` over A. Attributes: family, with the orbits at each A and the bifurcations;
-        section_phase; title.
+        for a file of `vibrodrive orbits` over A. Attributes: `family`, with the orbits at each A and the bifurcations;
+        `section_phase`, in rad; `title`.
     StoredCurves
-        for a file of `vibrodrive orbits` over A and B. Attributes: curves, as from `curves`; A and B, the searched
-        ranges; max_period; title.
+        for a file of `vibrodrive orbits` over A and B. Attributes: `curves`, as from `curves`; `A` and `B`, the
+        searched ranges; `max_period`, the longest period of the search; `title`.
 
     Raises
     ------

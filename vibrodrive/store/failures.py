@@ -1,8 +1,8 @@
-"""File of the failure map over two axes, with the limit at which the structure of the motion is lost.
+"""File of a failure map: the numbers of switches that a grid method misses, finds late or follows by a wrong state.
 
-HDF5 with netCDF-4 dimension scales. The counts have the dimensions `method` and the two axes of the configuration. The
-variable `limit` has the dimensions `method` and A. It is the smallest disturbance along the other axis at which the
-order or the gaps are lost (`stability.limit`).
+It is HDF5 with netCDF-4 dimension scales. The numbers have the dimensions `method` and the two axes of the
+configuration. The variable `limit` has the dimensions `method` and A. It is the smallest disturbance along the other
+axis at which the main impacts lose their order or their gaps, the periods between them (`stability.limit`).
 """
 
 from __future__ import annotations
@@ -39,10 +39,11 @@ CONTENTS = (
 
 @dataclass(frozen=True, repr=False)
 class FailureMap(Stored):
-    """Map of failures over A and another axis; `name` is the name of this axis, and `other` its values.
+    """Map of failures over A and another axis; `name` is the name of the other axis, and `other` its values.
 
-    `judged` is the number of judged switches, and `counts` the number of failures by kind, int64 (method, A, other).
-    `limit` is the smallest disturbance at which the structure is lost, float64 (method, A); inf if there is none.
+    `judged` is the number of switches compared with the exact switch, and `counts` the number of failures by kind,
+    int64 (method, A, other). `limit` is the smallest disturbance at which the structure of the motion (the pattern of
+    its impacts) is lost, float64 (method, A); inf if there is none.
     `plot` draws the shares of missed, late and wrong switches for each method in six panels.
     """
 

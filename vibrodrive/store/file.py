@@ -46,7 +46,7 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
     `refuse_foreign`.
     """
     refuse_foreign(path)
-    # in memory, because HDF5 does not recover from a full disk, even at the end of the process
+    # the file is made in memory, because HDF5 does not recover from a full disk, even at the end of the process
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         yield file
         if seal:
@@ -79,6 +79,6 @@ def is_computed(path: Path, kind: str, plan: Plan, own: Mapping[str, object]) ->
         faults = find_faults(file)
         found = differences(file, plan, own) if not faults else []
     if faults:
-        raise Damaged(f"{path}: damaged ({faults[0]}): {remedy(path)}")
+        raise Damaged(f"{path}: damaged ({faults[0]}); {remedy(path)}")
     refuse_different(path, found)
     return True

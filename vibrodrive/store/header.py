@@ -38,7 +38,7 @@ class Header(NamedTuple):
 
 
 def open_result(path: Path, mode: str = "r") -> h5py.File:
-    """Open a result file of any kind. Raises NoResult, OSError, or Busy if this process has it open for reading.
+    """Open a result file of any kind. Raises NoResult, OSError, or Busy if this process has the file open for reading.
 
     A writer does not use the lock of HDF5, because this lock would exclude readers during a sweep. The layout makes
     reading during a sweep safe. `lock` excludes a second writer.
@@ -53,9 +53,9 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
         return _open(path, mode)
     except OSError as error:
         if "already open" in str(error):
-            raise Busy(f"{path}: open for reading in this process (h5py, xarray): close it first") from None
+            raise Busy(f"{path}: open for reading in this process (h5py, xarray); close it first") from None
         what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
-        raise Damaged(f"{path}: {what}: {remedy(path)}") from error
+        raise Damaged(f"{path}: {what}; {remedy(path)}") from error
 
 
 def remedy(path: Path) -> str:
@@ -65,7 +65,7 @@ def remedy(path: Path) -> str:
 
 def damaged(path: str | Path, what: str) -> Damaged:
     """Return the error for a result file that can be opened, but has a fault."""
-    return Damaged(f"{path}: damaged ({what}): restore it, or replace it with --overwrite")
+    return Damaged(f"{path}: damaged ({what}); restore it, or replace it with --overwrite")
 
 
 @contextlib.contextmanager
@@ -82,7 +82,7 @@ def interpreting(path: str | Path) -> Iterator[None]:
         if isinstance(error, TypeError) and not _raised_by_h5py(error):
             raise
         what = " ".join(str(error).split())
-        raise Damaged(f"{path}: too damaged to be read ({what}): {remedy(Path(path))}") from error
+        raise Damaged(f"{path}: too damaged to be read ({what}); {remedy(Path(path))}") from error
 
 
 def _raised_by_h5py(error: BaseException) -> bool:
@@ -114,7 +114,7 @@ def is_ours(file: h5py.File) -> bool:
 
 
 def has_our_names(path: Path) -> bool:
-    """Return True if an unreadable HDF5 file (truncated, damaged) was made by this program."""
+    """Return True if an unreadable HDF5 file (truncated, damaged) has a word that only files of this program have."""
     with open(path, "rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
             return False
@@ -153,7 +153,7 @@ def check_schema(file: h5py.File, kind: str) -> None:
         if found not in numbers:
             raise NoResult(
                 f"{file.filename}: {name} = {found}: must be {' or '.join(map(str, numbers))} for this version of "
-                "vibrodrive: compute the results again, into another file or with --overwrite"
+                "vibrodrive; compute the results again, into another file or with --overwrite"
             )
 
 

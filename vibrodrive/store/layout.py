@@ -47,7 +47,7 @@ class Variable(NamedTuple):
 
     name: str
     dtype: str
-    extra: str  # the dimension after the axes, if any
+    extra: str  # the dimension after the axes; "" if there is none
     fill: Any
     long_name: str
     units: str = "1"
@@ -67,7 +67,7 @@ POINTS = (
 """Variables of every file. The status of a block is written last and marks the block as computed."""
 
 COUNTS_MAX = 2**31
-"""A file without sections has int64 numbers of switches, and not int32, if a motion may have at least this number."""
+"""In a file without sections the numbers of switches are int32, or int64 if a motion may have this many switches."""
 
 
 def variables_of(plan: Plan) -> tuple[Variable, ...]:
@@ -93,7 +93,7 @@ CONTENTS = (
 
 
 class Origin(NamedTuple):
-    """Source of a sweep: the text of the configuration, the options that replace values of it, and a title."""
+    """Source of a sweep: the text of the configuration, the options that replace some of its values, and a title."""
 
     config: str
     overrides: tuple[str, ...] = ()
@@ -110,7 +110,7 @@ class Origin(NamedTuple):
 
 
 def digest(text: str) -> str:
-    """Return the SHA-256 of a configuration, as written in a file."""
+    """Return the SHA-256 of a text, as files contain it."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -1,5 +1,4 @@
-"""Files of limits over one or two of A, B and η.
-
+"""Files of limits of stability (k₂, k₁ or k_u, see stability/limits.py) over one or two of A, B and η.
 A file is laid out completely and then filled limit by limit, so that it can be resumed after a stop. It is HDF5 with
 netCDF-4 dimension scales. The dimensions are `curve` (disturbance and method) and the axes in the order of the
 configuration. If A is the only axis, the file also contains the bifurcation diagram of the undisturbed motion over a
@@ -101,7 +100,7 @@ def faults(file: h5py.File, found: Limits) -> list[str]:
 @contextmanager
 def writing(path: Path) -> Iterator[h5py.File]:
     """Open a file of limits for writing, locked against other writers."""
-    with reading(path, "limits"):  # an unreadable file is reported as unreadable, and not as unwritable
+    with reading(path, "limits"):  # so that an unreadable file is reported as unreadable, and not as unwritable
         pass
     try:
         with Lock(path), h5py.File(path, "r+", locking=False) as file:

@@ -17,7 +17,7 @@ from vibrodrive.store.draft import draft_of
 
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
-    """Raise ConfigError if a figure cannot be written. `sources` are its input files, by their roles."""
+    """Raise ConfigError if a figure cannot be written. `sources` are the input files of the figure, by their roles."""
     from vibrodrive.store.header import SIGNATURE
 
     if target.suffix.lower() not in FORMATS:
@@ -60,9 +60,9 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     except NoResult as error:
         why = str(error).removeprefix(f"{path}: ")
         advice = "choose another file, because --overwrite replaces only result files"
-        raise ConfigError(f"output: {path}: {why}: {advice}") from None
+        raise ConfigError(f"output: {path}: {why}; {advice}") from None
     if found != kind:
-        held = f"a file of {FILES[kind].holds}, but contains {FILES[found].holds}: choose another file with -o"
+        held = f"a file of {FILES[kind].holds}, but contains {FILES[found].holds}; choose another file with -o"
         raise ConfigError(bad("output", str(path), held))
 
 
@@ -114,7 +114,7 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
 def make_directory(folder: Path) -> None:
     """Create a directory if it is missing. Raises OSError if this fails, or if no file can be created in it."""
     try:
-        os.stat(folder)  # its error names a circle of links; the error of mkdir is only that the path exists
+        os.stat(folder)  # for circular links, the error of stat names the circle, and that of mkdir does not
     except FileNotFoundError:
         folder.mkdir(parents=True, exist_ok=True)
     if not os.access(folder, os.W_OK | os.X_OK):

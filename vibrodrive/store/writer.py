@@ -90,7 +90,7 @@ class Writer:
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
             self._put(k, "checksum", sums)
-            self._pending[block.index] = block.status.copy()  # a view would keep the complete wave in memory
+            self._pending[block.index] = block.status.copy()  # a view would keep the arrays of many blocks in memory
             if time.monotonic() - self._committed_at > GROUP_SECONDS:
                 self._commit()
 
@@ -186,7 +186,7 @@ class Writer:
         """Return the error of a failed write: Unwritable if the system refused the write, otherwise Damaged."""
         if getattr(error, "errno", None) or "errno" in str(error):
             return unwritable(error, self.path)
-        return Damaged(f"{self.path}: too damaged to be repaired: restore it, or replace it with --overwrite")
+        return Damaged(f"{self.path}: too damaged to be repaired; restore it, or replace it with --overwrite")
 
 
 def open_writer(
@@ -206,7 +206,7 @@ def open_writer(
 
 
 def _resume(path: Path, plan: Plan) -> Writer:
-    open_result(path).close()  # an unreadable file is reported as unreadable, and not as unwritable
+    open_result(path).close()  # so that an unreadable file is reported as unreadable, and not as unwritable
     lock = Lock(path)
     file = None
     try:
@@ -224,7 +224,7 @@ def _resume(path: Path, plan: Plan) -> Writer:
 def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: Progress) -> Writer:
     lock = old = file = None
     try:
-        lock = Lock(draft_of(path), create=True, name=path)  # first, as another process may own the draft
+        lock = Lock(draft_of(path), create=True, name=path)  # first, because another process may own this draft
         with drafted(path) as draft:
             refuse_large_file(plan, path)
             if path.exists():
