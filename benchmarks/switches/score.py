@@ -55,8 +55,7 @@ def number(value: object) -> Decimal:
 
 
 def tolerance(distance: Decimal | None) -> Decimal:
-    """Return the largest error of a right answer. `distance` is the distance of the true zero from the nearest other
-    true zero."""
+    """Return the largest error of a right answer, from the distance of the true zero to the nearest other one."""
     widest = Decimal("1e-6")
     return widest if distance is None else min(widest, distance / 3)
 
@@ -75,8 +74,7 @@ def true_events(events: list[dict]) -> list[tuple[Decimal, Decimal, tuple[str, s
 
 
 def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
-    """Return (verdict, digits) for the answer `given`. The first difference decides the verdict; digits are for right
-    answers."""
+    """Return (verdict, digits) of the answer `given`. The first difference decides; only a right one has digits."""
     digits = []
     for (at, within, states), (tau, said) in zip(true, given, strict=False):
         error = abs(tau - at)
@@ -91,8 +89,7 @@ def compare(true: list[tuple], given: list[tuple]) -> tuple[str, float | None]:
 
 
 def read_answer(case: dict, answer: object) -> list[tuple]:
-    """Return the part of an answer that is judged as pairs (τ, states). Raises ValueError if the form of the answer is
-    wrong."""
+    """Return the judged part of an answer as pairs (τ, states). Raises ValueError if its form is wrong."""
     level = case["level"]
     key = "events" if level else "zeros"
     if not isinstance(answer, dict) or not isinstance(answer.get(key), list):

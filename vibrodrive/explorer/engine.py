@@ -20,6 +20,7 @@ WARMING = Slot(-1, Rank.EXPORT)  # a slot that belongs to no page, because pages
 
 FEWEST = 64  # least number of points of a level (work.py); a kernel computes this number of motions together
 LARGEST = 2 * 10**9  # largest number of bytes of the results of one view
+KEPT = 1000  # largest number of known limits, which take some hundred bytes each
 
 
 class Pace:
@@ -63,7 +64,7 @@ class Engine:
         self.aside = SeparateProcess(_warm_exact)
         self.pace = Pace()
         self.pages: dict[int, Any] = {}
-        self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, by their arguments
+        self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, at most KEPT, by their arguments
 
     def warm(self) -> None:
         """Load all modules and kernels that the first picture needs."""

@@ -15,7 +15,7 @@ from typing import Any
 
 from vibrodrive.explorer import exact, export
 from vibrodrive.explorer.controls import symbol
-from vibrodrive.explorer.engine import Engine
+from vibrodrive.explorer.engine import KEPT, Engine
 from vibrodrive.explorer.image import fitting_range, pictures
 from vibrodrive.explorer.layout import CURVE_COLOURS, LOOKS, key_of_curves
 from vibrodrive.explorer.motion import Motion, forces, lines, motion_at, warm, words
@@ -228,6 +228,8 @@ def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[st
     for name, whose, arguments in wanted:
         key = str(arguments)
         if key not in engine.limits:
+            if len(engine.limits) == KEPT:
+                del engine.limits[next(iter(engine.limits))]  # the oldest
             engine.limits[key] = engine.aside.call(halt, exact.limit_at, arguments)
         k2, velocity, how, last_kept = (engine.limits[key][part] for part in ("k2", "velocity", "how", "last_kept"))
         value = f"{k2:.4g} (as a velocity {velocity:.4g}): " if k2 == k2 else ""
