@@ -43,8 +43,8 @@ PORT = 6283
 
 
 SPINS = "10000"
-"""Number of times that an idle thread of GNU's OpenMP looks for work before it sleeps: some 20 µs. With its default, some
-milliseconds, the threads of a sweep take the cores from the browser, which then draws a third fewer pictures."""
+"""Number of times that an idle thread of GNU's OpenMP looks for work before it sleeps, about 20 µs. By default it looks
+for milliseconds, during which it takes a core from the browser, which then draws a third fewer pictures."""
 
 
 class Refusal(RequestHandler):
