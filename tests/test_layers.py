@@ -1,4 +1,4 @@
-"""Allowed imports: the contracts of pyproject.toml hold, and a violation is reported."""
+"""The linter reports imports that the contracts of pyproject.toml forbid. No import is circular."""
 
 import ast
 import os
@@ -23,7 +23,7 @@ BREACHES = [
     ("kernels/novelty", "", "vibrodrive.kernels.novelty"),
     ("novelty", "", "vibrodrive.novelty"),
 ]
-"""Module, line added to it, and complaint of the linter. `.ci/run` checks the package itself."""
+"""(module, line added to the module, complaint of the linter). `.ci/run` checks the package without these lines."""
 
 
 def test_breaches_of_the_contracts_are_detected(tmp_path):

@@ -57,7 +57,7 @@ class OtherKind(NoResult):
 
 
 class Busy(VibrodriveError, RuntimeError):
-    """Another process is writing the file."""
+    """Another process is writing the file, or this process has it open."""
 
 
 class Failed(VibrodriveError, RuntimeError):

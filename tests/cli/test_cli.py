@@ -1,4 +1,4 @@
-"""The command line: exit codes, one line for each error, imports, and output."""
+"""Commands have the documented exit codes and output, give one line for each error, and import only what they need."""
 
 import io
 import json
@@ -209,7 +209,7 @@ def test_verify_reports_a_sound_file_or_the_damaged_block(run, quick):
 
 
 def test_info_writes_json(run, quick):
-    """A missing number is null, so that a program can read the output."""
+    """A number that is not known is null, so that a program can read the output."""
     text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
     fake.write("s.h5", text, Origin(text, (), "Half a sweep"), [1])
     code, out, err = run("info", "s.h5", "--json")

@@ -1,4 +1,4 @@
-"""Curves of trajectories: the periods that are shown, the note, and the shading of an irregular motion."""
+"""Figures of trajectories show the chosen periods, name the settings, and show an irregular motion as a density."""
 
 import math
 from types import SimpleNamespace
@@ -54,8 +54,8 @@ def test_only_long_irregular_motions_are_drawn_as_density(periods, irregular, im
 
 
 def test_pixel_counts_each_period_once():
-    """In period 0 the motion passes a horizontal line twice, forwards and backwards. In period 1 it passes half of it
-    once."""
+    """In period 0 the motion passes a horizontal line twice, forwards and backwards. In period 1 it passes half of this
+    line once."""
     points = np.array([[0.0, 1.0], [4.0, 1.0], [0.0, 1.0], [np.nan, np.nan], [0.0, 1.0], [2.0, 1.0]])
     counts = count_passes(points, np.array([0, 0, 0, 0, 1, 1]), np.array([0.0, 0.0]), np.array([4.0, 2.0]))
     (row,) = np.flatnonzero(counts.any(axis=1))

@@ -10,7 +10,7 @@ from vibrodrive.store.failures import FailureMap
 
 @pytest.fixture
 def found():
-    """Return a failure map. At each point 0, 20 or 5000 of 100 000 switches are missed; the last value of A has no
+    """Return a failure map. At each point 0, 20 or 5000 of 100 000 switches are missed. The last value of A has no
     switches."""
     shape = (len(METHODS), 4, 3)
     judged = np.full(shape, 100_000)
@@ -28,12 +28,12 @@ def test_zero_small_and_unjudged_shares_look_different(found):
     ax = fig.axes[0]
     none, some = (mesh.get_array() for mesh in ax.collections)
     mesh = ax.collections[1]
-    assert none.mask[0].tolist() == [False, True, True, True], "white: no failure among the switches judged"
+    assert none.mask[0].tolist() == [False, True, True, True], "only points without a failure are white"
     colour = {A: mesh.to_rgba(some[0, A]) for A in (1, 2)}
     assert some[0, 1] < LEAST < some[0, 2]
-    assert sum(colour[1][:3]) > sum(colour[2][:3]), "a small share is light"
-    assert 2.95 > sum(colour[1][:3]) > sum(mesh.to_rgba(LEAST)[:3]), "but neither white nor darker than LEAST"
-    assert some.mask[0].tolist() == [True, False, False, True], "points without switches show the hatched ground"
+    assert sum(colour[1][:3]) > sum(colour[2][:3]), "a small share must be lighter than a large share"
+    assert 2.95 > sum(colour[1][:3]) > sum(mesh.to_rgba(LEAST)[:3]), "it must be lighter than LEAST, but not white"
+    assert some.mask[0].tolist() == [True, False, False, True], "points without switches must be hatched"
     assert ax.patch.get_hatch()
     assert "no switch: the mass never moves" in {t.get_text() for t in fig.legends[0].get_texts()}
 
@@ -44,7 +44,7 @@ def test_figure_names_the_line_and_the_conditions(found):
     said = fig.axes[2].get_title(loc="right")
     assert r"\varepsilon = 2" in said
     assert "periods 201–500" in said
-    assert r"\Delta" not in said, "Δτ is an axis"
+    assert r"\Delta" not in said, "Δτ is an axis and no condition"
 
 
 @pytest.mark.parametrize(("width", "rows"), [("double", 2), ("single", 3)])

@@ -120,7 +120,7 @@ def test_points_not_computed_are_white_and_counted(two_regimes):
     (ax,) = figures.bifurcation(two_regimes).axes
     ink, _ = image(ax)
     assert ink[:, : int(0.09 * ink.shape[1])].max() == 0
-    assert "of 200 points not computed: 20" in ax.get_title(loc="right")
+    assert "not computed: 20 of 200 points" in ax.get_title(loc="right")
 
 
 def seldom(n, where, k=16):
@@ -145,10 +145,10 @@ def test_every_value_is_visible_for_any_number_of_values(n):
     marks = ink[spot].max(axis=0) > 0
     runs = np.count_nonzero(np.diff(marks.astype(int), prepend=0) == 1)
     assert len(where) == 600
-    assert runs == (600 if n > 600 else 1), "600 values side by side fill the panel"
+    assert runs == (600 if n > 600 else 1), "there must be 600 marks, or one mark if all values are adjacent"
     for line in (1.0, 2.0):
         drawn = ink[(value > line - 0.05) & (value < line + 0.05)].max(axis=0)
-        assert (drawn == 1.0).all(), "values that repeat have full ink, without gaps"
+        assert (drawn == 1.0).all(), "values that repeat must have full ink in all columns"
 
 
 @pytest.mark.parametrize("dpi", [50, 250])
@@ -206,7 +206,7 @@ def test_sections_share_one_scale_and_show_each_distinct_point_once():
     assert len(second.lines[0].get_xdata()) == 300
     assert first.get_xlim() == second.get_xlim()
     assert first.get_ylim() == second.get_ylim()
-    assert len(first.lines) == 2, "the reference points are circled"
+    assert len(first.lines) == 2, "there must be dots and the circles of the reference"
 
 
 def test_from_results_chooses_by_the_longest_axis(two_regimes):

@@ -78,11 +78,11 @@ def test_figure_is_drawn_into_the_axes_given(name, swept, motion, orbits):
     for ax in given:
         assert ax.lines or ax.images or ax.collections or ax.patches or ax.texts
     assert not [*spare.lines, *spare.images, *spare.collections, *spare.patches, *spare.texts]
-    assert not figure.legends, "only the axes are drawn into; the rest of the figure belongs to the caller"
+    assert not figure.legends, "a legend must be in the given axes and not in the figure"
     figure.savefig(io.BytesIO())
     with pytest.raises(ValueError, match=r"must be (one|[0-9]) Axes"):
         draw(swept, motion, orbits, figure.subplots(1, panels + 1))
-    assert draw(swept, motion, orbits, None) is not figure, "a later figure without axes is a new one"
+    assert draw(swept, motion, orbits, None) is not figure, "without given axes the figure must be a new one"
 
 
 def test_every_public_figure_is_tested():

@@ -84,7 +84,7 @@ def test_ratio_is_drawn_only_where_both_limits_are_known(over_A):
     assert np.allclose(fixed[~np.isnan(fixed)], 2.0, rtol=1e-12)
     low, high = ratio.get_ylim()
     assert low < 1 < high
-    assert any(np.all(np.asarray(line.get_ydata()) == 1.0) for line in ratio.lines), "the line at 1"
+    assert any(np.all(np.asarray(line.get_ydata()) == 1.0) for line in ratio.lines), "there must be a line at 1"
 
 
 def test_note_on_ratios_gives_median_and_90_per_cent_range():
@@ -116,7 +116,7 @@ def test_longer_axis_is_the_abscissa_and_the_other_has_lines(swapped):
     if swapped:
         axes, k2 = {"eta": eta, "A": A}, k2.swapaxes(1, 2)
     fig = limits_figure(of(axes, k2))
-    assert len(fig.axes) == 2, "limits in Δτ do not depend on η: they have no panel"
+    assert len(fig.axes) == 2, "limits in Δτ must have no panel, because they do not depend on η"
     velocity, ratio = fig.axes
     lines = drawn(velocity)
     assert list(lines) == ["$A = 2.4$", "$A = 2.8$", "$A = 3.04$"]

@@ -131,7 +131,7 @@ def test_missing_and_resting_points_have_no_class(plane):
     fig = map_figure(plane)
     colours = cells(fig)[2]
     assert (colours[0][0], colours[1][1]) == ("none", to_hex(APART))
-    assert "of 6 points at rest permanently: 1, not computed: 1" in note_texts(fig)
+    assert "at rest permanently: 1 of 6 points, not computed: 1" in note_texts(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
     assert fig.axes[0].patch.get_hatch()
 
@@ -177,7 +177,7 @@ def test_energies_of_rounding_size_do_not_extend_the_scale(plane):
     plane.energy = np.array([[0.0, 1e-20], [1e-1, 1.0], [10.0, np.nan]])
     fig = map_figure(plane, "energy")
     assert fig.axes[1].get_ylim() == pytest.approx((1e-8, 10.0))
-    assert cells(fig)[2][1][0] == UNDER, "1e-20"
+    assert cells(fig)[2][1][0] == UNDER, "1e-20 must have the colour of values below the scale"
 
 
 @pytest.mark.parametrize("limits", [(5e-3, 1.0), (0.5, 1.0)])
@@ -185,11 +185,11 @@ def test_values_beyond_the_limits_have_the_end_colours(plane, limits):
     plane.energy = np.array([[0.0, 1e-3], [0.7, 1.0], [10.0, np.nan]])
     fig = map_figure(plane, "energy", limits=limits)
     colours = cells(fig)[2]
-    assert colours[1][0] == UNDER, "1e-3"
-    assert colours[0][2] == OVER, "10"
-    assert not {colours[0][1], colours[1][1]} & {UNDER, OVER}, "0.7, 1"
+    assert colours[1][0] == UNDER, "1e-3 is below the scale"
+    assert colours[0][2] == OVER, "10 is above the scale"
+    assert not {colours[0][1], colours[1][1]} & {UNDER, OVER}, "0.7 and 1 are on the scale"
     assert colours[0][0] == (to_hex(APART) if limits[0] == 5e-3 else UNDER), (
-        "0 has its own colour on a logarithmic scale"
+        "0 must have a separate colour if the scale is logarithmic"
     )
     bar = fig.axes[1]
     assert bar.get_yscale() == ("log" if limits[0] == 5e-3 else "linear")
@@ -216,7 +216,7 @@ def test_cells_match_their_values_and_the_rarest_class_of_a_pixel_is_shown():
         columns = np.flatnonzero((seen == to_hex(PALETTE[1])).all(axis=0))
         assert columns / seen.shape[1] == pytest.approx(1237.5 / 1500, abs=1.5 / seen.shape[1])
         ((row, column),) = np.argwhere(seen == to_hex(PALETTE[2]))
-        assert row / seen.shape[0] == pytest.approx(0.75, abs=2.5 / seen.shape[0]), "three of four decades"
+        assert row / seen.shape[0] == pytest.approx(0.75, abs=2.5 / seen.shape[0]), "1e-3 is at 3/4 of the four decades"
         assert column / seen.shape[1] == pytest.approx(400.5 / 1500, abs=2.5 / seen.shape[1])
 
 

@@ -1,4 +1,4 @@
-"""Two styles and two widths, defined in one place: differences, common properties, requirements of journals."""
+"""The two styles and the two widths of figures are distinct, and figures satisfy the requirements of journals."""
 
 import itertools
 import math
@@ -76,7 +76,7 @@ def test_first_curves_stay_apart_for_the_colour_blind(eyes):
 def test_no_two_curves_look_alike(style):
     lines = LOOKS[style].lines
     assert len(set(lines)) == len(lines) >= 6
-    assert len({pattern for _, pattern in lines[:4]}) == 4, "four curves differ without colour"
+    assert len({pattern for _, pattern in lines[:4]}) == 4, "four curves must also differ without colour"
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -84,7 +84,7 @@ def test_figures_are_as_wide_as_columns(swept, width):
     bifurcation, poincare = drawings(swept, width=width)
     assert bifurcation.get_figwidth() == poincare.get_figwidth() == INCHES[width]
     letters = {t.get_size() for ax in poincare.axes for t in (ax.xaxis.label, *ax.get_yticklabels())}
-    assert min(letters) >= 7, "letters are not scaled with the width"
+    assert min(letters) >= 7, "letters must not be scaled with the width"
 
 
 def test_style_applies_within_its_context_only():
@@ -111,7 +111,7 @@ def test_letters_are_embedded(swept, tmp_path):
     written = save(figure, tmp_path / "x.pdf").read_bytes()
     assert b"/FontFile2" in written
     assert b"/Type3" not in written
-    assert "<text" not in save(figure, tmp_path / "x.svg").read_text(), "letters are outlines"
+    assert "<text" not in save(figure, tmp_path / "x.svg").read_text(), "letters must be outlines"
 
 
 def test_unusual_status_is_marked_at_its_point(swept):
@@ -154,7 +154,7 @@ def test_selected_panels_are_reported(swept):
         axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",),
         section=np.ones((20, 9, 8, 2)), status=np.zeros((20, 9), np.int8),
     )  # fmt: skip
-    assert r"6 of 9 panels, one for each $\varepsilon$ shown" in figures.bifurcation(many).axes[0].get_title("right")
+    assert r"6 of 9 values of $\varepsilon$ shown" in figures.bifurcation(many).axes[0].get_title("right")
     assert "6 of 180 points shown" in figures.poincare(many).axes[2].get_title(loc="right")
     assert "shown" not in figures.bifurcation(swept).axes[0].get_title(loc="right")
 
@@ -169,7 +169,7 @@ def test_two_axes_of_the_start_give_a_map():
     )  # fmt: skip
     fig = figures.from_results(start)
     assert fig.axes[1].get_ylim() == pytest.approx((1, 179)), (
-        "the colour bar: ξ' at the last section, over decades; 0 apart"
+        "the colour bar must show ξ' at the last section on a logarithmic scale, without 0"
     )
     assert figures.from_results(start, "bifurcation").axes[0].get_images()
 

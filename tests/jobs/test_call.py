@@ -157,7 +157,7 @@ def test_busy_file_is_refused_at_once(quick):
             vd.sweep(**SWEEP, path="x.h5")
         yield from fake.run_blocks(plan, which)
 
-    import_module("vibrodrive.batch.sweep").run_blocks = blocks  # restored by `quick`
+    import_module("vibrodrive.batch.sweep").run_blocks = blocks  # the fixture `quick` restores the function
     assert vd.sweep(**SWEEP, path="x.h5").computed == 1.0
 
 

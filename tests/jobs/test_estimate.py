@@ -10,7 +10,7 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
 pytestmark = pytest.mark.jit
-ROUNDING = 1e-6  # seconds that each call takes in addition
+ROUNDING = 1e-6  # seconds that each call takes in addition to the costs of its points
 
 
 @pytest.fixture

@@ -45,7 +45,7 @@ class Stop(Exception):
 
 @pytest.fixture
 def invented(monkeypatch):
-    """Replace the computation of limits by different invented numbers. Return the arguments of each call."""
+    """Replace the computation of limits by a formula that gives different limits. Return the arguments of each call."""
     asked = []
 
     def found(disturbance, method, criterion, arguments):
@@ -129,7 +129,7 @@ def test_boxes_cover_each_missing_limit_once():
         covered = np.zeros(shape, dtype=int)
         for box in boxes(some):
             covered[np.ix_(*box)] += 1
-        assert (covered == some).all(), "each missing limit once, and no other"
+        assert (covered == some).all(), "each missing limit must be covered once, and no other limit"
     assert not list(boxes(np.zeros((2, 3), dtype=bool)))
     assert not list(boxes(np.zeros(3, dtype=bool)))
 
@@ -166,7 +166,7 @@ def test_table_has_a_line_for_each_point(tmp_path, invented):
     # at A = 2.8, eta = 50.5: k2(eps) = 3.8 / 50.5, V = 3.8 * 2.8; k2(fixed) = 3.8 and k2(muller) = 1.9
     assert lines[3].split() == ["50.5", "2.8", "3", "0.07525", "10.64", "3.8", "1.9"]
     assert "k2(eps) eta A" in note
-    found.numbers["kept_below"][0, 1, 1] = 0.0  # the smallest value tried is lost
+    found.numbers["kept_below"][0, 1, 1] = 0.0  # at the smallest value tried the structure is lost
     assert table(found).splitlines()[4].split() == ["50.5", "2.8", "3", "<0.07525", "<10.64", "3.8", "1.9"]
     head, *lines, _ = table(computed(SCENE, tmp_path / "y.h5")).splitlines()
     assert head.split("  ")[-1].strip() == "fixed, mm/s"

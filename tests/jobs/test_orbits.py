@@ -1,4 +1,4 @@
-"""The command for orbits: table, file and figures; branches; the overlay on a brute-force diagram."""
+"""The command for orbits lists, stores and draws orbits and their bifurcations. Simulated motions agree with them."""
 
 from dataclasses import replace
 

@@ -19,7 +19,7 @@ from vibrodrive.verdicts import NotApplicable
 def session(tmp_path):
     """Return a function that makes a session with changed configurations.
 
-    Its arguments: for each name of a configuration, a dict {old text: new text}.
+    Each keyword argument of the function is the name of a configuration; its value is a dict {old text: new text}.
     """
 
     def changed(**changes):
@@ -72,7 +72,7 @@ def test_incline_changes_the_limit(session, monkeypatch):
     monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.2))
     found = outcome("any-incline", session())
     assert found.record["numbers"]["n"].tolist() == [2, 1]
-    assert found.verdict == Verdict.REPRODUCED  # 0.24 and 0.3
+    assert found.verdict == Verdict.REPRODUCED  # the limits as velocities are 0.24 and 0.3
     monkeypatch.setattr(claims_limits, "INCLINES", (0.1, 0.3))
     assert outcome("any-incline", session()).verdict == Verdict.CORRECTED
 
@@ -85,7 +85,7 @@ def test_rational_frequency_gives_its_denominator(session):
     two = session(fig05={"A = 1.5": "A = 1.5\neta = 100.5"})
     assert (
         outcome("rational", two).verdict == Verdict.NOT
-    )  # with the changed frequency of the paper the motion has a period
+    )  # at this η, which replaces the paper's irrational η, the motion has a period
 
 
 def test_points_repeat_after_the_smallest_number_of_periods():
@@ -102,7 +102,7 @@ def test_loss_of_sticking_is_located(session):
     assert found.record["numbers"]["stick_vanishes"] == pytest.approx(1.945)
     assert (
         found.verdict == Verdict.CORRECTED
-    )  # the interruption has an effect on the limit in Δτ, but not on the limit in ε
+    )  # the loss of sticking has an effect on the limit in Δτ, but not on the limit in ε
     none = session(fig03={axis("fig03"): "A = [1.5, 1.6]"})
     assert "never vanishes" in outcome("interruptions-and-limit", none).text
 

@@ -1,4 +1,4 @@
-"""The claims of the paper are computed. Their files exist, and another configuration gives another verdict."""
+"""The claims of the paper are tested, files are written, and another configuration gives another verdict."""
 
 import json
 import math
@@ -60,7 +60,7 @@ def test_scheme_shows_exactly_the_transitions():
         assert any(function in text for text in labels)
     heads = np.array([a.xy for a in arrows])
     apart = np.linalg.norm(heads[:, None] - heads, axis=2) + 9 * np.eye(len(heads))
-    assert apart.min() > 0.15, "no two heads meet"
+    assert apart.min() > 0.15, "the heads of two arrows must be apart"
 
 
 def test_numbers_become_json():

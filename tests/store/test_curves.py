@@ -80,7 +80,7 @@ def test_damage_and_other_kinds_are_named(tmp_path):
 
 @pytest.mark.parametrize("lengths", [[2, 1], [1, 3], [2, 3]])
 def test_parts_must_cover_the_table(lengths):
-    """A table of 4 rows is refused if its parts have one row too few, one row too many, or a wrong beginning."""
+    """A table of 4 rows is refused if its parts have too few rows, too many rows, or a wrong first row."""
     with h5py.File("parts", "w", driver="core", backing_store=False) as file:
         file["first"], file["points"], file["point"] = [0, 2], lengths, np.arange(4)
         with pytest.raises(ValueError, match="first: does not match points"):

@@ -252,7 +252,7 @@ def test_load_refuses_switches_of_single_motions(tmp_path):
     with h5py.File(tmp_path / "s.h5", "w") as file:
         file.attrs.update(about("switches", Origin("")))
         file.create_group("motion_0")
-    with pytest.raises(OtherKind, match=r"switches of single motions, which `load` does not read: use xarray or h5py"):
+    with pytest.raises(OtherKind, match=r"switches of single motions, which `load` does not read; use xarray or h5py"):
         vd.load(tmp_path / "s.h5")
 
 

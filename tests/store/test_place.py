@@ -60,7 +60,7 @@ def test_draft_never_replaces_the_configuration():
 
 @pytest.mark.parametrize("spelling", ["new.png", "./new.png", "x/../new.png", "there/new.png"])
 def test_figure_may_not_have_the_path_of_a_new_map(spelling):
-    """Both files do not exist yet. The second file would replace the first file."""
+    """Neither file exists yet. The file that is written last would replace the other one."""
     Path("x").mkdir()
     Path("there").symlink_to(".")
     with pytest.raises(ConfigError, match="another file than the map"):

@@ -56,7 +56,7 @@ def test_recorded_values_are_read(path, plan):
     half = load(path)
     assert (half.record, half.computed) == (plan.record, 40 / 90)
     q = quantities(plan.record)[0]
-    np.testing.assert_array_equal(getattr(half, q.name)[20:60], q.fill, "not computed yet")
+    np.testing.assert_array_equal(getattr(half, q.name)[20:60], q.fill, "these points are not computed yet")
     write(path, plan)
     assert_complete(path, plan)
     assert verify(path).sound
@@ -70,7 +70,7 @@ def test_file_has_the_estimated_size_and_a_summary_is_small(path, plan):
         points = np.prod(plan.chunk) * len(plan.blocks())
         with h5py.File(path) as file:
             held = sum(file[v.name].id.get_storage_size() for v in variables_of(plan))
-        assert held / points < 160, "bytes a point"
+        assert held / points < 160, "a point must take less than 160 bytes"
 
 
 def test_missing_records_are_named(path):

@@ -1,4 +1,4 @@
-"""File of a sweep over quantities in SI units: coordinates with units, resuming, refusals, bitwise reading."""
+"""The file of a sweep over quantities in SI units has coordinates with units, and is refused for another scene."""
 
 import h5py
 import pytest

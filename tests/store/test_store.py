@@ -1,4 +1,4 @@
-"""The result file: reading by other programs, resuming, refusals, and damage."""
+"""The file of a sweep: other programs read it, it can be resumed, other files are refused, and damage is found."""
 
 import hashlib
 import json
@@ -53,7 +53,8 @@ def assert_complete(path, plan):
 
 
 def test_written_blocks_are_released_before_the_commit(path):
-    """Blocks are views of the array of a wave. A reference to one block would keep the memory of all its blocks."""
+    """Blocks that are computed together are views of one array. A reference to one of them would keep the memory of
+    all."""
     plan = make()
     writer = open_writer(path, plan, Origin(TEXT, (), "A title"))
     wave = np.zeros((plan.n_points, 12, 2))

@@ -95,7 +95,7 @@ def refuse_axes(plan: Plan) -> None:
 
 
 def judge_idle(settings: Config) -> None:
-    """Raise ConfigError for an axis that the method does not use. For a single value print a message instead."""
+    """Raise ConfigError for an axis that the method does not use, and print a message for a single value."""
     from vibrodrive.model.plan import idle, refuse_idle
 
     plan = settings.plan()
@@ -110,7 +110,7 @@ def judge_idle(settings: Config) -> None:
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:
-    """Print a warning if all points have the same likely mistake. Without `always`, only scenes in SI are checked."""
+    """Print a warning if all points have the same likely mistake. Without `always`, check only values in SI units."""
     from vibrodrive.model.slips import slip
 
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
@@ -119,7 +119,10 @@ def judge_slip(settings: Config, always: bool = False) -> None:
 
 
 def scene_of(settings: Config) -> Scene | None:
-    """Return the scene of a configuration of one motion, or None. Its quantities may be axes with one value."""
+    """Return the scene (the machine in SI units) of a configuration of one motion; None if there is no scene.
+
+    Quantities of the scene may be axes with one value.
+    """
     from vibrodrive.model.physical import Scene
 
     plan = settings.plan()

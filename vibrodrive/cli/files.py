@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 def info(file: Path, as_json: bool) -> None:
     """Show the contents and the progress of a result file.
 
-    Output: on stdout the kind, the computed share, the axes and the settings, the size and the versions of the program
-    and its libraries; on stderr the parts that are damaged.
+    Output: on stdout the kind, the computed share, the axes, the settings, the size, and the versions of the program
+    and of its libraries; on stderr the parts that are damaged.
     """
     from vibrodrive.model.size import human
     from vibrodrive.store.every_kind import summary

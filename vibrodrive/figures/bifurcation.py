@@ -26,9 +26,9 @@ from vibrodrive.model.plan import POINT
 QUANTITIES = ("xi", "dxi")
 PANEL_ROWS = 420
 PANEL_COLUMNS = (1500, 8000)  # least and largest number of columns
-REACH = (3, 12)  # columns filled on each side of a value: a quarter of the step, but at least 3 and at most 12
+REACH = (3, 12)  # least and largest number of columns filled on each side of a value; otherwise a quarter of a step
 MARGIN = 0.03
-AT_ONCE = 4096  # values processed together; limits the memory
+AT_ONCE = 4096  # values of x processed together, to limit the memory
 
 LABELS = {
     "impact_phase": r"phase $\varphi$ of the main impacts in rad",
@@ -68,7 +68,7 @@ def bifurcation(
     Raises
     ------
     ValueError
-        if the quantity or the axis is unknown, if the sweep has not recorded main impacts, or if it has no axis.
+        if the quantity or the axis is unknown, or if the sweep has no axis or has not recorded main impacts.
 
     Examples
     --------
@@ -82,7 +82,7 @@ def bifurcation(
     visited = _visited(results, quantity)
     names = list(results.axes)
     if not names:
-        raise ValueError(bad_axes((), "at least one for a bifurcation diagram (one motion: draw its section)"))
+        raise ValueError(bad_axes((), "at least one for a bifurcation diagram (for one motion, draw its section)"))
     if x is None:
         x = max(names, key=lambda n: len(results.axes[n]))
     elif x not in [*names, *results.points]:
@@ -109,7 +109,7 @@ def bifurcation(
         if len(rows) > 1:
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         shared = conditions(of_sweep(results), results.axes) if k == 0 else []
-        chosen = choice(len(rows), len(panels), "panels, one for each " + ", ".join(map(symbol, rest)))
+        chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
         note(ax, [*shared, *(chosen if k == 0 else []), *status_phrases(status[index])])
     name_axes(axes[-1, 0], x, None)
     explain(fig, () if len(rows) == 1 and _undisturbed(results) else key)
@@ -249,7 +249,8 @@ def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
 
 
 def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
-    """Return the abscissae of the values. If the spacing is geometric, these are logarithms, and ticks are set."""
+    """Return the abscissae of the values `x` (n,): decimal logarithms, with ticks, if their spacing is geometric, and
+    otherwise `x`."""
     if not is_geometric(x):
         return x
     u = np.log10(x)

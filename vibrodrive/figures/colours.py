@@ -16,7 +16,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, KEPT, check_range
 from vibrodrive.model.states import states
 
-APART = "white"  # colour of a rest, and of 0 on a logarithmic scale; lighter than all classes and shades
+APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512
 DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9

@@ -54,11 +54,11 @@ def named(quantity: str, text: str) -> str:
 def status_phrases(status: np.ndarray) -> list[str]:
     """Return the number of points of each status other than OK as phrases.
 
-    For example: "of 100 points not computed: 3", "out of budget: 2".
+    For example: "not computed: 3 of 100 points", "out of budget: 2".
     """
     counts = {name: int((status == s).sum()) for s, name in STATUS_WORDS.items()}
     found = [f"{name}: {count}" for name, count in counts.items() if count]
-    return [f"of {status.size} points {found[0]}", *found[1:]] if found else []
+    return [f"{found[0]} of {status.size} points", *found[1:]] if found else []
 
 
 def some(items: Sequence[_T]) -> list[_T]:

@@ -30,7 +30,7 @@ LINE, CYCLE = 40, 160
 """A motion is drawn as a line if its record has at most LINE periods, or at most CYCLE different switches because the
 motion repeats. Any other motion is drawn as an image, in which a spot is darker if more periods pass through it."""
 
-POINTS = 400  # per excitation period
+POINTS = 400  # samples per excitation period
 FIRST = 10  # periods that a time curve shows by default
 SPOTS = (900, 600)  # columns and rows of the image of an irregular motion
 AROUND = 0.01
@@ -228,7 +228,7 @@ def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def periods_ticks(ax: Axes, low: float, high: float) -> None:
-    """Set a τ axis from `low` to `high` with ticks in excitation periods 2π, counted from the first period shown."""
+    """Set a τ axis from `low` to `high`, with ticks that count excitation periods 2π from the first period shown."""
     first = math.floor(low / (2 * math.pi) + 1e-9)
     count = max(1, round((high - low) / (2 * math.pi)))
     round_numbers = MaxNLocator(nbins=6 if narrow() else 12, steps=[1, 2, 5, 10], integer=True)
@@ -259,7 +259,7 @@ def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None
 
 
 def _ink(counts: np.ndarray, periods: int) -> np.ndarray:
-    """Return the ink of each spot: the square root of the share of periods that pass the spot.
+    """Return the ink of each spot, which grows with the square root of the share of periods that pass the spot.
 
     An irregular motion passes most spots in few of its periods. Without the root these spots would be too faint.
     """

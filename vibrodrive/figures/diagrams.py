@@ -1,5 +1,5 @@
 """Diagrams of a Results or a Trajectory as Matplotlib figures; no window is opened. Quantities are dimensionless and
-have the symbols of the paper. Axes of a scene are in SI units.
+have the symbols of the paper. Only axes that are quantities of a machine (a0, Ω0, μ, α) are in physical units.
 """
 
 from __future__ import annotations

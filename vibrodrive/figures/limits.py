@@ -176,7 +176,7 @@ def _over_two(found: Limits) -> Figure:
     V = np.moveaxis(found.known("velocity"), 1 + names.index(x), -1)
     ratio = np.moveaxis(found.ratio(), names.index(x), -1)
     panels = [(VELOCITY["eps"], V[0]), (VELOCITY["dtau"] + ", switches on the grid", V[1])]
-    if x == "eta" and not any(len(np.unique(row[np.isfinite(row)])) > 1 for row in V[1]):  # without ε, η has no effect
+    if x == "eta" and not any(len(np.unique(row[np.isfinite(row)])) > 1 for row in V[1]):  # at ε = 0, η has no effect
         del panels[1]
     fig, axes = new(len(panels) + 1, 1, height=1.2 + 2.1 * (len(panels) + 1), sharex=True)
     rows = list(range(len(found.axes[other])))

@@ -37,8 +37,7 @@ class Look(NamedTuple):
 
 
 def _ramp(*colours: str | tuple[float, str]) -> Colormap:
-    """Return a colour map through the colours. Each colour has a place from 0 to 1; by default the places are evenly
-    spaced."""
+    """Return a colour map through the colours, which are evenly spaced unless each is given with its place, 0 to 1."""
     return LinearSegmentedColormap.from_list("ink", colours)
 
 
@@ -79,7 +78,7 @@ LOOKS: dict[Style, Look] = {
         shades=colormaps["cividis"],
         signed=colormaps["RdBu_r"],
         nil="#e8c95a",
-        beyond=("#009a7b", "#e0218a"),  # far from all colours of both scales
+        beyond=("#009a7b", "#e0218a"),  # very different from all colours of `shades` and `signed`
         kept=("#d3e8f5", "#b5430d"),
         statuses=("#f2f2f2", _CLASSES[1], _CLASSES[4], _CLASSES[8]),
         lacking="#d0d0d0",

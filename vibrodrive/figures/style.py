@@ -39,8 +39,8 @@ INCHES: dict[Width, float] = {
 }  # 174 mm for two columns and 84 mm for one column of a journal
 RESOLUTION = 250  # pixels per inch
 LEGEND_LINE, BETWEEN = 2.8, 1.2  # in units of the letter size
-MARGIN = 0.8  # inches beside the axes
-GAP = 40.0  # points between the name of a panel and its note
+MARGIN = 0.8  # width in inches of the labels beside the axes
+GAP = 40.0  # least distance in points between the name of a panel and its note
 NOTE = 0.8  # size of a note relative to titles
 LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0), "single": (8.5, 9.0, 7.5)}
 """Sizes of letters in points: titles, symbols at the axes, numbers and legends."""

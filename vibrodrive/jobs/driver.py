@@ -144,7 +144,7 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
         scenes += [Scene.quiet(**vars(scene) | {name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]
     n = len(scenes)
     A, B = np.array([(s.A, s.B) for s in scenes]).T
-    # for B <= 1 the velocity down never exceeds 2 A (1 + ε η): a mass at the gap `far` does not reach the obstacle
+    # for B <= 1 the velocity down never exceeds 2 A (1 + ε η), so a mass at the gap `far` does not reach the obstacle
     far = np.where(B > 1.0, 0.0, 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + periods))
     points = {"A": np.tile(A, 2), "B": np.tile(B, 2), "xi0": np.append(np.zeros(n), far)}
     r = sweep(points=points, eps=eps, eta=eta, transient=transient, periods=periods, record=["section", "summary"])

@@ -24,7 +24,10 @@ Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Raise an error for axes other than one or two of A, B and eta (k1: A or B), and for an invalid argument."""
+    """Return the settings of the command. Raises an error for invalid axes and arguments.
+
+    The axes must be one or two of A, B and eta, and for k1 A or B.
+    """
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ConfigError(bad_axes(names, "one or two of A, B and eta"))
@@ -38,9 +41,9 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
 def make(work: Work) -> bool:
     """Compute the limits that are missing in a file, and write each limit as soon as it is found.
 
-    The axes are those of the configuration. Its other parameters apply to all motions: transient (default 1000),
-    periods (default 1500), the start, the section and tol. If `eps` is given, the motions of the search for limits in
-    Δτ are also disturbed by this ε.
+    The axes are those of the configuration. The other parameters of the configuration apply to all motions: transient
+    (default 1000), periods (default 1500), the start, the section and tol. If `eps` is given, the motions of the search
+    for limits in Δτ are also disturbed by this ε.
     """
     config, plan = work.config, work.plan
     quantity, criterion = _judged(config)

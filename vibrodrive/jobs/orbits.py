@@ -69,7 +69,7 @@ def drawn(
 ) -> Figure:
     """Draw the "bifurcation" diagram of a file of orbits, or their "multipliers". Raises ValueError for another kind.
 
-    The simulated points are computed again from the configuration in the file, if it matches the file.
+    If the configuration in the file matches the results, its motions are simulated again and drawn below the orbits.
     """
     if kind not in DIAGRAMS:
         raise ValueError(bad("kind", kind, "one of " + ", ".join(DIAGRAMS)))
@@ -81,7 +81,7 @@ def drawn(
 
 
 def listed(stored: StoredOrbits) -> dict[str, Any]:
-    """Return the contents of `table` in types of JSON (the numbers include NaN)."""
+    """Return the contents of `table` in types of JSON. Numbers may be NaN."""
     found = stored.family
     bifurcations = [
         {

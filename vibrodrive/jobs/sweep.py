@@ -173,7 +173,7 @@ class _Work:
                 raise Failed(f"{path}: {_one_line(error)}; {_held(writer)}") from error
 
     def _watch_workers(self, workers: int) -> None:
-        """Report a cluster without workers. This is called periodically."""
+        """Report a cluster without workers. Another thread calls this method periodically."""
         if workers == 0 and not self.tally.waiting:
             self._news.append(f"--dask {self.job.dask}: the cluster has no workers; the sweep waits for them")
         self.tally.waiting = "" if workers else "waiting for workers"

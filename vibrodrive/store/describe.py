@@ -36,7 +36,7 @@ def acting(plan: Plan) -> dict[str, Any]:
 
 
 def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return plain attributes and a comment that explains them. It begins with the description `what` of the file."""
+    """Return plain attributes and a comment that explains them. The comment begins with the description `what`."""
     known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
     return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
 

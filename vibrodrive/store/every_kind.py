@@ -115,7 +115,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     with reading(path, kind) as file:
         found = kind_in(file)
         if found not in LOADED:
-            raise OtherKind(f"{path}: contains {FILES[found].holds}, which `load` does not read: use xarray or h5py")
+            raise OtherKind(f"{path}: contains {FILES[found].holds}, which `load` does not read; use xarray or h5py")
         return named(FILES[found].reader)(file)
 
 

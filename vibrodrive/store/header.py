@@ -41,7 +41,7 @@ def open_result(path: Path, mode: str = "r") -> h5py.File:
     """Open a result file of any kind. Raises NoResult, OSError, or Busy if this process has the file open for reading.
 
     A writer does not use the lock of HDF5, because this lock would exclude readers during a sweep. The layout makes
-    reading during a sweep safe. `lock` excludes a second writer.
+    reading during a sweep safe. The lock of lock.py excludes a second writer.
     """
     if (what := special(path)) is not None:  # raises OSError for a missing file
         raise NoResult(f"{path}: must be a result file, but is {what}")
@@ -123,7 +123,7 @@ def has_our_names(path: Path) -> bool:
 
 
 def kind_in(file: h5py.File, wanted: str | None = None) -> str:
-    """Return the kind of an open file, one of FILES. Raises NoResult, or OtherKind if it is not `wanted`."""
+    """Return the kind of an open file, one of FILES. Raises NoResult, or OtherKind if the kind is not `wanted`."""
     path = file.filename
     with interpreting(path):
         kind = str(file.attrs["kind"]) if is_ours(file) else None

@@ -1,4 +1,5 @@
 """Files of limits of stability (k₂, k₁ or k_u, see stability/limits.py) over one or two of A, B and η.
+
 A file is laid out completely and then filled limit by limit, so that it can be resumed after a stop. It is HDF5 with
 netCDF-4 dimension scales. The dimensions are `curve` (disturbance and method) and the axes in the order of the
 configuration. If A is the only axis, the file also contains the bifurcation diagram of the undisturbed motion over a

@@ -26,7 +26,7 @@ RENAMES_OPEN_FILES = os.name != "nt"
 UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
 """Errors of file systems without locks, such as some network mounts. There the user must exclude a second writer."""
 
-WRITING = "another process is writing this file: wait until it has finished, or choose another file"
+WRITING = "another process is writing this file; wait until it has finished, or choose another file"
 
 FAR = 1 << 62  # offset of the byte locked on Windows: after the end of any file, because locked bytes cannot be read
 

@@ -111,7 +111,7 @@ def save(path: Path, found: Family, origin: Origin, section_phase: float) -> Non
 
 
 def read(file: h5py.File) -> StoredOrbits:
-    """Read an open file of orbits. If the configuration matches the file, the family has all its values of A."""
+    """Read an open file of orbits. If the configuration matches the file, the family has all values of A of both."""
     origin, B = origin_of(file), tables.number(file, "B")
     plan = _plan_of(origin, B)
     found = _family(file, B, None if plan is None else plan.axes["A"])

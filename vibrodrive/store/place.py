@@ -67,7 +67,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
 
 
 def refuse_foreign(path: Path) -> None:
-    """Raise NoResult if an existing file is not a result file of this program, because only those may be replaced.
+    """Raise NoResult for an existing file that is no result file of this program. Only result files may be replaced.
 
     A damaged result file may be replaced if it can be recognised. Call this function again directly before a file is
     replaced.
@@ -90,7 +90,7 @@ def refuse_foreign(path: Path) -> None:
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:
-    """Raise ConfigError if a path cannot be written. If `renamed`, a temporary file next to it is renamed to it."""
+    """Raise ConfigError if a path cannot be written, with `renamed` by a temporary file that is renamed to the path."""
     from vibrodrive.store.header import special
 
     try:

@@ -49,7 +49,7 @@ class Writer:
     done : bool array
         True for committed blocks.
     repaired : dict[int, str]
-        faults of the damaged blocks that `check` found, by the number of the block. They must be computed again.
+        faults of the damaged blocks that `check` found, by the number of the block. The blocks must be computed again.
     fletcher32 : Callable[[array], int], optional
         function that computes HDF5's checksum of an array. If it is given, sections, which are nearly all of the data,
         are written directly to their chunks. This takes a third of the time of HDF5's filters.
