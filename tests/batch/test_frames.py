@@ -49,7 +49,7 @@ def test_other_tables_and_a_missing_pandas_are_refused(motion, monkeypatch):
     with pytest.raises(ValueError, match=r"^of = 'rows': must be one of switches, impacts, section$"):
         motion.to_dataframe("rows")
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"^to_dataframe needs pandas: pip install 'vibrodrive\[data\]'$"):
+    with pytest.raises(ImportError, match=r"^to_dataframe needs the extra `data`: pip install 'vibrodrive\[data\]'$"):
         motion.to_dataframe()
 
 

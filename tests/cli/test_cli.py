@@ -113,7 +113,7 @@ def test_another_configuration_is_refused(run, quick):
     code, _, err = run("sweep", "small.toml", "--set", "B=0.2")
     assert code == 2
     assert err.count("\n") == 1
-    assert "B is 0.1 in the file and 0.2 in this configuration" in err
+    assert "B is 0.1 in the file and 0.2 in the configuration" in err
     assert Path("small.h5").read_bytes() == before
 
 
@@ -276,7 +276,7 @@ def test_verify_compares_results_with_the_configuration(run):
     fake.write("s.h5", plan, "[sweep]\nA = 3.1\n[run]\ntransient = 0\nperiods = 2\n", [])
     code, _, err = run("verify", "s.h5")
     assert code == 1
-    assert "A is 3.0 in the file and 3.1 in this configuration" in err
+    assert "A is 3.0 in the file and 3.1 in the configuration" in err
 
 
 def test_plot_draws_finished_and_unfinished_files(run, quick):

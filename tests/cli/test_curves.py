@@ -52,7 +52,7 @@ def test_curves_are_listed_stored_drawn_and_loaded(run, monkeypatch):
     assert run("verify", "c.h5")[1].splitlines()[-1] == "complete and undamaged"
     code, out, err = run("orbits", "c.toml", "--set", "max_period=2")
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "max_period is 1 in the file and 2 in this configuration" in err
+    assert "max_period is 1 in the file and 2 in the configuration" in err
 
 
 SCENE = """

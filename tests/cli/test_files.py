@@ -316,7 +316,7 @@ def test_default_periods_of_limits_differ_from_those_of_a_sweep(copied, idle):
         file.attrs["config"] = CONFIGS["failures"].replace("periods = 40", "")
         file.attrs["config_sha256"] = digest(file.attrs["config"])
         file.attrs["periods"] = 1500
-    words = ["periods is 1500 in the file and 250 in this configuration"]
+    words = ["periods is 1500 in the file and 250 in the configuration"]
     assert_refused(copied, "failures", "failures.toml", "--set", "periods=250", words=words)
 
 

@@ -316,7 +316,7 @@ def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
 
 def test_curves_outside_the_map_are_refused():
     far = Curve("border", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.3, 0.4]), ("edge", "edge"), ())
-    with pytest.raises(ValueError, match=r"curves that reach B = 0\.099"):
+    with pytest.raises(ValueError, match=r"^curves: must reach B = 0\.099"):
         map_figure(scene("omega0", "a0"), curves=[far])
     with pytest.raises(ValueError, match="this map is over alpha, mu"):
         map_figure(scene("alpha", "mu"), x="alpha", curves=[far])

@@ -111,7 +111,7 @@ def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
     vd.sweep(**SWEEP, path="x.h5")
     before = Path("x.h5").read_bytes()
     with pytest.raises(
-        Different, match=r"B is 0\.1 in the file and 0\.2 in this configuration\. A file cannot.* with overwrite=True$"
+        Different, match=r"B is 0\.1 in the file and 0\.2 in the configuration\. A file cannot.* with overwrite=True$"
     ):
         vd.sweep(**SWEEP, B=0.2, path="x.h5")
     Path("notes.h5").write_text("precious")

@@ -187,9 +187,9 @@ def test_another_configuration_is_refused(tmp_path, invented):
     computed(CONFIG, tmp_path / "x.h5")
     with pytest.raises(Different, match=r"another configuration: A is \[2[.]5, 2[.]8, 3[.]04\] in the file and"):
         computed(CONFIG.replace("2.8", "2.9"), tmp_path / "x.h5")
-    with pytest.raises(Different, match="criterion is 'impacts' in the file and 'word' in this configuration"):
+    with pytest.raises(Different, match="criterion is 'impacts' in the file and 'word' in the configuration"):
         computed(CONFIG, tmp_path / "x.h5", criterion="word")
-    with pytest.raises(Different, match="quantity is 'k2' in the file and 'ku' in this configuration"):
+    with pytest.raises(Different, match="quantity is 'k2' in the file and 'ku' in the configuration"):
         computed(CONFIG, tmp_path / "x.h5", quantity="ku")
     computed(TWO, tmp_path / "two.h5")
     swapped = TWO.replace("eta = [20.3, 50.5, 101.3]\nA = [1.5, 2.8]", "A = [1.5, 2.8]\neta = [20.3, 50.5, 101.3]")

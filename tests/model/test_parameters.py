@@ -100,7 +100,7 @@ def test_scene_accepts_a_frequency_in_hertz_instead_of_omega0():
     assert scene.frequency == 24.0
     assert scene == Scene(**rest, omega0=48.0 * math.pi)
     for given, words in (
-        ({}, r"^omega0 is missing: must be .* in rad/s \(or give frequency in hertz\)$"),
+        ({}, r"^omega0 is missing: must be given, .* in rad/s \(or give frequency in hertz\)$"),
         ({"omega0": 150.0, "frequency": 24.0}, "left out"),
     ):
         with pytest.raises(TypeError, match=words):

@@ -135,8 +135,14 @@ NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
             "model.A = 2: must be left out, because [physical] already gives A",
         ),
         ("[sweep]\na0 = [1e-3]\nA = 2\nomega0 = 1\nmu = 1\nalpha = 1\n", "sweep.A = 2: must be left out"),
-        (NO_OMEGA0 + "[sweep]\neps = [0]\n", "physical.omega0 is missing: [physical] must give omega0, mu and alpha"),
-        ("[sweep]\nomega0 = [100, 200]\n", "physical.mu is missing: [physical] must give omega0, mu and alpha"),
+        (
+            NO_OMEGA0 + "[sweep]\neps = [0]\n",
+            "physical.omega0 is missing: must be given, because [physical] needs omega0, mu and alpha",
+        ),
+        (
+            "[sweep]\nomega0 = [100, 200]\n",
+            "physical.mu is missing: must be given, because [physical] needs omega0, mu and alpha",
+        ),
         (
             "[physical]\nmu = 0.6\nalpha = 3\n[sweep]\nomega0 = [9]\nA = 2\n",
             "physical.a0 is missing: must be given if",

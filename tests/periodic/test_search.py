@@ -188,6 +188,6 @@ def test_too_long_a_period_is_refused(monkeypatch):
     with pytest.raises(ValueError, match=r"max_period = 1000: must be an integer >= 1 and <= 100"):
         orbits(3.04, max_period=1000)
     monkeypatch.setattr(orbit_search, "MOST_ITINERARIES", 2000)
-    with pytest.raises(ValueError, match="max_period = 9: must be smaller: more than 222 sequences of states"):
+    with pytest.raises(ValueError, match="max_period = 9: must be smaller, because more than 222 sequences of states"):
         orbits(5.0, max_period=9)
     assert len(orbits(3.04, max_period=9)) == 2

@@ -204,7 +204,7 @@ def test_axes_and_velocity_of_limits():
     assert one.velocity == pytest.approx(one.k2 * 101.3 * 2.0, rel=1e-15)
     grid = limit(2.0, "dtau", eta=101.3, transient=50, periods=50)
     assert grid.velocity == grid.k2
-    with pytest.raises(TypeError, match=r"^xi0 = .*: must be a single number \(axes may be A, B, eta\)$"):
+    with pytest.raises(TypeError, match=r"^xi0 = .*: must be one number \(axes may be A, B, eta\)$"):
         each_limit({"A": 2.0, "xi0": [0.0, 1.0]})
 
 

@@ -70,5 +70,5 @@ def test_dataset_survives_a_round_trip(path, tmp_path):
 @everything
 def test_missing_xarray_is_reported_in_one_line(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ImportError, match=r"^to_xarray needs xarray: pip install 'vibrodrive\[data\]'$"):
+    with pytest.raises(ImportError, match=r"^to_xarray needs the extra `data`: pip install 'vibrodrive\[data\]'$"):
         load(path).to_xarray()

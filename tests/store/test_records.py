@@ -76,9 +76,9 @@ def test_file_has_the_estimated_size_and_a_summary_is_small(path, plan):
 def test_missing_records_are_named(path):
     write(path, make(("summary",)))
     found = load(path)
-    with pytest.raises(ValueError, match='extended by "section" to contain the section'):
+    with pytest.raises(ValueError, match='extended by "section"'):
         _ = found.section
-    with pytest.raises(AttributeError, match='extended by "impacts" to contain impact_phase'):
+    with pytest.raises(AttributeError, match='extended by "impacts", which contains impact_phase'):
         _ = found.impact_phase
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = found.nonsense

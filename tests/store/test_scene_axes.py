@@ -59,10 +59,10 @@ def test_file_has_coordinates_with_units_and_the_scene(path):
 def test_another_scene_is_refused_in_one_line(path):
     write(path, parse(TEXT).plan(), count=1)
     for option, words in (
-        ("mu=0.7", "mu is 0.6 in the file and 0.7 in this configuration"),
-        ("mass=1", "mass is 250.0 in the file and 1.0 in this configuration"),
-        ("alpha=[2, 3]", r"alpha is \[2.0, 3.4\] in the file and \[2.0, 3.0\] in this configuration"),
-        ("physical.g=9.81", "g is 9.80665 in the file and 9.81 in this configuration"),
+        ("mu=0.7", "mu is 0.6 in the file and 0.7 in the configuration"),
+        ("mass=1", "mass is 250.0 in the file and 1.0 in the configuration"),
+        ("alpha=[2, 3]", r"alpha is \[2.0, 3.4\] in the file and \[2.0, 3.0\] in the configuration"),
+        ("physical.g=9.81", "g is 9.80665 in the file and 9.81 in the configuration"),
     ):
         with pytest.raises(Different, match=words) as caught:
             write(path, parse(TEXT, [option]).plan())

@@ -384,18 +384,18 @@ def test_file_keeps_its_block_size(path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"periods": 13}, ["periods is 12 in the file and 13 in this configuration", "cannot be extended"]),
-        ({"B": 0.2}, ["B is 0.1 in the file and 0.2 in this configuration"]),
+        ({"periods": 13}, ["periods is 12 in the file and 13 in the configuration", "cannot be extended"]),
+        ({"B": 0.2}, ["B is 0.1 in the file and 0.2 in the configuration"]),
         (
             {"method": "fixed", "dtau": 0.1},
-            ["method is 'certified' in the file and 'fixed' in this configuration", "dtau is not given in the file"],
+            ["method is 'certified' in the file and 'fixed' in the configuration", "dtau is not given in the file"],
         ),
         (
             {"A": np.linspace(3, 3.2, 80)},
             ["A is a list of 90 values from 3 to 3.25 in the file and a list of 80 values from 3 to 3.2 in"],
         ),
-        ({"eps": 0.0}, ["eps is [0.0, 0.0002] in the file and 0.0 in this configuration"]),
-        ({"record": "summary"}, ["record is 'section' in the file and 'summary' in this configuration"]),
+        ({"eps": 0.0}, ["eps is [0.0, 0.0002] in the file and 0.0 in the configuration"]),
+        ({"record": "summary"}, ["record is 'section' in the file and 'summary' in the configuration"]),
     ],
 )
 def test_another_configuration_is_refused_with_the_keys_that_differ(finished, changes, words):
@@ -473,7 +473,7 @@ def test_file_created_by_another_process_is_not_replaced(path, monkeypatch):
 
 def test_too_little_disk_space_is_refused_with_numbers(path, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda p: shutil._ntuple_diskusage(10**6, 10**6 - 50_000, 50_000))
-    with pytest.raises(TooLarge, match=r"180 points x 12 periods.* takes .* kB, 50.0 kB are free"):
+    with pytest.raises(TooLarge, match=r"180 points x 12 periods.* takes .* kB, and 50.0 kB are free"):
         open_writer(path, make(), Origin(TEXT))
     assert list(path.parent.iterdir()) == []
 

@@ -27,7 +27,7 @@ def frame(
     try:
         import pandas
     except ImportError:
-        raise ImportError("to_dataframe needs pandas: pip install 'vibrodrive[data]'") from None
+        raise ImportError("to_dataframe needs the extra `data`: pip install 'vibrodrive[data]'") from None
 
     columns: dict[str, Any]
     rows = arrays[of]

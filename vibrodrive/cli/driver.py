@@ -29,7 +29,9 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     refuse_axes(plan)
     scene, point = scene_of(configured), plan.arguments(0)
     if scene is None or not scene.a0:
-        raise ConfigError("physical.a0 is missing: a driver needs [physical] with a0 (m), omega0 (rad/s), mu and alpha")
+        raise ConfigError(
+            "physical.a0 is missing: must be given, because a driver needs a0, omega0, mu and alpha in [physical]"
+        )
     from vibrodrive.jobs.driver import driver as compute
 
     with working(config.stem):

@@ -86,8 +86,8 @@ class Engine:
         used = sum(page.work.bytes for page in holders)
         most = (available_memory() + used) // 2
         if need > min(most, LARGEST):
-            allowed = f"{human(need)}, {human(min(most, LARGEST))} are allowed"
-            raise TooLarge(f"{what}: must be small enough for memory: the results of this view take {allowed}")
+            sizes = f"{human(need)}, and {human(min(most, LARGEST))} are allowed"
+            raise TooLarge(f"{what}: must be small enough for memory; the results of this view take {sizes}")
         for page in holders:
             if used + need > most:
                 used, page.work = used - page.work.bytes, None

@@ -307,7 +307,7 @@ def view_of(settings: config.Config) -> View:
     plan = settings.plan()
     for name in plan.axes:
         if name not in RANGES:
-            raise ValueError(bad("sweep", name, "one of " + ", ".join(RANGES) + " in the explorer"))
+            raise ValueError(bad("axis", name, "one of " + ", ".join(RANGES) + " in the explorer"))
     values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in (*PARAMETERS, *SCENE)}
     if {*plan.axes} & {*SCENE_AXES}:
         values["scene"] = SI

@@ -82,7 +82,7 @@ def bifurcation(
     visited = _visited(results, quantity)
     names = list(results.axes)
     if not names:
-        raise ValueError(bad_axes((), "at least one for a bifurcation diagram (for one motion, draw its section)"))
+        raise ValueError(bad_axes((), "at least one axis for a bifurcation diagram (for one motion, draw its section)"))
     if x is None:
         x = max(names, key=lambda n: len(results.axes[n]))
     elif x not in [*names, *results.points]:

@@ -139,7 +139,7 @@ def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list
     along = x if up == y else y
     known = _shared(results, x, y)
     if along not in INCLINES and not any(c.B.min() <= known["B"] <= c.B.max() for c in curves):
-        raise ValueError(f"curves: must be curves that reach B = {known['B']:g}, but none does")
+        raise ValueError(f"curves: must reach B = {known['B']:g}, the value of the map, but none does")
     lines = []
     for curve in curves:
         for A, v in _pieces(curve, along, results.axes[along], known):
@@ -175,7 +175,7 @@ def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> 
     other = x if y == disturbance else y
     if y is None or other is None or curve not in found.curves or list(found.axes) != [other]:
         has = f"over {', '.join(found.axes)} in {', '.join(f'{d} ({m})' for d, m in found.curves)}"
-        needed = f"limits over one axis and in one disturbance, which are the axes of the map, {x} and {y}"
+        needed = f"over one axis and in one disturbance, and these must be the axes of the map, {x} and {y}"
         raise ValueError(f"limits = {has}: must be {needed}")
     shared = _shared(results, x, y)
     for name, value in found.fixed.items():

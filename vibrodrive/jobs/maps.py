@@ -47,7 +47,9 @@ def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
         kind = read_kind(file)
         name = {"curves": "curves", "limits": "k2"}.get(kind)
         if name is None or name in found:
-            raise ConfigError(bad("--over", str(file), "a file of limits or of curves (A, B), at most one of each"))
+            raise ConfigError(
+                bad("--over", str(file), "a file of limits or of curves of bifurcations, at most one of each")
+            )
         there: Any = load(file)
         found[name] = there.curves if kind == "curves" else there
     return found

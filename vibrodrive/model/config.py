@@ -121,20 +121,20 @@ def _text_of(path: Path) -> str:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         instead = "give a long axis as a range {start, stop, num}, or as an array to vd.sweep(..., path=…)"
-        raise ConfigError(f"must not be larger than {MOST_BYTES >> 20} MiB: {instead}")
+        raise ConfigError(f"must be at most {MOST_BYTES >> 20} MiB; {instead}")
     return content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
 
 
 def parse(text: str, overrides: Sequence[str] = ()) -> Config:
     """Check a configuration given as text. Raises ConfigError."""
     if DEEP_KEY.search(text):
-        raise ConfigError("invalid TOML: nested too deeply")
+        raise ConfigError("invalid TOML: a key must have at most 100 parts")
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"invalid TOML: {error}") from None
     except RecursionError:
-        raise ConfigError("invalid TOML: nested too deeply") from None
+        raise ConfigError("invalid TOML: lists or tables are nested too deeply") from None
     for option in overrides:
         _override(tables, option)
     try:
@@ -201,7 +201,7 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene
     for key in ("omega0", "mu", "alpha"):
         if key not in table and key not in swept:
             needed = "omega0, mu and alpha, and a0 unless A is given"
-            raise ValueError(f"physical.{key} is missing: [physical] must give {needed}")
+            raise ValueError(f"physical.{key} is missing: must be given, because [physical] needs {needed}")
     for key, value in table.items():
         try:
             arguments[key] = check_scene(key, value)
@@ -263,7 +263,7 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
             raise ValueError(unknown(f"key of {where}", k, keys))
     for k in keys[:3]:
         if k not in table:
-            raise ValueError(f"{where}.{k} is missing: a range must give start, stop and num")
+            raise ValueError(f"{where}.{k} is missing: must be given, because a range needs start, stop and num")
     ends = [_check(key, table[k], f"{where}.{k}") for k in ("start", "stop")]
     num = check_count(f"{where}.num", table["num"], 1)
     scale = table.get("scale", LINEAR)

@@ -78,8 +78,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     if quantity == IMPACT_POWER and SUMMARY in record:
         missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
         if missing:
-            allowed = f"energy, because impact_power needs {', '.join(missing)}: give a scene in SI units with an axis"
-            raise ValueError(bad("quantity", quantity, allowed))
+            needed = f"impact_power needs {', '.join(missing)} (give a scene in SI units, with one quantity as an axis)"
+            raise ValueError(bad("quantity", quantity, f"energy, because {needed}"))
     elif quantity not in known:
         recorded = "this sweep recorded " + ", ".join(record)
         if quantity in OF_SUMMARY and SUMMARY not in record:

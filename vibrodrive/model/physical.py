@@ -174,7 +174,9 @@ class Scene:
         frequency: float | None = None,
     ) -> None:
         if omega0 is None and frequency is None:
-            raise TypeError("omega0 is missing: must be a finite number > 0 in rad/s (or give frequency in hertz)")
+            raise TypeError(
+                "omega0 is missing: must be given, a finite number > 0 in rad/s (or give frequency in hertz)"
+            )
         if frequency is not None:
             if omega0 is not None:
                 raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))

@@ -216,7 +216,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     method = plan.settings.method
     if method != Method.CERTIFIED and not {"dtau"} & {*axes, *together} and math.isnan(scalars["dtau"]):
         name = plan.settings.method_name
-        raise ValueError(f"dtau is missing: method {name!r} needs a grid step, {PARAMETERS['dtau'].allowed}")
+        raise ValueError(f"dtau is missing: must be given for method = {name!r}, {PARAMETERS['dtau'].allowed}")
     return plan
 
 

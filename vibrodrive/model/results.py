@@ -194,7 +194,7 @@ class Results:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         if name not in (q.name for q in quantities(self.record)):
             raise AttributeError(
-                bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}" to contain {name}')
+                bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}", which contains {name}')
             )
         return self._array(name)
 
@@ -210,7 +210,7 @@ class Results:
     def section(self) -> np.ndarray:
         """float64 (axes…, periods, 2): ξ and ξ' at the section. Raises ValueError if it is not recorded."""
         if SECTION not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{SECTION}" to contain the section'))
+            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{SECTION}"'))
         return self._array("section")
 
     @property
@@ -227,7 +227,7 @@ class Results:
     def error(self) -> np.ndarray:
         """float64 (axes…, 2): error bounds of ξ and ξ'. Raises ValueError if they are not recorded."""
         if ERROR not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{ERROR}" to contain the error'))
+            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{ERROR}"'))
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
 
     @property

@@ -84,7 +84,7 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
 def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
     """Raise TooLarge if `need` exceeds `have`. `takes` is the subject and the verb of the message."""
     if need > have:
-        raise TooLarge(f"{what}: must be small enough for {room}: {takes} {human(need)}, {human(have)} are {are}")
+        raise TooLarge(f"{what}: must be small enough for {room}; {takes} {human(need)}, and {human(have)} are {are}")
 
 
 def refuse_large_axis(key: str, num: int) -> None:

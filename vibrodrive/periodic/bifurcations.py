@@ -219,7 +219,7 @@ class _Search:
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
-            raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter: {work}"))
+            raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter, because {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
         """Return neighbouring values of A between which the orbit with a rest changes. This needs no search."""

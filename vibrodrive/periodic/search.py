@@ -202,7 +202,9 @@ def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, i
     there = list(itertools.islice(itinerary_cells(system, limit), most + 1))
     if len(there) > most:
         beside = f"A = {system.A!r} and B = {system.B!r}"
-        raise ValueError(bad("max_period", limit, f"smaller: more than {most} sequences of states exist at {beside}"))
+        raise ValueError(
+            bad("max_period", limit, f"smaller, because more than {most} sequences of states exist at {beside}")
+        )
     return there
 
 

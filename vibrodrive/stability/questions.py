@@ -321,7 +321,7 @@ def limits(
     plan = make_plan({"periods": PERIODS, **common})
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        raise ValueError(bad_axes(names, "one or two of A, B, eta (for one point use `limit`)"))
+        raise ValueError(bad_axes(names, "one or two of A, B and eta (for one point use `limit`)"))
     if disturbance is not None:
         check_disturbance(disturbance)
     searches = {

@@ -66,7 +66,7 @@ def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str
             found.append(_difference(key, a, b))
     if not found and list(stored.axes) != list(plan.axes):
         found.append(
-            f"the axes are ({', '.join(stored.axes)}) in the file and ({', '.join(plan.axes)}) in this configuration"
+            f"the axes are ({', '.join(stored.axes)}) in the file and ({', '.join(plan.axes)}) in the configuration"
         )
     return found
 
@@ -78,7 +78,7 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
 
 
 def _difference(name: str, there: np.ndarray | None, here: np.ndarray | None) -> str:
-    return f"{name} is {_words(there)} in the file and {_words(here)} in this configuration"
+    return f"{name} is {_words(there)} in the file and {_words(here)} in the configuration"
 
 
 def _words(value: np.ndarray | None) -> str:

@@ -20,7 +20,7 @@ def dataset(results: Results) -> xarray.Dataset:
     try:
         import xarray
     except ImportError:
-        raise ImportError("to_xarray needs xarray: pip install 'vibrodrive[data]'") from None
+        raise ImportError("to_xarray needs the extra `data`: pip install 'vibrodrive[data]'") from None
 
     plan = Plan(results.axes, results.scalars, results.settings, None, results.record, results.points)
     coords = {name: xarray.Variable(name, values, _about(name)) for name, values in layout.coordinates(plan).items()}

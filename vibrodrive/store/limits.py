@@ -177,7 +177,5 @@ def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], qu
 def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str, quantity: str) -> None:
     """Raise Different if an open file was made from another configuration."""
     if quantity_of(file) != quantity:
-        refuse_different(
-            path, [f"quantity is {quantity_of(file)!r} in the file and {quantity!r} in this configuration"]
-        )
+        refuse_different(path, [f"quantity is {quantity_of(file)!r} in the file and {quantity!r} in the configuration"])
     refuse_different(path, differences(file, config.plan(), own_settings(config, criterion, quantity)))
