@@ -1,4 +1,4 @@
-"""Figure of a failure map: the colours of points without a failure, with few failures, and without switches."""
+"""The figure of a failure map distinguishes points without a failure, with few failures, and without switches."""
 
 import numpy as np
 import pytest

@@ -124,7 +124,7 @@ def test_points_not_computed_are_white_and_counted(two_regimes):
 
 
 def seldom(n, where, k=16):
-    """Sweep with period 2 at n values of A. At the values in `where` one section point is moved to 2.87."""
+    """Return a sweep with period 2 at n values of A. At the values in `where` one section point is moved to 2.87."""
     A = np.linspace(3.0, 3.2, n)
     dxi = np.broadcast_to(1.0 + np.arange(k) % 2, (n, k)).copy()
     dxi[where, k // 2] = 2.87  # not at a tick of the ordinate

@@ -1,4 +1,4 @@
-"""The estimated time of a sweep, compared with sweeps of known cost on a simulated clock."""
+"""The estimated time of a sweep is right for sweeps of known cost on a simulated clock."""
 
 from importlib import import_module
 

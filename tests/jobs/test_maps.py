@@ -1,4 +1,4 @@
-"""Undisturbed motions in a map of the kept structure, and overlays of a map."""
+"""A map shows where a motion has the gaps of the undisturbed motion. Curves and limits can be drawn over a map."""
 
 import numpy as np
 import pytest

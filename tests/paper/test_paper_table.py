@@ -112,7 +112,7 @@ def test_fig05_switches_a_period(eps, switches):
 
 @pytest.fixture(scope="module")
 def diagrams():
-    """Return A, the period of the undisturbed motion, and section points: undisturbed, ε = 2e-4, Δτ = 0.1."""
+    """Return (A, period of the undisturbed motion, section points undisturbed, at ε = 2e-4, at Δτ = 0.1)."""
     physical, numerical = swept("fig07"), swept("fig10")
     for results in (physical, numerical):
         assert (results.status == vd.Status.OK).all()

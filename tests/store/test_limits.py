@@ -137,7 +137,7 @@ def test_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
 
 
 def test_ratio_is_nan_if_a_limit_is_missing(tmp_path):
-    """The limit in ε is infinite at the first A, the limit in Δτ at the second. At the last A none is computed."""
+    """The limit in ε is infinite at the first A, the limit in Δτ at the second. At the last A no limit is computed."""
     table = {(0, 0): math.inf, (1, 1): math.inf}
     four = OVER_A.replace("[2.5", "[2.4, 2.5")
     ratio = load(written(tmp_path / "x.h5", four, lambda c, place: table.get((c, *place), 1e-3 * (1 + c)))).ratio()

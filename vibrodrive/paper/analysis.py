@@ -58,7 +58,7 @@ def find_phase_slip(motion: Trajectory, base: ReferenceOrbit) -> PhaseSlip:
     landed = landings(motion, base)
     apart = impact_gaps(landed)
     if len(apart) < 3:
-        raise NotApplicable("the motion does not land at regular intervals")
+        raise NotApplicable("the motion has fewer than four main impacts")
     usual = int(np.bincount(apart).argmax())
     distance = returning(motion.section, 12)
     basic = int(distance.argmin()) + 1
@@ -77,7 +77,7 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
     Raises NotApplicable if the undisturbed orbit has no impacts.
     """
     if base.cycle is None:
-        raise NotApplicable("the undisturbed motion does not land")
+        raise NotApplicable("the undisturbed motion has no impacts")
     return motion.impacts[are_main_impacts(base.cycle, motion.impacts)]
 
 

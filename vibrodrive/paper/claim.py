@@ -87,8 +87,8 @@ The results use these terms. A *main impact* has no faster impact within half an
 *The impacts are kept* if the main impacts of the disturbed motion follow each other in the order of the undisturbed
 motion and after the same numbers of periods. *The order at the section is kept* if the section point of the undisturbed
 motion that is nearest to the disturbed motion advances by one in every period. ρ is the largest distance between the
-section points of the two motions. k₂ is the least disturbance at which the impacts are lost, or the property that the
-text names. k_u is the least disturbance at which all starts end in one motion. n is the period of the undisturbed
+section points of the two motions. k₂ is the least disturbance at which the impacts, or the property that the text
+names, are lost. k_u is the least disturbance at which all starts end in one motion. n is the period of the undisturbed
 motion in excitation periods."""
 
 

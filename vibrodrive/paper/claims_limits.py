@@ -24,7 +24,7 @@ RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
 """Numbers of periods of each motion in a search for a limit, as in Figs. 6 and 9."""
 
 MOST = 43  # largest number of values of A at which the limits in ε and Δτ are compared
-ALIKE = 2.0  # two limits count as equal if the ratio of their velocity amplitudes is at most this
+ALIKE = 2.0  # two limits count as equal if their velocity amplitudes differ at most by this factor
 SETTLES = 0.1  # a limit counts as independent of η if a higher η changes it at most by this share
 SEEN = 0.1  # the loss of sticking affects limits if they differ from their linear continuation by at least this share
 A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # the undisturbed motions have the periods 1, 2, 2, 4 and 3

@@ -40,7 +40,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     from vibrodrive.store.header import read_kind
 
     if path.suffix.lower() in FORMATS:
-        allowed = f"a result file (.h5); to draw one: `vibrodrive plot FILE.h5 -o {path}`"
+        allowed = f"a result file (.h5); `vibrodrive plot FILE.h5 -o {path}` draws one"
         raise ConfigError(bad("output", str(path), allowed))
     source = {} if config is None else {"configuration": config}
     check_different({**source, "output": path})
