@@ -49,7 +49,7 @@ class NoResult(VibrodriveError, ValueError):
 
 
 class Damaged(NoResult):
-    """A result file, or a block of it, cannot be read."""
+    """A result file, or a block of its points, cannot be read."""
 
 
 class OtherKind(NoResult):

@@ -1,7 +1,7 @@
 """Run a sweep into a file: start or resume the sweep, show its progress, and stop it after a signal.
 
 A separate thread computes. Python handles a signal only in the main thread, between two steps of this thread. The
-computation of a block is one step and may take minutes, but Ctrl-C must end the sweep within a second.
+computation of a block of points is one step and may take minutes, but Ctrl-C must end the sweep within a second.
 """
 
 from __future__ import annotations

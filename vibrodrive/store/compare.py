@@ -1,4 +1,4 @@
-"""Comparison of a file with a configuration."""
+"""Comparison of a file with a configuration, or with a plan: the axes, parameters and settings of a sweep."""
 
 from collections.abc import Collection, Mapping
 from pathlib import Path

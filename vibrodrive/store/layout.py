@@ -148,7 +148,7 @@ def coordinates(plan: Plan) -> dict[str, np.ndarray]:
 
 
 class Tile(NamedTuple):
-    """A block in the file: the points `start` to `stop` - 1. `slab` has a slice for each axis."""
+    """A block in the file: the points `start` to `stop` - 1, in one chunk. `slab` has a slice for each axis."""
 
     start: int
     stop: int

@@ -1,8 +1,8 @@
 """Write a result file block by block. If the process is killed, only blocks that are not committed are lost.
 
-A block is committed in four steps: write the data, flush, write the status, flush. Committed blocks are not written
-again, and the structure of the file does not change after its layout. Blocks that finish within GROUP_SECONDS of each
-other are committed together.
+A block is the points of one chunk of the file. It is committed in four steps: write the data, flush, write the status,
+flush. Committed blocks are not written again, and the structure of the file does not change after its layout. Blocks
+that finish within GROUP_SECONDS of each other are committed together.
 """
 
 from __future__ import annotations
