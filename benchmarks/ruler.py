@@ -182,7 +182,8 @@ def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbi
 
 
 def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
-    """Return the limits in one disturbance over A, and True for each motion that is periodic at half its limit."""
+    """Return the entries of `searched`. In an entry with a finite limit, add the key `repeats_at_half`: True if the
+    motion at half the limit is periodic."""
     rows = searched(name, amplitudes, bases)
     for A, row in zip(amplitudes, rows, strict=True):
         if row and math.isfinite(row["k2"]):

@@ -43,7 +43,7 @@ bounds are than the true errors. `python -m examples.certainty --scenes {number}
 previous switch. So the error of each switch depends on the errors of all earlier switches.
 [`certainty.py`](../vibrodrive/kernels/certainty.py) computes a bound of this error from switch to switch. A
 `Trajectory` has three results: `error` contains the bounds for the section points, `switch_errors` contains the
-bounds for the switches, and `certain_until` is the first period in which the choice of a next state may be
+bounds for the switches, and `certain_until` is the period from which on the choice of a next state may be
 wrong. A sweep with `record="error"` stores the largest bound of each motion.
 
 ![Error and bound along four motions](certainty.png)
@@ -69,9 +69,9 @@ is continued back to this instant.) Then, at a time $h$ after $\\hat{{\\tau_0}}$
 
 The bounds also include the rounding error of the closed form at $h$.
 
-**A start from rest.** Let $\\delta$ be a bound of the error of the instant of this start, $|\\tau_0 -
-\\hat{{\\tau_0}}| \\le \\delta$. Let $a_0$ be $\\xi''$ at $\\hat{{\\tau_0}}$, and let $|H'| \\le M$ between
-$\\tau_0$ and $\\hat{{\\tau_0}}$. Then
+**A slide begins with ξ' = 0**, except possibly the first slide of a motion. Let $\\delta$ be a bound of the
+error of the instant of this beginning, $|\\tau_0 - \\hat{{\\tau_0}}| \\le \\delta$. Let $a_0$ be $\\xi''$ at
+$\\hat{{\\tau_0}}$, and let $|H'| \\le M$ between $\\tau_0$ and $\\hat{{\\tau_0}}$. Then
 
 ```math
 |E| \\le |a_0|\\,\\delta + \\tfrac{{1}}{{2}} M\\delta^2, \\qquad
@@ -82,14 +82,14 @@ $\\Delta X$ is the part of $X$ that the error of the instant causes.
 
 **The start of a motion** is exact: the bits of τ₀ that the phase cannot hold are stored in another variable.
 ξ'' at the start has the rounding error of H. If H rounds to ±1, this rounding error may reverse the direction
-of the motion. A reversal is possible only for a very small ξ'₀, of the order of the square of the rounding
-error divided by |H'|, which is about 1e-29. The status of a motion with such a start is `TOO_CLOSE`. A denormal
-gap or velocity (below 2.3e-308) has fewer bits than other numbers. The bounds include the resulting error,
-which is less than 1e-300.
+of the motion. Let $r$ be this rounding error. A reversal is possible only if |ξ'₀| is at most of the order
+$r^2/|H'|$, which is about 1e-29. The status of a motion with such a start is `TOO_CLOSE`. A denormal gap or
+velocity (below 2.3e-308) has fewer bits than other numbers. The bounds include the resulting error, which is
+less than 1e-300.
 
 **A slide ends with ξ' = 0** at an instant at which the computed ξ' is 0 within its rounding error. Let $a_1 = H
-- s$ at this instant. The modulus of the true ξ' at this instant is at most $E_1 = |E| + \\text{{rounding}}$. So
-the true ξ' has a zero within a distance of
+- s$ at this instant, and let $|H'| \\le M$ near this instant. The modulus of the true ξ' at this instant is at
+most $E_1 = |E| + \\text{{rounding}}$. So the true ξ' has a zero within a distance of
 
 ```math
 \\delta_1 = \\frac{{2E_1}}{{|a_1| + \\sqrt{{a_1^2 - 2ME_1}}}} .
@@ -98,30 +98,34 @@ the true ξ' has a zero within a distance of
 For $a_1^2 \\le 2ME_1$ the true ξ' may have no zero nearby, and the motion is `TOO_CLOSE`. **An impact** has the
 same bound with three replacements: ξ instead of ξ', $|\\xi'|$ minus its error instead of $|a_1|$, and a bound
 of $|\\xi''|$ instead of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of the instant of the impact
-remains. **Sticking** ends where H = ±1, and **a rest** ends where H = 1. The time of this end does not depend on
-the errors of the earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it is a
-zero of |H| − 1, and its error is the rounding error of H divided by |H'|. After a rest no earlier error
+remains. **Sticking** ends where H = ±1, and **a rest** ends where H = 1. The time of such an end does not depend
+on the errors of the earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it
+is a zero of |H| − 1, and its error is the rounding error of H divided by |H'|. After a rest no earlier error
 remains. After sticking only the error of ξ remains.
 
 **Signs.** Bounds that use only absolute values would grow even along stable motions. The reason is that the
 effects of a late start on ξ and on ξ' partly cancel at the next impact. Therefore the bounds keep the sign of
-one effect, the effect of the error of the last impact's instant: $E = e\\,u + E'$ and $X = x\\,u + X'$.
-The number $u$ is unknown, with $|u| \\le 1$, but it is the same in both equations. For $E'$ and $X'$ only
-bounds of their absolute values are used. Where the direction of a slide reverses, $e$ becomes $a_0\\,e/a_1$.
-The derivative of the impact-phase map contains the same factor. So the bounds shrink along a stable motion and
-grow along an unstable motion, like the true errors.
+one effect, the effect of the error of the last impact's instant. For this purpose the errors are divided into
+two parts: $E = e\\,u + E'$ and $X = x\\,u + X'$. The parts $e\\,u$ and $x\\,u$ are the effect of the error of
+this instant. The numbers $e$ and $x$ are computed with their signs. The number $u$ is unknown, with $|u| \\le 1$,
+but it is the same in both equations. $E'$ and $X'$ are the effects of all other errors (the prime is not a
+derivative here), and only bounds of their absolute values are used. If ξ'' is $a_1$ just before a reversal and
+$a_0$ just after it, $e$ becomes $a_0\\,e/a_1$ at this reversal. The derivative of the impact-phase map
+([glossary](glossary.md#orbits-and-bifurcations)) contains the same factor. So the bounds shrink along a stable
+motion and grow along an unstable motion, like the true errors.
 
-**Decisions.** The computed zero of ξ' approximates the first zero of the true ξ' if ξ' has no earlier minimum
+**Decisions.** The computed zero of ξ' approximates the first zero of the true ξ' if |ξ'| has no earlier minimum
 below $2E_1$. If the computed ξ at this zero exceeds its error bound, the mass is not at the obstacle, so there
 is no impact. The computed next state is right if the distance of H from ±1 exceeds $M\\delta_1$ plus the rounding
-error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and `certain_until` is exactly the
-period in which the state before this decision began. All error bounds from this period to the end of the record
-are infinite, also after a later rest. The instant of this rest may be accurate, but the rest may not be part of
-the true motion.
+error of H. If one of these conditions fails, the motion is `TOO_CLOSE`, and `certain_until` is the period in
+which the state before this decision began. After the beginning of this state all error bounds are infinite to
+the end of the record, also after a later rest. The end of this rest may be accurate, but the true motion may
+have no rest there.
 
-**A section point** has the error bounds of ξ and ξ' at its time. If the time between the point and a switch is
-less than the error bound of this switch, the true motion may be in the state on the other side of the switch.
-Then the bound includes the change of ξ' at the switch. At an impact this change is |ξ'|.
+**A section point** has the error bounds of ξ and ξ' at its time. Suppose that the time between the point and a
+switch is less than the error bound of the instant of this switch. Then the true motion may be in the state on
+the other side of the switch. The bounds of the point then include the largest difference that this other state
+can cause within this time. At an impact this difference of ξ' is about the impact speed |ξ'|.
 
 ## Assumptions
 
@@ -130,31 +134,31 @@ Then the bound includes the change of ξ' at the switch. At an impact this chang
 - The error of sine and cosine is less than 1.4e-16 ([`trig.py`](../vibrodrive/jit/trig.py)). The error of
   a closed form is less than eight units in the last place of the sum of the magnitudes of its terms
   ([`margins.py`](../vibrodrive/kernels/margins.py): `gap_rounding`, `velocity_rounding`).
-- The search for the first zero does not miss a zero. It evaluates the function near every minimum below $2E_1$
-  ([`first_zero.py`](../vibrodrive/kernels/first_zero.py)).
+- The search for the first zero does not miss a zero. The search evaluates the switching function near every
+  minimum below $2E_1$ ([`first_zero.py`](../vibrodrive/kernels/first_zero.py)).
 - The bounds are computed in double precision, rounded to nearest, so they have rounding errors, too. The eight
   units above are large enough to include these rounding errors.
 
 The bounds are proved by hand, and are not computed in interval arithmetic. The comparison with 50 digits below
 tests the bounds. With Muller's method the iteration ends at a value of the switching function that is not
-exactly 0. This value replaces the rounding error, so the bounds depend on `tol`. With this method the bounds
+exactly 0. This value is added to the rounding error, so the bounds depend on `tol`. With this method the bounds
 are valid only if the grid missed no zero. The method `fixed` has no bounds: each of its switches is late by up
 to Δτ, and this delay is the disturbance under study.
 
-In a sweep without `record="error"` the status OK certifies each switch for the computed state after the previous
-switch. This sweep computes many motions in one batch. If a motion repeats, the sweep copies its periods. With
-`record="error"` a sweep computes each motion separately, and copies nothing. On one thread the sweep without
-`record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4, 200 periods) and fifty
-times as fast at ε = 0 (300 periods). `simulate` always computes the bounds, which increases its time by a sixth
-to a quarter.
+In a sweep without `record="error"` the status OK certifies each switch as if the computed state after the
+previous switch were exact. Such a sweep computes many motions in one batch. If a motion repeats, the sweep
+copies its periods. With `record="error"` a sweep computes each motion separately, and copies nothing. On one
+thread the sweep without `record="error"` is six times as fast with a disturbance (A from 2 to 3.25, ε = 2e-4,
+200 periods) and fifty times as fast at ε = 0 (300 periods). `simulate` always computes the bounds, except with
+the method `fixed`. This increases its time by a sixth to a quarter.
 
 ## Comparison with 50 digits
 
-A scene is a motion with its parameters and its start. Each row of the table gives a set of ranges of parameters
-and starts. The scenes are drawn at random from these ranges (seed {seed}). For up to 100 switches of each motion,
-the instant, ξ and ξ' are compared with the reference. ξ and ξ' of each section point are compared, too. A scene
-becomes uncertain if its `certain_until` is finite. For each motion the largest bound is divided by the largest
-error. The last two columns give the median and the 90 % quantile of this ratio.
+A scene is a motion with its parameters and its start. Each row of the table gives the results for one set of
+ranges of parameters and starts. The scenes are drawn at random from these ranges (seed {seed}). For up to 100
+switches of each motion, the instant, ξ and ξ' are compared with the reference. ξ and ξ' of each section point
+are compared, too. A scene becomes uncertain if its `certain_until` is finite. For each motion the largest bound
+is divided by the largest error. The last two columns give the median and the 90 % quantile of this ratio.
 
 {table}
 

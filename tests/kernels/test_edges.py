@@ -278,7 +278,10 @@ def test_incline_too_steep_to_stick(B):
 
 @pytest.mark.parametrize(("eps", "eta"), [(0.0, ETA), (0.01, 7.3)])
 def test_phase_after_a_million_periods(eps, eta):
-    """After a million periods H, computed with 60 digits, is 1 at the end of a wait. So φ and θ are right to 1e-12."""
+    """After a million periods each rest ends within 1e-12 of the instant at which H = 1, computed with 60 digits.
+
+    So the phases of the excitation and of the disturbance have errors of at most this order.
+    """
     t = vd.simulate(A=1.5, eps=eps, eta=eta, transient=1_000_000 - 1, periods=2)
     model = Oscillator(1.5, 0.1, eps, eta)
     mp.dps = 60

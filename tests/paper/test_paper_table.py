@@ -35,7 +35,10 @@ def period(points, longest=64, close=1e-8):
 
 
 def follows(points, orbit):
-    """Return True if the nearest point of an orbit advances by one in every period."""
+    """Return True if the motion follows the cycle of an orbit.
+
+    From each of the section points `points` to the next, the nearest point of `orbit` must advance by one in the cycle.
+    """
     nearest = np.linalg.norm(points[:, None] - orbit, axis=-1).argmin(axis=1)
     return bool((np.diff(nearest) % len(orbit) == 1 % len(orbit)).all())
 

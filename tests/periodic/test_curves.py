@@ -108,7 +108,8 @@ def test_curves_begin_at_one_point_on_the_level():
 
 @pytest.mark.jit
 def test_steep_inclines_tend_to_the_inelastic_bouncing_ball():
-    """The rest vanishes at A/B = √(1 + π²), and the first period doubling is at √(4 + π²) (Mehta and Luck 1990)."""
+    """As B → ∞, the border collision tends to A/B = √(1 + π²), and the first period doubling to A/B = √(4 + π²) (Mehta
+    and Luck 1990)."""
     found = curves((320.0, 460.0), (100.0, 120.0), 1, num=2)
     limits = {"border": math.sqrt(1.0 + math.pi**2), "period doubling": math.sqrt(4.0 + math.pi**2)}
     curved = [c for c in found if c.kind in limits]

@@ -23,7 +23,7 @@ PERIODS = 60
 
 
 def landings(gaps, phase, speed):
-    """Return impacts with these gaps, from period 0 on."""
+    """Return impacts, the first in period 0. `gaps` are the numbers of periods from each impact to the next."""
     rows = np.zeros(len(gaps), MAIN_IMPACT)
     rows["period"] = np.concatenate([[0], np.cumsum(gaps)[:-1]])
     rows["phase"], rows["speed"], rows["row"] = phase, speed, 5 * np.arange(len(gaps))

@@ -122,7 +122,7 @@ class Trajectory:
         bounds of the errors of each row of `switches`: tau (time of the switch), xi (ξ) and dxi (ξ'). They are inf or
         NaN in the same cases as `error`.
     certain_until : float
-        first excitation period, counted as in `switches["period"]`, in which a decision may be wrong; inf if all
+        excitation period, counted as in `switches["period"]`, from which on a decision may be wrong; inf if all
         decisions are certain, NaN with "fixed". Before this period the bounds `error` and `switch_errors` are finite.
     evaluations : int
         number of evaluations of switching functions.
@@ -404,7 +404,7 @@ def simulate(
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
 
     Examples
     --------

@@ -33,8 +33,9 @@ from vibrodrive.version import __version__
 def cli() -> None:
     """Simulate a mass on a vibrating incline with friction and impacts, for many parameter values.
 
-    By default the program proves that it misses no switching point. `vibrodrive init` lists configurations to begin
-    with. `vibrodrive COMMAND --help` shows the options of a command. Quantities without a unit are dimensionless.
+    By default the program proves that it misses no switching point. CONFIG is a configuration, a TOML file with the
+    parameters; `vibrodrive init` lists configurations to begin with. `vibrodrive COMMAND --help` shows the options of a
+    command. Quantities without a unit are dimensionless.
 
     Exit codes: 0 (done), 1 (the computation failed, a file is damaged, or a check of `validate` failed), 2 (refused
     before any computation), 130 (interrupted).

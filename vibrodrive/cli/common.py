@@ -49,7 +49,7 @@ SET = click.option(
 METHOD = click.option(
     "--method",
     type=click.Choice([method.name.lower() for method in reversed(Method)]),
-    help=f"Method of finding switches; {used_by('dtau')} need dtau (default: that of CONFIG, or certified).",
+    help=f"Method that finds the switches (default: the method of CONFIG, or certified); {used_by('dtau')} need dtau.",
 )
 OVERWRITE = click.option(
     "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not use its contents."

@@ -222,7 +222,8 @@ def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
 def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], method: str | None) -> None:
     """Compute one motion, describe it and draw it.
 
-    CONFIG has one value for each parameter; --set A=3.04 replaces an axis. [trajectory] selects the curves and periods.
+    CONFIG has one value for each parameter; --set A=3.04 replaces the axis A by one value. [trajectory] selects the
+    curves and periods of the figure.
 
     Output: on stdout the status, the margin (smallest distance of a decision from the opposite decision), the period,
     the impacts and the cycle of states; the figure, by default with the phase curve ξ'(ξ) and the gap ξ(τ).

@@ -39,12 +39,13 @@ HELP = {
 
     Output: the result file, the bifurcations or curves on stdout, and figures (.png) next to the file: the bifurcation
     diagram and the multipliers, or the plane. If the file exists with the same configuration, nothing is computed, and
-    the file is listed and drawn again. The file is written at the end, so an interrupted run starts again.
+    the contents of the file are listed and drawn again. The file is written at the end, so an interrupted run starts
+    again.
     """,
-    "failures": """Draw a map of the failures of grid methods over A and Δτ, or over A and ε.
+    "failures": """Draw a map of the failures of grid methods.
 
-    The methods are `fixed` and `muller`. A map over A and ε needs `dtau`, their grid step. A failure is a switch that
-    is missed, is found late, or leads to a wrong state.
+    The methods are `fixed` and `muller`. The map has the axes A and Δτ, or A and ε. A map over A and ε needs `dtau`,
+    the grid step of the methods. A failure is a switch that is missed, is found late, or leads to a wrong state.
 
     Output: the result file and a figure (.png) next to it. If the file exists with the same configuration, only the
     figure is drawn again. The file is written at the end, so an interrupted run starts again.

@@ -70,6 +70,8 @@ def sweep(
 ) -> None:
     """Compute the sweep of CONFIG and write a result file.
 
+    A sweep computes one motion for each combination of the values of the axes in CONFIG.
+
     An existing file of the same configuration is resumed. A file of another configuration is refused. Ctrl-C stops the
     sweep, and the same command resumes it.
 

@@ -48,7 +48,7 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     config : path, optional
         configuration of the first view; by default a diagram over A.
     threads : int, optional
-        number of threads of the computation; all by default.
+        number of threads of the computation; by default the number of threads of Numba.
 
     Returns
     -------

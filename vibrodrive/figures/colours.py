@@ -139,8 +139,8 @@ def _shade(
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
     """Return (number of the shade of each point, scale, shades of the scale, `Painted.apart`, `Painted.extend`).
 
-    The numbers are 0 to SHADES - 1 on the scale, SHADES below the scale, SHADES + 1 above it, SHADES + 2 for a point in
-    `apart`, and -1 for a point without a value.
+    The numbers are 0 to SHADES - 1 on the scale, SHADES below the scale, SHADES + 1 above it, SHADES + 2 for a point
+    with the colour in `Painted.apart`, and -1 for a point without a value.
     """
     finite = values[np.isfinite(values) & ~rests]
     shades, colour, outside = look().shades, APART, rests

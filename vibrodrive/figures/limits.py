@@ -1,10 +1,12 @@
 """Figures of limits of stability over A, B or η: the limits in ε and Δτ, their velocity amplitudes, and their ratio.
 
 The limit k₂ is the least disturbance that destroys the structure of a motion, the repeated pattern of its impacts
-(vibrodrive.stability). k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ),
-have similar sizes. A separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the
-numerical disturbance have the same effect. Limits of Muller's method are not compared. With this method a switch is
-either found accurately or missed, but never late by up to Δτ.
+(vibrodrive.stability). The limit k_u is the least disturbance at which the motions from all starts become one motion.
+
+k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), have similar sizes. A
+separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the numerical disturbance
+have the same effect. Limits of Muller's method are not compared. With this method a switch is either found accurately
+or missed, but never late by up to Δτ.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ CURVE_LABELS = {
 }
 BAND, BAND_OF_SEVERAL = (
     "from the first loss to the last value kept",
-    "from the first value with one motion to the last with several",
+    "from the first value with one motion to the last value with several motions",
 )
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
 RATIO = r"$k_2(\Delta\tau)\;/\;k_2(\varepsilon)\,\eta A$"

@@ -74,21 +74,22 @@ def sweep(
     overwrite : bool
         replace an existing result file of any kind. Other files are never replaced.
     threads : int, optional
-        threads to use; all by default.
+        number of threads; by default the number of threads of Numba.
     executor : concurrent.futures.Executor, optional
         executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``.
 
     Returns
     -------
     Results
-        axes, status (axes…), margin (axes…), switches (axes…, 5), section (axes…, periods, 2) if it is recorded, and
-        the arrays of other records (see `Results`). Results are bitwise equal for any number of threads, any executor,
-        and with or without a file. With `path` the arrays are read from the file on access, as by `load`.
+        with the attributes axes, status (axes…), margin (axes…) and switches (axes…, 5), the number of switches into
+        each `State`. The record "section" adds section (axes…, periods, 2), the values of ξ and ξ'; other records add
+        other arrays (see `Results`). Results are bitwise equal for any number of threads, any executor, and with or
+        without a file. With `path` the arrays are read from the file on access, as by `load`.
 
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
     ValueError
         TooLarge, if the results do not fit into memory or on the disk; Different, if the file belongs to another sweep
         (the message gives the keys that differ); NoResult, if the file is not a result file or cannot be read.
@@ -108,7 +109,7 @@ def sweep(
     <Results of 6 × 2 points, computed: A 3…3.25 (6), eps 0…0.0002 (2); section; certified, 50 + 20 periods; 12 OK>
     >>> r.section.shape  # A, eps, period, (ξ, ξ')
     (6, 2, 20, 2)
-    >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order written
+    >>> list(vd.sweep(eps=[0.0, 2e-4], A=[3.0, 3.1], transient=0, periods=1).axes)  # in the order of the call
     ['eps', 'A']
 
     Random starts, one for each point:
@@ -119,7 +120,7 @@ def sweep(
     >>> several.shape, list(several.points)
     ((5,), ['xi0', 'dxi0'])
 
-    The first sweep into a file. A repeated call would resume this file:
+    The first sweep again, written to a file. A repeated call would resume this file:
 
     >>> s = vd.sweep(A=np.linspace(3.0, 3.25, 6), eps=[0.0, 2e-4], transient=50, periods=20, path="diagram.h5")
     >>> bool((s.section == r.section).all())

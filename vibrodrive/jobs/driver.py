@@ -127,7 +127,7 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
 
     Examples
     --------

@@ -11,7 +11,8 @@ divided by ξ''. After an impact, ξ and ξ' are exactly 0, so only the error of
 resting) ends when H reaches 1 or -1, so the error of the time of this end does not depend on earlier errors.
 
 A motion is uncertain after the first decision that the errors may have changed. Its status then changes from OK to
-TOO_CLOSE. All bounds are infinite from the period in which the state before this decision began (CERTAIN_UNTIL).
+TOO_CLOSE. All bounds are infinite after the beginning of the state before this decision. The period of this beginning
+is stored as CERTAIN_UNTIL.
 
 These functions never change the motion. In kernels without bounds `errors` is None, and this code is not compiled.
 """

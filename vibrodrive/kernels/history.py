@@ -1,8 +1,9 @@
 """Storage of the switches from which the summary (summary.py) of each trajectory in a batch is computed.
 
-A lane has room for ROWS switches, in rows. If all rows are in use, the first half of the switches is added to the
-totals of the lane and discarded. The rows equal the rows of switches that `simulate` returns. After a batch of switches
-the rows are written from the values that `note_end` (switch.py) has stored.
+A lane (lane.py) holds one trajectory of the batch. It has room for ROWS switches, one in each row. If all rows are in
+use, the first half of the switches is added to the totals of the lane and discarded. The rows equal the rows of
+switches that `simulate` returns. After a batch of switches the rows are written from the values that `note_end`
+(switch.py) has stored.
 
 A motion may return to an earlier state, the reference, to the bit (recurrence.py). The summary then follows from one
 cycle of the switches, and is written when the cycle is complete. A sweep that records only summaries then ends the

@@ -193,7 +193,10 @@ def scan(w, k, i, table):
 
 @inline
 def exact(w, i, h, which, fast):
-    """Return the outcome at h by eq. (10), as a search that skips points: NOTHING, ZERO, FALLEN or BOTH."""
+    """Return the outcome at h, eq. (10): NOTHING, ZERO, FALLEN or BOTH (codes.py).
+
+    A search that skips grid points computes the outcome by the same form.
+    """
     g = muller.value(w, i, h)
     if which == S4 and g >= 0.0:
         w[r.SIG + i] = -w[r.SIG + i]

@@ -23,8 +23,8 @@ ROUNDING = 2.0**-49
 be zero."""
 
 SUSPECT = 1e-4
-"""Share of the terms of H or ξ'. A distance above this share exceeds its rounding error by far, so no bound of this
-error is computed."""
+"""Share of the sum of the magnitudes of the terms of H or ξ'. If the distance of a decision exceeds this share, it
+exceeds its rounding error by far, so no bound of the rounding error is computed."""
 
 
 @inline

@@ -136,7 +136,7 @@ class Scene:
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
 
     Warns
     -----

@@ -61,7 +61,7 @@ def run_paper(
     progress : callable, optional
         function that is called at each step with one line of text.
     threads : int, optional
-        threads to use; all by default.
+        number of threads; by default the number of threads of Numba.
 
     Returns
     -------

@@ -56,6 +56,8 @@ def limit(
 ) -> Limit:
     """Find the limit k₂ of practically orbital stability (§1) at one A.
 
+    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit.
+
     Parameters
     ----------
     A : float
@@ -68,16 +70,17 @@ def limit(
         for a limit in Δτ. A limit in Δτ cannot have the method "certified", which has no grid. The undisturbed motion
         is always computed with ε = 0 and the method "certified".
     criterion : str, optional
-        condition on the disturbed motion. "impacts": the main impacts (docs/stability.md) follow each other as in the
-        orbit. "word": the states between the main impacts are those of the orbit. "rho < x": the distance of the motion
-        from the orbit as a curve is below x, the k₃ of §1. Several conditions are joined by "and".
+        condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
+        (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
+        the orbit. "rho < x": the distance of the motion from the orbit, as curves in the plane (ξ, ξ'), is below x, the
+        k₃ of §1. Several conditions are joined by "and".
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
     B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
         as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
-        threads to use; all by default.
+        number of threads; by default the number of threads of Numba.
 
     Returns
     -------
@@ -93,7 +96,7 @@ def limit(
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
     ValueError
         if `periods` is less than four times the period of the undisturbed motion. Such a record is too short for a
         comparison of the structure.
@@ -155,7 +158,7 @@ def start_limit(
     B, transient, budget
         as in `simulate`. A `transient` below 20 000 periods is raised to 20 000.
     threads : int, optional
-        threads to use; all by default.
+        number of threads; by default the number of threads of Numba.
 
     Returns
     -------
@@ -168,7 +171,7 @@ def start_limit(
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
 
     Warns
     -----
@@ -223,7 +226,7 @@ def unique_limit(
         as in `simulate`; they apply to each disturbed motion. The starts ξ0 and ξ'0 form a lattice that the function
         chooses. Two motions count as one if they agree over the last 64 recorded periods.
     threads : int, optional
-        threads to use; all by default.
+        number of threads; by default the number of threads of Numba.
 
     Returns
     -------
@@ -238,7 +241,7 @@ def unique_limit(
     Raises
     ------
     TypeError, ValueError
-        if an argument is invalid. The message is one sentence with its key, its value and the allowed values.
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
 
     Warns
     -----
@@ -306,8 +309,8 @@ def limits(
     Raises
     ------
     TypeError, ValueError
-        before any computation, if an argument is invalid. The message is one sentence with its key, its value and the
-        allowed values.
+        before any computation, if an argument is invalid. The message is one sentence: name, value and allowed values
+        of the argument.
 
     Examples
     --------

@@ -62,7 +62,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
         a file written by `vibrodrive sweep`, `limits`, `failures` or `orbits`, or by `vd.sweep(..., path=…)`.
     kind : "sweep", "limits", "failures", "orbits" or "curves", optional
         required kind of the file; by default any kind. Type checkers derive the type of the result from this argument;
-        without it the type is Results.
+        without it they assume Results.
 
     Returns
     -------
