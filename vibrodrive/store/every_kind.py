@@ -74,8 +74,8 @@ def load(path: str | Path, kind: str | None = None) -> Any:
         axes…); `done`, True for each computed limit; `how`, the reason of each loss as text; `criterion`.
     FailureMap
         for a file of `vibrodrive failures`. Attributes: `A`; `other`, the values of the other axis; `judged`, the
-        numbers of compared switches (method, A, other); `counts`, the numbers of failures by their kinds (method, A,
-        other); `limit`, the disturbances at which the structure is lost (method, A).
+        numbers of compared switches (method, A, other); `counts`, a dict with the numbers of failures of each kind
+        (method, A, other); `limit`, the disturbances at which the structure is lost (method, A).
     StoredOrbits
         for a file of `vibrodrive orbits` over A. Attributes: `family`, with the orbits at each A and the bifurcations;
         `section_phase`, in rad; `title`.
