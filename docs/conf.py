@@ -38,7 +38,8 @@ myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]  # as on GitHub
 myst_heading_anchors = 3
 html_math_renderer = "mathml"
-smartquotes = False  # quoted text is for typing, and the prime of ξ' is no quotation mark
+# Quotation marks remain straight, because readers copy quoted text. The prime of ξ' is not a quotation mark.
+smartquotes = False
 
 nb_execution_mode = "force"
 nb_execution_timeout = 300

@@ -58,7 +58,8 @@ disagrees, the motion is started from an impact of the listed orbits. Result: {v
 SAME_SPEED = 1e-4
 """Largest relative difference of two impact speeds that count as equal.
 
-It is larger than 1e-6, the relative difference within which a motion must repeat to have a period.
+It is larger than 1e-6. If a motion has a period, a switch and its repetition differ by at most 1e-6 in time, ξ and ξ'
+(kernels/summary.py).
 """
 
 COMPARED = ("period", "impacts", "impact_speed_max")

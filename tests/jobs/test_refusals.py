@@ -28,7 +28,7 @@ REFUSED = [
     ("curves", [A, "B=[0.1, 0.1]"], "B = [0.1, 0.1]: must be at least two different values"),
     ("curves", [*TWO, "eps=1e-4"], "eps = 0.0001: must be 0"),
     ("failures", [A], "axes = A: must be A and dtau, or A and eps"),
-    ("failures", [A, "eps=[1e-5, 1e-4]"], "dtau is missing: must be given over A and eps"),
+    ("failures", [A, "eps=[1e-5, 1e-4]"], "dtau is missing: must be given if the axes are A and eps"),
     ("failures", [A, "dtau=[0.1]"], "dtau = [0.1]: must be at least two values in ascending order"),
     ("failures", [A, "dtau=0.1", "eps=[0.0, 1e-4]"], "eps = 0.0: must be > 0"),
 ]

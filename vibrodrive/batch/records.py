@@ -17,7 +17,7 @@ class Arrays(NamedTuple):
     status: np.ndarray  # int8 (points,)
     margin: np.ndarray  # float64 (points,)
     counts: np.ndarray  # int64 (points, states)
-    impacts: np.ndarray | None = None  # float64 (points, 2 periods, 4): main impacts, kernels/record.py
+    impacts: np.ndarray | None = None  # float64 (points, 2 × periods, 4): main impacts, kernels/record.py
     summary: np.ndarray | None = None  # float64 (points, OUT), kernels/summary.py
     errors: Errors | None = None  # bounds of errors, kernels/certainty.py
 

@@ -47,7 +47,10 @@ MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("ro
 
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
-    """Convert the main impacts that a kernel has written for one motion, float64 (2 periods, 4), to MAIN_IMPACT."""
+    """Convert the main impacts that a kernel has written for one motion to an array of MAIN_IMPACT.
+
+    `written` is a float64 array of shape (2 × periods, 4). The rows after the last main impact are NaN.
+    """
     last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # rows >= last are NaN
     known = written[:last]
     rows = np.empty(len(known), MAIN_IMPACT)

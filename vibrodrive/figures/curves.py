@@ -51,7 +51,7 @@ class Curve(NamedTuple):
 def curve(trajectory: Trajectory, points_per_period: int = POINTS) -> Curve:
     """Return samples of a trajectory together with its switches, so that the corners of the curve are exact.
 
-    At an impact ξ' jumps to 0. On a fixed grid a switch is found late. Then the coordinate that is 0 at the exact
+    At an impact ξ' jumps to 0. The method "fixed" finds a switch late. Then the coordinate that is 0 at the exact
     switch, ξ or ξ', has another value and jumps to 0.
     """
     sample = trajectory.sample(points_per_period)

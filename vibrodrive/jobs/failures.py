@@ -37,7 +37,7 @@ def check(config: Config, plan: Plan) -> dict[str, Any]:
         raise ConfigError(bad(other, 0.0, "> 0, because this axis of the map is logarithmic"))
     if np.isnan(plan.scalars["dtau"]) and other == "eps":
         needed = f"{PARAMETERS['dtau'].allowed}, the grid step of the methods fixed and muller"
-        raise ConfigError(f"dtau is missing: must be given over A and eps, {needed}")
+        raise ConfigError(f"dtau is missing: must be given if the axes are A and eps, {needed}")
     return {"periods": config.arguments.get("periods", PERIODS)}
 
 

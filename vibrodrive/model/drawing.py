@@ -95,7 +95,7 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
     if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:
         if IMPACTS not in record or not swept.axes:
             needed = f'{recorded}, and {quantity} needs record = "{IMPACTS}"'
-            told = needed if swept.axes else "one motion has no axis"
+            told = needed if swept.axes else "this quantity is drawn over an axis, but one motion has no axis"
             raise ValueError(bad("quantity", quantity, f"left out, because {told}"))
         return BIFURCATION, str(quantity)
     if SECTION not in record:

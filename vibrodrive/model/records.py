@@ -64,7 +64,7 @@ ERRORS = (
     Quantity("error_dxi", "<f8", math.nan, "1", "bound of the error of ξ' at all points of the section, inf: none"),
     Quantity("certain_until", "<f8", math.nan, "1", "period from which on a decision may be wrong, inf: none"),
 )
-"""Error bounds. They are NaN on a fixed grid, and if the section was not computed to its end."""
+"""Error bounds. They are NaN with the method "fixed", and if the section was not computed to its end."""
 
 OF_RECORD = {SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS}
 

@@ -81,7 +81,7 @@ class Results:
         smallest distance of any decision of a motion from the opposite decision.
     error : float64 (axes…, 2)
         with "error" in the record: bounds of the errors of ξ and ξ', for each motion the largest of all section points.
-        They are inf if a decision may be wrong, and NaN on a fixed grid.
+        They are inf if a decision may be wrong, and NaN with the method "fixed".
     switches : int64 (axes…, 5)
         number of switches into each `State` within the recorded periods.
     shape : tuple of int

@@ -90,7 +90,7 @@ def disturbed_switches(session: Session) -> Outcome:
         turned = (before <= State.DOWN) & (after != State.IMPACT)
         speed, depth = np.abs(switches["dxi"][turned]), np.abs(switches["xi"][after == State.IMPACT])
         if not len(speed) or not len(depth):
-            raise NotApplicable("the motion has no impacts, or its slides neither turn nor stop")
+            raise NotApplicable("the motion has no impacts, or no slide ends with ξ' = 0")
         jumping.append((np.count_nonzero(speed) + np.count_nonzero(depth)) / np.count_nonzero(before != State.IMPACT))
         numbers[name] = {"dxi": [np.median(speed), speed.max()], "xi": [np.median(depth), depth.max()]}
         rows.append(

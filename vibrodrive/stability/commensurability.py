@@ -1,8 +1,8 @@
 """Explain the period 6×2π of Fig. 12: a grid Δτ nearly repeats after q excitation periods if p·Δτ ≈ q·2π.
 
-After a plastic impact the motion depends only on the instant of the impact. On a fixed grid this instant is a grid
-point, so a disturbed motion is a sequence of phases kΔτ mod 2π. The motion can nearly repeat after q periods only if
-the grid nearly repeats after q periods. The best such q are the numerators of the convergents q/p of the continued
+After a plastic impact the motion depends only on the instant of the impact. With the method "fixed" this instant is a
+grid point, so a disturbed motion is a sequence of phases kΔτ mod 2π. The motion can nearly repeat after q periods only
+if the grid nearly repeats after q periods. The best such q are the numerators of the convergents q/p of the continued
 fraction of Δτ/2π.
 """
 

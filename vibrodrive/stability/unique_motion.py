@@ -33,9 +33,9 @@ from vibrodrive.stability.starts import CLOSE, settled
 from vibrodrive.stability.structure import LONGEST_PERIOD, deviation
 
 COINCIDE = 1e-6
-"""Largest distance of the section points of two motions that count as one, for methods without a fixed grid. Motions
-that have merged still differ by rounding, about 1e-12. On a fixed grid merged motions are equal in every bit, so
-no difference is allowed."""
+"""Largest distance of the section points of two motions that count as one, for the methods "certified" and "muller".
+Motions that have merged still differ by rounding, about 1e-12. With the method "fixed" merged motions are equal in
+every bit, so no difference is allowed."""
 
 SIDES = (5, 9, 17, 33)  # numbers of values of ξ0, and of ξ'0; the smallest lattice that reaches every solution is used
 

@@ -111,7 +111,11 @@ def save(path: Path, found: Family, origin: Origin, section_phase: float) -> Non
 
 
 def read(file: h5py.File) -> StoredOrbits:
-    """Read an open file of orbits. If the configuration matches the file, the family has all values of A of both."""
+    """Read an open file of orbits.
+
+    The family has the values of A of all orbits in the file. If the configuration matches the file, the family also has
+    the values of A of the configuration.
+    """
     origin, B = origin_of(file), tables.number(file, "B")
     plan = _plan_of(origin, B)
     found = _family(file, B, None if plan is None else plan.axes["A"])
