@@ -50,8 +50,8 @@ STEEPEST = 1e13
 search finds them."""
 
 SAME_LAUNCH = 1e-8
-"""Launch phases of one orbit that differ by less than SAME_LAUNCH count as equal. Rounding separates equal launch phases
-by about 1e-15 A/B. After a period doubling the launch phases of the two halves of the orbit differ by more than
+"""Launch phases of one orbit that differ by less than SAME_LAUNCH count as equal. Rounding separates equal launch
+phases by about 1e-15 A/B. After a period doubling the launch phases of the two halves of the orbit differ by more than
 SAME_LAUNCH, unless A differs from the A of the bifurcation by less than 1e-15."""
 
 LONGEST_PERIOD = 100  # in excitation periods; the cost of a search grows at least with the square of the period
