@@ -419,7 +419,7 @@ def test_default_drawing_follows_from_the_record(record, wish, found):
             ("section",),
             {"quantity": "energy"},
             "quantity = 'energy': must be one of last_xi, last_dxi, status, margin, because this sweep recorded section"
-            ', and energy is in record = "summary"',
+            ', and energy needs record = "summary"',
         ),
         (("summary",), {"kind": "map", "quantity": "xi"}, "quantity = 'xi': must be one of period"),
         (("section",), {"quantity": "impact_speed"}, "must be left out, because this sweep recorded section"),

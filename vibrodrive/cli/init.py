@@ -35,7 +35,10 @@ def init(name: str | None, output: Path | None) -> None:
     text = (configurations() / f"{name}.toml").read_text(encoding="utf-8")
     # comments contain the paths of configurations in a checkout
     text = text.replace(f"configs/{name}.toml", str(target)).replace("configs/", "")
-    with open(target, "x") as file:
-        file.write(text)
+    try:
+        with open(target, "x") as file:
+            file.write(text)
+    except FileExistsError:
+        raise click.ClickException(bad("output", str(target), "a new file, because this file exists")) from None
     commands = [f"\n{line[1:]}" for line in text.splitlines() if line.startswith("#   vibrodrive ")]
     say(f"{target} written:{''.join(commands)}")

@@ -75,7 +75,7 @@ def plot(
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     look = {k: v for k, v in {"style": style, "width": width}.items() if v is not None}
     target = output or file.with_suffix(".png")
-    check_figure(target, {"result file": file, **{f"file {one} of --over": one for one in over}})
+    check_figure(target, {"result file": file, **{f"--over[{i}]": one for i, one in enumerate(dict.fromkeys(over))}})
     draw(file, target, options, look, dpi, over)
 
 

@@ -374,7 +374,9 @@ def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
     for name in _TABLES:
         if isinstance(tables.get(name), dict) and key in tables[name]:
             return name
-    homes = {k: name for name in reversed(_TABLES) for k in _TABLES[name] if name != "sweep"}
+    homes: dict[str, str] = {}
+    for name, keys in _TABLES.items():
+        homes |= {k: name for k in keys if name != "sweep" and k not in homes}
     if key not in homes:
-        raise ConfigError(unknown("key of --set", key, dict.fromkeys(reversed(homes))))
+        raise ConfigError(unknown("key of --set", key, homes))
     return homes[key]

@@ -82,8 +82,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
             raise ValueError(bad("quantity", quantity, f"energy, because {needed}"))
     elif quantity not in known:
         recorded = "this sweep recorded " + ", ".join(record)
-        if quantity in OF_SUMMARY and SUMMARY not in record:
-            recorded += f', and {quantity} is in record = "{SUMMARY}"'
+        if quantity in (*OF_SUMMARY, KEPT, IMPACT_POWER) and SUMMARY not in record:
+            recorded += f', and {quantity} needs record = "{SUMMARY}"'
         raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {recorded}"))
     return kind, quantity
 
