@@ -5,14 +5,16 @@ same criterion: in 1500 periods, after a transient of 1000, the main impacts hav
 undisturbed orbit, which are its structure (docs/stability.md). Only one of the five disturbances acts at a time. The
 velocity V of a disturbance is the change of ξ' at a switch:
 
-ε    V = εηA, the amplitude of the velocity of the disturbance ε sin ητ.
-Δτ   V = Δτ: a switch is late by up to Δτ, and accelerations are of the order 1.
-h    V = h: a Moreau-Jean step delays a switch by up to h, as Δτ does.
-v_s  V = v_s: the largest velocity at which smoothed friction creeps in place of sticking.
-k    V = the velocity that an impact loses. A mass of speed 1 hits the obstacle under an acceleration of 1. It leaves a
-     plastic obstacle immediately, so its velocity after the time t is t. From a spring of stiffness k with critical
-     damping the mass separates after t = s/√k, where exp s = 1 + s + s √k, with a velocity below t. V is the difference
-     of the two velocities, about 0.9 to 0.95 t. Its order is 1/√k, the time constant of the contact, times a logarithm.
+ε    The relative amplitude of the fast disturbance. V = εηA is the amplitude of its velocity.
+Δτ   The step of a time grid. V = Δτ, because a switch is late by up to Δτ, and accelerations are of the order 1.
+h    The step of the Moreau-Jean method. V = h, because this step delays a switch by up to h, as Δτ does.
+v_s  The width of smoothed friction. V = v_s, the largest velocity at which the mass creeps instead of sticking.
+k    The stiffness of a spring in place of the obstacle. V is the velocity that the mass lacks after an impact on the
+     spring, compared with a plastic impact. A mass of speed 1 hits the obstacle under an acceleration of 1 away from
+     it. After a plastic impact the velocity grows from 0, and is t at the time t. From the spring with critical damping
+     the mass separates at t = s/√k, where exp s = 1 + s + s √k, with a velocity below t. V is the difference of the two
+     velocities at this t, about 0.9 to 0.95 t. V is of the order 1/√k, the time constant of the contact, times a
+     logarithm.
 
     python -m benchmarks.ruler                    # measure, write ruler.json, draw, fill in the table (an hour)
     python -m benchmarks.ruler --only v_s k       # measure only these again, keep the other results
@@ -66,8 +68,10 @@ twenty seconds."""
 
 
 def velocity_loss(root: float) -> float:
-    """Return the velocity that an impact of speed 1, under an acceleration of 1, loses at a spring with √k =
-    1/`root`."""
+    """Return the velocity that the mass lacks after an impact on a spring with √k = 1/`root`.
+
+    The speed of the impact and the acceleration are 1. The velocity is compared with that after a plastic impact.
+    """
     w = 1.0 / root
     low, high = 0.0, 60.0
     for _ in range(80):

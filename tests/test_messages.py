@@ -166,7 +166,7 @@ class Package:
         return []
 
     def passed(self, function: Any, name: str) -> list[Any]:
-        """Return the arguments of all calls of a function for a parameter, if this parameter can be a text."""
+        """Return the values that calls of `function` give to its parameter `name`, or [] if `name` cannot be a text."""
         parameters = [a for a in ast.walk(function.args) if isinstance(a, ast.arg)]
         if not any(a.arg == name and is_text(a.annotation) for a in parameters):
             return []

@@ -21,7 +21,10 @@ from vibrodrive.model.results import Results
 if TYPE_CHECKING:
     from matplotlib.colors import Normalize
 
-SHADES = 64  # number of shades of a scale; shade 0 is blank. The palette of a difference has three scales in succession
+SHADES = 64
+"""Number of shades of a scale; shade 0 is blank. The palette of `difference` consists of three scales. They are for the
+pixels with ink in both images, only in the chosen image, and only in the certified image."""
+
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
 MARGIN = 0.04  # share of the range of the values that is added at both ends of the ordinate

@@ -267,7 +267,7 @@ def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> No
     seen = values[np.isfinite(values) & (values > 0)]
     low, high = (seen.min(), seen.max()) if len(seen) else blank
     margin = 1.1 * (high / low) ** 0.04
-    ax.set_ylim(low / margin, high * margin)  # set before the scale, because equal values have no range
+    ax.set_ylim(low / margin, high * margin)  # otherwise `set_yscale` takes limits from values that may all be equal
     ax.set_yscale("log")
     ax.tick_params(which="minor", direction="in", right=True)
 

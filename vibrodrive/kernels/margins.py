@@ -59,7 +59,7 @@ def gap_rounding(w, i, h):
 
 @inline
 def gap_rounding_with_offset(w, i, h, off):
-    """Return `gap_rounding` if the rounding errors at the start cause the error `off` of ξ at h."""
+    """Return the bound of `gap_rounding`, where `off` is the error of ξ at h caused by rounding errors at the start."""
     eta, inverse = w[r.ETA + i], w[r.INVERSE + i]
     second, third = start_terms(w, i)
     sums = fma(fma(fma(third, h, second), h, abs(w[r.V0 + i])), h, abs(w[r.X0 + i]))
@@ -98,7 +98,7 @@ def velocity_rounding(w, i, h):
 
 @inline
 def velocity_rounding_with_offset(w, i, h, off):
-    """Return `velocity_rounding` if the rounding error of ξ' at the start is `off`."""
+    """Return the bound of `velocity_rounding`, where `off` is the rounding error of ξ' at the start."""
     eta = w[r.ETA + i]
     if (1.0 + eta) * h < 0.7:
         second, third = start_terms(w, i)

@@ -367,8 +367,8 @@ def on_boundary(w, i, where, there, level, h):
 def propagate(w, k, i, wait_ends, level):
     """Return (arrival, LATE) at the cursor of lane i, with a disturbance or without.
 
-    If a wait ends there (`wait_ends`), `on_boundary` corrects the arrival. ξ and ξ' of the arrival are those of a
-    slide, so they have no meaning at the end of a wait.
+    If a wait ends at the cursor (`wait_ends`), `on_boundary` corrects the time and the excitation of the arrival. ξ and
+    ξ' are computed as if the mass were sliding, so they are not valid at the end of a wait.
     """
     h = w[r.CURSOR + i]
     if w[r.AF + i] > 0.0:

@@ -162,7 +162,7 @@ def refine_once(w, i):
     low, high, leaving, x3, done = close_in(
         w[r.LOWER + i], w[r.UPPER + i], w[r.REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[r.TOL + i]
     )  # fmt: skip
-    done |= w[r.EVALUATED + i] >= ITERATIONS  # then the cost is so large that `event.py` applies the switch
+    done |= w[r.EVALUATED + i] >= ITERATIONS  # `event.py` handles a switch with so many evaluations (STEEP_COST)
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
     w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
     w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])

@@ -185,8 +185,8 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     """Check all arguments of a sweep and return its plan.
 
     The keys are the names of the arguments of `simulate`. Sequences become axes. The quantities of a scene (see
-    `Scene`) may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with the sentence of
-    `bad`.
+    `Scene`) may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with a message that gives
+    the argument, its value and the allowed values (`bad`).
     """
     known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}
@@ -235,7 +235,7 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
 
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
-    """Check the parameters that change together. Raises TypeError or ValueError with the sentence of `bad`."""
+    """Check the parameters that change together. Raises TypeError or ValueError with a message of `bad`."""
     allowed = 'sequences of one length, by parameter name, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
     if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
         raise TypeError(bad("points", value, allowed))

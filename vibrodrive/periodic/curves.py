@@ -42,7 +42,10 @@ TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
 """Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). Near B = 0 all
 curves except the onset converge like √B, so closer values of B are necessary."""
 
-LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)  # at a larger A the touching orbit of B = 0 reverses without sticking
+LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)
+"""Value of A at which the only orbit of B = 0 changes. This orbit touches the obstacle without speed. Its slide up ends
+in a sticking up to this A, and in a reversal without sticking at a larger A (flight.py)."""
+
 LEVEL_END = "level"  # reason for the end of a curve at A = LEVEL_POINT, B = 0
 
 
@@ -182,9 +185,8 @@ class _Collection:
 def _to_level(curve: Curve, least: float) -> Curve:
     """Extend a curve to the point A = √(1 + π²/4), B = 0, if the curve tends to this point as B falls to `least`.
 
-    For a larger A, the orbit that touches without speed reverses without sticking (flight.py). The distance in A of a
-    curve from the point is proportional to B or to √B. So if B falls to a quarter, the distance falls to a quarter or
-    to a half.
+    The distance in A of a curve from the point is proportional to B or to √B. So if B falls to a quarter, the distance
+    falls to a quarter or to a half.
     """
     assert curve.condition is not None
     first = min((0, -1), key=lambda i: curve.B[i])
