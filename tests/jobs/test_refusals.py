@@ -2,6 +2,7 @@
 
 import pytest
 
+import vibrodrive as vd
 from vibrodrive.jobs.runner import run
 from vibrodrive.model.config import parse
 
@@ -17,7 +18,7 @@ REFUSED = [
     ("limits", [A, "limits.quantity=k3"], "limits.quantity = 'k3': must be one of k2, k1, ku"),
     ("limits", [A, "limits.quantity=ku", "criterion=word"], "criterion = 'word': must be left out"),
     ("limits", [A, "limits.quantity=k1", "eps=1e-4"], "eps = 0.0001: must be left out"),
-    ("limits", ["A=3.04", "eta=[9.5, 101.3]", "limits.quantity=k1"], "eta = array of 2 values: "),
+    ("limits", ["A=3.04", "eta=[9.5, 101.3]", "limits.quantity=k1"], "eta = array of length 2: "),
     ("limits", [*TWO, "limits.quantity=k1"], "axes = A, B: must be A or B for the quantity k1"),
     ("orbits", ["A=3"], "axes = none: must be A only, or A and B"),
     ("orbits", ["A=[3]"], "A = [3.0]: must be at least two different values"),
@@ -41,3 +42,20 @@ def test_refusal_precedes_the_file(kind, given, told, tmp_path):
     assert str(caught.value).startswith(told)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"scene": 3}, "scene = 3: must be a Scene"),
+        ({"eps": "a"}, "eps = 'a': must be a number >= 0 and <= 1000"),
+        ({"eta": [1.0, 2.0]}, "eta = [1.0, 2.0]: must be a number"),
+        ({"transient": -1}, "transient = -1: must be an integer >= 0"),
+        ({"periods": 2.5}, "periods = 2.5: must be an integer >= 1"),
+    ],
+)
+def test_driver_refuses_invalid_arguments(given, sentence):
+    scene = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4)
+    with pytest.raises((TypeError, ValueError)) as caught:
+        vd.driver(**({"scene": scene} | given))
+    assert str(caught.value).startswith(sentence)

@@ -114,9 +114,9 @@ def test_refusal_names_the_key_the_value_and_the_allowed_values(name):
 
 @pytest.mark.integration
 def test_refusal_shows_the_given_value_and_public_names_only():
-    with pytest.raises(TypeError, match=r"^A = array of 2 values: must be one number \(for axes use `limits`\)$"):
+    with pytest.raises(TypeError, match=r"^A = array of length 2: must be one number \(for axes use `limits`\)$"):
         vd.limit([3, 3.1])
-    with pytest.raises(TypeError, match=r"^B = array of 2 values: must be one number \(for axes"):
+    with pytest.raises(TypeError, match=r"^B = array of length 2: must be one number \(for axes"):
         vd.limit(3.04, B=[0.1, 0.2])
     with pytest.raises(ValueError, match=r"^A = 99: must be one of the 2 values of this axis; method=.* 3\.1$"):
         swept().select(A=99)

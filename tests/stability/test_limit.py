@@ -231,7 +231,7 @@ def test_limits_return_the_object_of_a_file():
     assert not found.done[1:].any()
     assert np.isnan(found.numbers["k2"][1:]).all()
     assert found.diagram.shape == (len(found.fine), 120)
-    with pytest.raises(TypeError, match=r"A = array of 2 values: .*\(for axes use `limits`\)"):
+    with pytest.raises(TypeError, match=r"A = array of length 2: .*\(for axes use `limits`\)"):
         vd.limit([1.5, 2.0])
     with pytest.raises(ValueError, match="axes = none"):
         vd.limits(1.5)

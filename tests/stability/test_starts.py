@@ -185,7 +185,7 @@ def test_bad_arguments_are_named():
         start_limit(3.04, 1)
     with pytest.raises(ValueError, match=r"xi0 = -0\.2: must be a number >= 0"):
         start_limit(3.04, "xi0", xi0=-0.2)
-    with pytest.raises(TypeError, match=r"^A = array of 2 values: must be one number$"):
+    with pytest.raises(TypeError, match=r"^A = array of length 2: must be one number$"):
         start_limit([3.0, 3.04], "xi0")
     with pytest.raises(TypeError, match="argument = 'eps': must be one of"):
         start_limit(3.04, "xi0", eps=0.1)

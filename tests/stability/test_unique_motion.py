@@ -107,7 +107,7 @@ def test_bad_arguments_are_named():
         is_unique({"A": 3.04, "periods": 0}, "dtau", [0.1])
     with pytest.raises(ValueError, match="method = 'certified': must be fixed or muller"):
         unique_limit(3.04, "dtau", "certified")
-    with pytest.raises(TypeError, match=r"^A = array of 2 values: must be one number$"):
+    with pytest.raises(TypeError, match=r"^A = array of length 2: must be one number$"):
         unique_limit([3.0, 3.04])
     with pytest.raises(TypeError, match=r"^eps = 0.0001: must be left out"):
         unique_limit(3.04, eps=1e-4)

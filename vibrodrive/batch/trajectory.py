@@ -426,7 +426,7 @@ def simulate(
     plan = make_plan(written)
     refuse_idle(plan, written)
     for name, values in plan.axes.items():
-        raise TypeError(f"{name} = array of {len(values)} values: must be one number (for an axis use `sweep`)")
+        raise TypeError(f"{name} = array of length {len(values)}: must be one number (for an axis use `sweep`)")
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
     with above("the progress of a call")("simulate"):

@@ -10,6 +10,7 @@ import numpy as np
 from vibrodrive.jobs.call import sweep
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import ETA
+from vibrodrive.model.parameters import bad, check, check_setting
 from vibrodrive.model.physical import Scene
 
 VARIED = {"a0": "a0", "omega0": "Ω0", "mu": "μ", "alpha": "α"}
@@ -139,6 +140,12 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
     >>> f"{found.conveying:.4f} m/s without an obstacle, {more.conveying:.4f} m/s at 1 % more Ω0"
     '-0.0159 m/s without an obstacle, -0.0162 m/s at 1 % more Ω0'
     """
+    if not isinstance(scene, Scene):
+        raise TypeError(bad("scene", scene, "a Scene"))
+    check("eps", eps)
+    check("eta", eta)
+    check_setting("transient", transient)
+    check_setting("periods", periods)
     scenes = [scene]
     for name in VARIED:
         scenes += [Scene.quiet(**vars(scene) | {name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]

@@ -203,7 +203,7 @@ def refuse_axes(plan: Plan, allowed: Sequence[str], hint: str = "") -> None:
     """Raise TypeError for an axis that is not allowed."""
     for name, values in plan.axes.items():
         if name not in allowed:
-            raise TypeError(f"{name} = array of {len(values)} values: must be one number{hint}")
+            raise TypeError(f"{name} = array of length {len(values)}: must be one number{hint}")
 
 
 @dataclass
