@@ -1,11 +1,15 @@
 """Values of A at which a periodic orbit appears, disappears or changes, to the precision of floats.
 
+Flight and launch are defined in flight.py. The multiplier of an orbit is the derivative of the impact-phase map
+(impact_map.py) over all impacts of one period.
+
 The orbits at neighbouring values of a grid of A are compared. If they differ, one of the differing orbits is followed
 by its itinerary, the sequence of its states (continuation.py), without a search. The A at which this orbit ends is
 bisected to neighbouring floats. The way in which the orbit ends determines the kind of the bifurcation. Then the orbits
 in the rest of the interval are compared again. So every change between the orbits of two grid points is found. An orbit
-that exists only between two grid points is not found. The grid is even up to A = 4. Above A = 4 its spacing grows with
-A, like every other distance in A (continuation.scale_of). So about a thousand values of A cover each factor e.
+that exists only between two grid points is not found. The grid is even up to A = 4. Above A = 4 its spacing is
+proportional to A, like every other distance in A (continuation.scale_of). There the grid has about a thousand values
+between A and e·A.
 
 An orbit can end or change only at one of these conditions:
 
@@ -20,8 +24,8 @@ An orbit can end or change only at one of these conditions:
 Flights with a launch on one side of a grazing have an impact. Flights with a launch on the other side pass just above
 the obstacle. On the side with the impact the map behaves like a square root at the breakpoint. So the slope of the map
 and the multiplier of the orbit tend to minus infinity. The launch of the orbit becomes equal to the breakpoint within
-float precision long before A reaches the bifurcation. Near the bifurcation the search therefore follows another orbit,
-on which the touch of the obstacle is an impact.
+float precision long before A reaches the bifurcation. Near the bifurcation the search therefore follows another motion,
+on which the touch of the obstacle is an impact (`Continuation._touching`).
 """
 
 from __future__ import annotations
@@ -44,21 +48,21 @@ from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search,
 
 ONSET = "onset"
 
-STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A, times `scale_of`
+STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A, in units of `scale_of`
 MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing the caller gives
-MOST_WORK = 10_000_000  # largest sum of the numbers of itineraries at all values of A, about an hour of work
+MOST_WORK = 10_000_000  # largest product of itineraries at the highest A and values of A; takes about an hour
 
 FINER = 32
-"""Factor by which the spacing of A is smaller for the orbit with a rest. This orbit has short periods in intervals of A
-that are the narrowest structures between A = 3.15 and 3.19. Most other orbits appear and disappear at the ends of these
-intervals."""
+"""Factor by which the spacing of A is smaller for the orbit with a rest. Between A = 3.15 and 3.19 the narrowest
+structures are intervals of A in which this orbit has a short period. Most other orbits appear and disappear at the ends
+of these intervals."""
 
-# APART and AGAIN are distances in A. They are multiplied by `scale_of`.
+# APART and AGAIN are distances in A, in units of `scale_of`.
 APART = 1e-10
 """Distance from a bifurcation at which the orbits below and above it are compared. Two bifurcations that are closer to
 each other than this distance are reported as one."""
 
-SAME_ORBIT = 1e-3  # largest distance between the phases of one orbit below and above a bifurcation
+SAME_ORBIT = 1e-3  # largest distance in rad between the impact phases of one orbit below and above a bifurcation
 
 AGAIN = 1e-8
 """Largest distance of two results that count as one bifurcation. A period doubling is found from each of its two
@@ -71,11 +75,11 @@ class Bifurcation:
 
     Attributes
     ----------
-    A, B : parameters at the bifurcation.
+    A, B : excitation amplitude and tan α / μ at the bifurcation.
     kind : "onset", "period doubling", "fold", "border" (a rest appears or vanishes), "grazing" or "stick" (a sticking
         without duration).
-    orbit : the orbit at the value closest to A at which floats distinguish it from the orbit with which it merges or
-        which it becomes.
+    orbit : the orbit that ends or changes. It is computed at the value closest to A at which floats still distinguish
+        it from the orbit with which it merges or which it becomes.
     multiplier_below, multiplier_above : multiplier of the orbit a little below A and a little above A; NaN on a side on
         which the orbit does not exist.
     """
@@ -186,7 +190,7 @@ def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.nd
 
 
 class _Search:
-    """One search for bifurcations: its arguments, and the bifurcations found so far."""
+    """One search for bifurcations of orbits of up to `limit` periods at one B, and the bifurcations found so far."""
 
     def __init__(self, B: float, limit: int):
         self.B, self.limit = B, limit
@@ -222,7 +226,10 @@ class _Search:
             raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter, because {work}"))
 
     def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
-        """Return neighbouring values of A between which the orbit with a rest changes. This needs no search."""
+        """Return the neighbouring values of A between which the orbit with a rest changes, as one ascending array.
+
+        `values` is ascending, too. No search is needed, because the flights from φ_up give this orbit.
+        """
         names = np.array([_name_of_rest(a, self.B, self.limit) for a in values.tolist()])
         changes = np.flatnonzero(names[1:] != names[:-1])
         return values[np.union1d(changes, changes + 1)]
@@ -250,9 +257,11 @@ class _Search:
     def change(
         self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]
     ) -> tuple[float, str, float, Orbit] | None:
-        """Return (A, kind, last, orbit) of one bifurcation between a and b; None if there is no bifurcation.
+        """Return (A, kind, last, orbit) of one bifurcation between a and b; None if no bifurcation is found.
 
-        A, kind, last : as from `Continuation.end`. If an orbit only changes its stability, `last` is A.
+        A, kind : value of A and kind of the bifurcation.
+        last : last A at which floats distinguish the orbit from the orbit with which it merges or which it becomes. If
+            an orbit only changes its stability, `last` is A.
         orbit : for a period doubling, the orbit at A that doubles; otherwise the orbit at `last`. If this orbit is not
             found, it is replaced by the same orbit at a or b.
         """
@@ -272,14 +281,14 @@ class _Search:
 
 
 def _name_of_rest(A: float, B: float, limit: int) -> int:
-    """Return the itinerary of the orbit with a rest; 0 if the period of this orbit is above `limit`."""
+    """Return the number of the itinerary of the orbit with a rest; 0 if the period of this orbit is above `limit`."""
     up = ImpactMap(A, B).window[0]
     itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NO_SLIDES)
     return itinerary if fate == RESTS else 0
 
 
 def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
-    """Yield (orbit, True) for each orbit whose name is in `below` only, and (orbit, False) if it is in `above` only."""
+    """Yield (orbit, True) if its name is more frequent in `below`, and (orbit, False) if more frequent in `above`."""
     count = Counter(o.name for o in below)
     count.subtract(o.name for o in above)
     for side, sign in ((below, 1), (above, -1)):
@@ -289,7 +298,7 @@ def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Or
 
 
 def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
-    """Return an orbit that exists on both sides but is stable on one side only; None if there is no such orbit."""
+    """Return an orbit of `below` that is stable on one side and unstable on the other side; None if there is none."""
     kinds = {(o.name, o.kind) for o in above}
     other = {STABLE: UNSTABLE, UNSTABLE: STABLE}
     changed = (o for o in below if (o.name, o.kind) not in kinds and (o.name, other.get(o.kind)) in kinds)
@@ -297,16 +306,19 @@ def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
 
 
 def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
-    """Return the multiplier of the orbit in `others` with equal period and closest phases; NaN if it is missing."""
+    """Return the multiplier of the same orbit in `others`; NaN if this orbit is missing there.
+
+    It is an orbit of equal period whose phases differ by less than SAME_ORBIT, if possible with the same name.
+    """
     near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
     same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
     return same.multiplier if same else math.nan
 
 
 def gap_between(one: Orbit, other: Orbit) -> float:
-    """Return the largest phase distance between an impact of one orbit and the closest impact of the other orbit.
+    """Return the largest distance, in rad, from an impact phase of one orbit to the closest one of the other orbit.
 
-    All impacts of the orbit with fewer impacts are considered.
+    The maximum is taken over the impacts of the orbit with fewer impacts.
     """
     few, many = sorted((one.phases, other.phases), key=len)
     apart = abs(few[:, None] - many[None, :])

@@ -1,19 +1,20 @@
 """Equations of a bifurcation of one orbit for A, B and the times of its slides. They are smooth at the bifurcation.
 
-A search (search.py, continuation.py) makes a decision after each slide, and at a bifurcation one of these decisions
-changes. Here the sequence of slides is prescribed, so there are no decisions. The unknowns are A, B and the times
-t_1 … t_S at which the S slides end. Each slide begins at the end of the previous slide or, after sticking or a rest,
-when H is 1 or -1. A slide ends with ξ' = 0, or with ξ = 0 if it ends at the obstacle. One more equation is the
-condition of the bifurcation:
+A search (search.py, continuation.py) decides at the end of each slide whether the mass reverses, sticks, rests or
+leaves the obstacle. At a bifurcation one of these decisions changes. Here the sequence of slides is prescribed, so
+there are no decisions. The unknowns are A, B and the times t_1 … t_S at which the S slides end. Each slide begins at
+the end of the previous slide or, after sticking or a rest, when H is 1 or -1. A slide ends with ξ' = 0, or with ξ = 0
+if it ends at the obstacle. One more equation is the condition of the bifurcation:
 
 * *border*: H = 1 at an impact, which is then the last impact before a rest,
 * *grazing*: ξ = 0 and ξ' = 0 at the end of a slide down,
 * *stick*: |H| = 1 at the end of a slide,
-* *period doubling*: the multiplier is -1; *fold*: the multiplier is +1.
+* *period doubling*: the multiplier is -1; *fold*: the multiplier is +1. (The multiplier is the derivative of the
+  impact-phase map over all impacts of one period.)
 
 So S + 1 equations hold along a curve in the space of S + 2 unknowns. A real motion has this sequence of slides as long
-as every other decision has the result that the sequence requires. The `margins` are numbers that are positive as long
-as these decisions do not change. A margin is zero where its decision changes.
+as every other decision has the result that the sequence requires. For each of these decisions there is a *margin*, a
+number that is positive as long as the decision does not change, and zero where the decision changes.
 
 Derivatives are exact (complex step), because every term is analytic in the unknowns.
 """
@@ -32,8 +33,8 @@ from vibrodrive.periodic.continuation import BORDER_COLLISION, DOUBLING, GRAZING
 from vibrodrive.periodic.flight import FROM_STICK
 from vibrodrive.periodic.impact_map import spell
 
-TINY = 1e-40  # imaginary step of a derivative: its square is below the rounding error of 1, so the quotient is exact
-SERIES = tuple(range(1, 12))  # terms of the series of h - sin h for |h| < 1; the next term is below 1e-22 of the first
+TINY = 1e-40  # imaginary step of a derivative; its square is below the rounding error of 1, so the derivative is exact
+SERIES = tuple(range(1, 12))  # indices of the terms of the series in `lags`; the next term is below 1e-22 of the first
 CONVERGED = 1e-13  # relative size of a Newton step at which rounding prevents smaller steps
 MOST_STEPS = 12  # largest number of Newton steps; from a prediction close to the curve three or four suffice
 
@@ -42,7 +43,8 @@ class Slide(NamedTuple):
     """One slide of a prescribed motion.
 
     falls : True for a slide down.
-    begun : kind of beginning, FROM_GROUND, FROM_STICK or FROM_REVERSAL.
+    begun : kind of beginning: FROM_GROUND (directly after an impact), FROM_STICK (after sticking or a rest) or
+        FROM_REVERSAL.
     turns : index of the period in which the sticking or rest that precedes the slide ends. The first launch is in
         period 0. If no sticking or rest precedes the slide, `turns` is 0.
     lands : True if the slide ends at the obstacle.
@@ -55,7 +57,10 @@ class Slide(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """Quantity `value` that is positive on a prescribed motion; `what` names the bifurcation at which it is zero."""
+    """Number `value` that is positive as long as a prescribed motion exists; `what` names the reason why it is zero.
+
+    The reason is the kind of a second bifurcation, or the edge of the range of A and B (tracing.py).
+    """
 
     what: str
     value: float
@@ -65,9 +70,14 @@ class Margin(NamedTuple):
 class Condition:
     """One bifurcation of one prescribed motion.
 
+    kind, period : kind of the bifurcation; period of the orbit in excitation periods.
     slides : slides of one period, in order; if there is a rest, the first slide follows the rest.
+    rests : True if the orbit contains a rest.
     critical : index of the slide at whose end the border, grazing or stick occurs; -1 for a period doubling or fold.
-    doubled : True if the flights repeat the flights of an orbit of half the period. The two orbits may coincide.
+    doubled : True if both halves of the period have the same states, as after a period doubling. If their launch phases
+        become equal, the orbit coincides with an orbit of half the period.
+
+    The methods with an argument u of shape (m, S + 2) compute m points. Each row of u is t_1 … t_S, A, B.
     """
 
     kind: str
@@ -93,7 +103,7 @@ class Condition:
         return max(1, sum(s.lands for s in self.slides))
 
     def starts(self, u: np.ndarray) -> np.ndarray:
-        """Return the times (m, S) at which the slides begin, for unknowns (m, S + 2)."""
+        """Return the times at which the slides begin, (m, S)."""
         A, B = u[:, -2], u[:, -1]
         up, down = np.arcsin((1.0 + B) / A), math.pi + np.arcsin((1.0 - B) / A)
         begins = []
@@ -105,7 +115,7 @@ class Condition:
         return np.stack(begins, axis=1)
 
     def motion(self, u: np.ndarray) -> Motion:
-        """Compute the slides for unknowns (m, S + 2)."""
+        """Compute the slides at each of the m points."""
         A, B = u[:, -2:-1], u[:, -1:]
         begin, end = self.starts(u), u[:, :-2]
         sigma = np.array([-1.0 if s.falls else 1.0 for s in self.slides])
@@ -128,7 +138,7 @@ class Condition:
         return Motion(begin, h, a0, sigma, velocity, gap, force)
 
     def equations(self, u: np.ndarray) -> np.ndarray:
-        """Return the residuals (m, S + 1) of the equations for unknowns (m, S + 2). They are 0 on the curve."""
+        """Return the residuals of the S + 1 equations, (m, S + 1). They are 0 on the curve."""
         found = self.motion(u)
         lands = np.array([s.lands for s in self.slides])
         rows = np.where(lands, found.gap, found.velocity)
@@ -148,8 +158,8 @@ class Condition:
     def multiplier(self, found: Motion) -> tuple[np.ndarray, np.ndarray]:
         """Return (numerator, denominator), each (m,), of the derivative of the map over one period.
 
-        The quotient would be infinite for an impact without speed, at which a grazing begins. The docstring of `flight`
-        in flight.py derives the derivative for one flight.
+        They are separate because the quotient is infinite at an impact without speed (a grazing). The docstring of
+        `flight` in flight.py derives the derivative for one flight.
         """
         above, below = np.ones_like(found.h[:, 0]), np.ones_like(found.h[:, 0])
         delay = moment = np.zeros_like(above)

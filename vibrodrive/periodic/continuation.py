@@ -1,4 +1,8 @@
-"""Continuation of one orbit in A, up to its end. The orbit is identified by its itinerary (itineraries.py)."""
+"""Continuation of one orbit in A, up to its end. The orbit is identified by its itinerary (itineraries.py).
+
+Other terms: flight, launch and φ_up (flight.py), breakpoint of the impact-phase map (impact_map.py), kinds of
+bifurcations and multiplier (bifurcations.py).
+"""
 
 from __future__ import annotations
 
@@ -16,10 +20,10 @@ from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returni
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
-ON_BREAKPOINT = 1e-7  # largest distance of a launch from a breakpoint that counts as 0 at the last A of an orbit
+ON_BREAKPOINT = 1e-7  # distance in rad of a launch phase from a breakpoint; a smaller one at the last A counts as 0
 NEAR_DOUBLING = 0.05  # largest distance of a multiplier from -1 at which a period doubling may be near
-FIRST_STEP = 1e-9  # first step in A of a search that starts at a bifurcation, times `scale_of`
-ASTRAY = 1e-4  # largest distance in A of such a search from the bifurcation, times `scale_of`
+FIRST_STEP = 1e-9  # first step in A of a search that starts at a bifurcation, in units of `scale_of`
+ASTRAY = 1e-4  # largest distance in A of such a search from the bifurcation, in units of `scale_of`
 SCALE_FROM = 4.0  # smallest A from which on distances in A are proportional to A, like the spacing of floats
 
 
@@ -29,7 +33,7 @@ def scale_of(A: float) -> float:
 
 
 def is_doubled(orbit: Orbit) -> bool:
-    """Return True if the flights of the orbit repeat the flights of an orbit with half as many impacts."""
+    """Return True if both halves of the orbit have the same states in the same periods, as after a period doubling."""
     half = orbit.impacts // 2
     return orbit.impacts % 2 == 0 and orbit.name[:half] == orbit.name[half:]
 
@@ -40,7 +44,7 @@ class Continuation:
 
     rests : True if the orbit contains a rest.
     itinerary : the itineraries of the first flight, of the first two flights and so on, as numbers (`flights`).
-    doubled : True if the flights repeat the flights of an orbit with half as many impacts.
+    doubled : True if both halves of the orbit have the same states (`is_doubled`).
     """
 
     B: float
@@ -61,12 +65,12 @@ class Continuation:
 
     @property
     def parent(self) -> Continuation:
-        """Continuation of the orbit with half as many impacts, whose flights a `doubled` orbit repeats."""
+        """Continuation of the orbit with half as many impacts, whose states a `doubled` orbit contains twice."""
         half = self.impacts // 2
         return Continuation(self.B, half, self.period // 2, False, self.itinerary[:half], False)
 
     def starts(self, A: float) -> list[float]:
-        """Return the launch phases at A that return to themselves after this itinerary, φ_up in case of a rest."""
+        """Return the launch phase of each orbit with this itinerary at A. It is φ_up for an orbit with a rest."""
         system = ImpactMap(A, self.B)
         if not system.moves:
             return []
@@ -153,7 +157,7 @@ class Continuation:
         return None
 
     def _touching(self, A: float, launch: float) -> float:
-        """Return the A near A at which the flight with a launch near `launch` just touches the obstacle.
+        """Return the amplitude near A at which the flight with a launch near `launch` just touches the obstacle.
 
         On the side with the impact, the distance of the launch from its breakpoint falls as the square of the distance
         in A from the bifurcation. So this distance is below float precision long before A reaches the bifurcation. The
@@ -181,7 +185,7 @@ class Continuation:
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
-    """Return (last, beyond): neighbouring floats between `good` and `bad`. The condition holds at `last` only."""
+    """Return neighbouring floats (last, beyond) between `good` and `bad`; `holds` is True only at `last`."""
     while True:
         middle = 0.5 * (good + bad)
         if middle in (good, bad):

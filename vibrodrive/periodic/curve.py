@@ -20,10 +20,10 @@ from vibrodrive.periodic.tracing import point_at
 
 
 class Meeting(NamedTuple):
-    """A point at which a curve meets another curve.
+    """A point at which a curve meets another curve of the list that `curves` returns.
 
     A, B : parameters at the point.
-    other : index of the other curve in the list.
+    other : index of the other curve in this list.
     what : "end" if one of the two curves ends at the point, otherwise "crossing".
     """
 
@@ -39,7 +39,7 @@ class Curve:
 
     Attributes
     ----------
-    kind : kind as in `Bifurcation`.
+    kind : kind of the bifurcation, as in `Bifurcation`, for example "fold".
     period : period of the orbit in excitation periods.
     impacts : number of impacts in one period; an impact without speed does not count.
     word : states of the orbit, as text.
@@ -49,7 +49,9 @@ class Curve:
     ends : reasons why the curve ends at its first and at its last point. A reason is the name of a second condition
         that holds at this point, "edge" (the edge of the range), "level" (B = 0), "closed" (a closed curve), or "lost"
         (the curve could not be followed further).
-    meets : points at which this curve meets other curves of the list.
+    meets : points at which this curve meets other curves of the list that `curves` returns.
+    condition, points : equations of the curve (conditions.py) and their solution at each point, float64 (points,
+        unknowns). The onset has no condition.
     """
 
     kind: str

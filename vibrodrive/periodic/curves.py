@@ -35,12 +35,12 @@ from vibrodrive.periodic.tracing import EDGE, Box, cut, trace
 NUM = 17  # default number of values of B at which bifurcations are searched for
 MOST_NUM = 10_000
 BESIDE = 1e-4  # distance in B of further searches from the end of a curve, as a share of the range of B
-ON_CURVE = 1e-9  # largest distance in A of a bifurcation from the curve that it belongs to, times `scale_of`
+ON_CURVE = 1e-9  # largest distance in A of a bifurcation from the curve that it belongs to, in units of `scale_of`
 ONSET_POINTS = 65  # points of the straight line A = 1 + B
 
 TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
-"""Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). Near B = 0 all
-curves except the onset converge like √B, so closer values of B are necessary."""
+"""Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). Near B = 0 curves
+converge to the point A = LEVEL_POINT, some of them like √B, so closer values of B are necessary."""
 
 LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)
 """Value of A at which the only orbit of B = 0 changes. This orbit touches the obstacle without speed. Its slide up ends
@@ -129,7 +129,10 @@ def _onset_line(A: tuple[float, float], B: tuple[float, float]) -> list[Curve]:
 
 
 class _Collection:
-    """Search for curves, and collection of the curves found so far, except the onset."""
+    """Search for curves in the range `box`, and the curves found so far, except the onset.
+
+    `low` is the lower end of the range of A that the caller gave, and `limit` the longest period.
+    """
 
     def __init__(self, box: Box, low: float, limit: int) -> None:
         self.box, self.low, self.limit = box, low, limit

@@ -17,9 +17,9 @@ from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
-# distances in A of additional values of A from a bifurcation, times `scale_of`
+# distances in A of additional values of A from a bifurcation, in units of `scale_of`
 BESIDE = 1e-9
-ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a period doubling or fold, where branches separate like a square root
+ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a period doubling or fold, near which branches change like a square root
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """All orbits of up to `max_period` periods at each of the values A. The values include both sides of bifurcations.
+    """All orbits of up to `max_period` periods at each of the values A, some of them just beside each bifurcation.
 
     A : float64 (n,), ascending.
     orbits : for each value of A the list of its orbits.
@@ -91,14 +91,17 @@ def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:
 
 
 def traces(branch: Branch, values: Callable[[Orbit], np.ndarray]) -> np.ndarray:
-    """Return the sorted results of `values` at each A, float64 (n, values). Each column is a curve over A."""
+    """Return the sorted numbers `values(orbit)` for the orbit at each of the n values of A.
+
+    The result is float64 (n, m) for up to m numbers. Missing numbers are NaN. Each column is a curve over A.
+    """
     rows = [np.sort(values(orbit)) for orbit in branch.orbits]
     width = max(map(len, rows), default=0)
     return np.array([np.pad(r, (0, width - len(r)), constant_values=math.nan) for r in rows])
 
 
 def phase_traces(branch: Branch) -> np.ndarray:
-    """Return the phases of the impacts over A, one column for each impact. Each curve is cut where it passes 2π."""
+    """Return the phases of the impacts, float64 (n, impacts), over A. Each column has a NaN where it passes 2π."""
     rows = [branch.orbits[0].phases]
     for orbit in branch.orbits[1:]:
         turned = [np.roll(orbit.phases, k) for k in range(len(orbit.phases))]

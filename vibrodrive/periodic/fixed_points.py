@@ -26,8 +26,8 @@ from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
 
-SLACK = 1e-12  # share by which every enclosure is widened, much larger than the rounding error of its terms
-NOISE = 2e-14  # rounding error of G(ψ) - ψ, because phases are of order 1
+SLACK = 1e-12  # share by which bounds of the slope are widened, much larger than the rounding errors of their terms
+NOISE = 2e-14  # largest rounding error of G(ψ) - ψ, for phases of order 1
 
 ROWS = 64  # number of rows of the stack of pieces; 53 halvings of a cell give at most 54 pieces
 
@@ -36,7 +36,7 @@ class Work(NamedTuple):
     """Work arrays of `roots`.
 
     stack : ends of the pieces that are not searched yet, (ROWS, 2).
-    one, other : slides of the flights from the two ends of a piece, (any, 3).
+    one, other : slides of the flights from the two ends of a piece, (any, 3), with columns as in `flight`.
     no_slides : an empty array (0, 3), for flights whose slides are not recorded.
     """
 
@@ -48,7 +48,10 @@ class Work(NamedTuple):
 
 @inline
 def force_between(one, other, falling, A, B):
-    """Return (low, high), bounds of |H| between two phases of one half wave, in whose middle |H| has its only peak."""
+    """Return (low, high), bounds of |H| between two phases of one half wave, in whose middle |H| has its only peak.
+
+    |H| >= 1 at both phases, so a bound below 1 is due to rounding and is set to 1.
+    """
     peak = 3.0 * HALF_PI if falling else HALF_PI
     sign = -1.0 if falling else 1.0
     h_one = sign * (A * math.sin(one) - B)

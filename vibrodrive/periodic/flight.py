@@ -19,18 +19,18 @@ in the window, the mass leaves immediately, and ψ is this phase. Otherwise the 
   this zero. ξ' is least at the instant at which H returns to -1, and most slides that land end before this instant. So
   the sign of ξ is evaluated at this instant first.
 * As ψ grows, the beginnings of slides up do not become earlier, the beginnings of slides down do not become later, and
-  ξ at every reversal (a zero of ξ') falls strictly: eqs. (4), (5) with ξ' = 0 at the beginning of a slide. A decision
-  is made between impact and reversal, or by the comparison of H with ±1. Each decision changes at most once as ψ grows,
-  as long as the earlier decisions are the same. So the phases with one word form an interval. The phases with one
-  itinerary (the words of several flights in a row) form an interval, too. On each of these intervals the impact time
-  falls strictly.
+  ξ at every reversal (a zero of ξ') falls strictly. This follows from eqs. (4), (5) with ξ' = 0 at the beginning of a
+  slide. A decision between an impact and a reversal depends on the sign of this ξ. Every other decision compares H with
+  ±1. So each decision changes at most once as ψ grows, as long as the earlier decisions are the same. Therefore the
+  phases with one word form an interval. The phases with one itinerary (the words of several flights in a row) form an
+  interval, too. On each of these intervals the impact time falls strictly.
 
 Because of the third fact all orbits and all breakpoints of the map (impact_map.py) can be found: if the words at both
 ends of an interval are equal, all phases between them have this word (see itineraries.py).
 
-If a sticking follows the first slide up, the next slide down always reaches the obstacle. Friction and gravity oppose
-the rise, whereas gravity drives the fall. The fall takes at least as large a part of its half wave of the excitation as
-the rise takes of its half wave.
+If a sticking follows the first slide up, the next slide down always reaches the obstacle: friction and gravity oppose
+the rise, whereas gravity drives the fall, and the share of its half wave of the excitation that the fall takes is at
+least as large as the share that the rise takes of its half wave.
 
 **On the level (B = 0)** a slide down is the mirror image of a slide up, half a period later. Let T(ψ) be the end of
 the slide up that begins at ψ, and let D(ψ) be the distance over which the mass slides. Both fall as ψ grows, and
@@ -69,7 +69,7 @@ from vibrodrive.kernels.undisturbed import enclose, gap_guess, guess_end, releas
 LETTERS = 8  # base of the number that represents a word; the digit of a state is State + 1
 WORDS = (
     2**59 - 55
-)  # prime modulus of these numbers; numbers of words of up to 19 states are distinct, of longer words almost surely
+)  # prime modulus of these numbers; words of up to 19 states have distinct numbers, longer words almost surely
 
 NO_WORD = 0  # the empty word
 
@@ -272,6 +272,6 @@ def launch_after(phi, A, B):
 
 @jit(_nrt=False)
 def launch_window(A, B):
-    """Return (φ_up, π - φ_up, ψ*): both ends of the window, and for B = 0 the launch phase `touching`."""
+    """Return (φ_up, π - φ_up, touch): both ends of the window, and the launch phase `touching` (only for B = 0)."""
     up = release_up(A, B)[0]
     return up, window_end(up), touching(A, up)

@@ -11,10 +11,10 @@ from vibrodrive.periodic.continuation import bisect, scale_of
 from vibrodrive.periodic.curve import Curve, Meeting
 from vibrodrive.periodic.tracing import EDGE
 
-# largest distance in A and in B of two curves at a common point, times `scale_of`; if the curves only touch, the error
-# of this point is about the square root of a rounding error
+# largest distance in A and in B of two curves at a common point, in units of `scale_of`; if the curves only touch, the
+# error of this point is about the square root of a rounding error
 SAME_POINT = 1e-7
-TOUCHING = 1e-12  # largest distance in A of two curves that coincide within rounding, times `scale_of`
+TOUCHING = 1e-12  # largest distance in A of two curves that coincide within rounding, in units of `scale_of`
 
 
 def with_meetings(found: list[Curve]) -> list[Curve]:
@@ -94,7 +94,10 @@ def _crossings(one: Curve, other: Curve) -> Iterator[tuple[float, float]]:
 
 
 def _overlap(one: Curve, other: Curve) -> np.ndarray:
-    """Return a mask of the pairs of steps of two curves that may cross, because their enlarged boxes overlap."""
+    """Return True, in a bool array (steps of `one`, steps of `other`), for each pair of steps that may cross.
+
+    A step connects two neighbouring points. Two steps may cross if their bounding boxes, enlarged by 10 %, overlap.
+    """
 
     def spans(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])

@@ -1,10 +1,10 @@
 """Recognition of the condition that a bifurcation satisfies, from the slides of its orbit.
 
-The search for bifurcations reports the orbit on one side of the bifurcation, at a small distance in A. Each decision of
-the reported orbit that is close to a change gives a candidate condition (conditions.py). A candidate is the condition
-of the bifurcation if its equations have a solution at the A that the search found. The orbits on both sides of a
-bifurcation give the same condition, because an impact that only touches the obstacle is not counted if the motion
-continues without a rest.
+The search for bifurcations reports the orbit on one side of the bifurcation, at a small distance in A. At the end of
+each slide of this orbit a decision is made between reversal, sticking, impact and rest. Each decision that is close to
+a change gives a candidate condition (conditions.py). A candidate is the condition of the bifurcation if its equations
+have a solution at the A that the search found. The orbits on both sides of a bifurcation give the same condition,
+because an impact that only touches the obstacle is not counted if the motion continues without a rest.
 """
 
 import math
@@ -23,15 +23,18 @@ from vibrodrive.periodic.itineraries import NO_SLIDES
 from vibrodrive.periodic.search import Orbit
 from vibrodrive.periodic.tracing import ROUNDING
 
-SAME = 1e-9  # largest distance in A of a solution from the bifurcation that the search found, times `scale_of`
-CLOSE = 0.05  # largest distance of a decision from its change; near a grazing it grows as √|ΔA| from the bifurcation
+SAME = 1e-9  # largest distance in A of a solution from the bifurcation that the search found, in units of `scale_of`
+
+CLOSE = 0.05
+"""Largest distance of a decision from its change (the difference of |H| from 1, or ξ, or |ξ'|), in units of `scale_of`.
+Near a grazing this distance grows as the square root of the distance in A from the bifurcation."""
 
 
 class Part(NamedTuple):
     """One slide of an orbit.
 
     falls : True for a slide down.
-    begun : kind of beginning, as in `Slide`.
+    begun : kind of beginning, as in `conditions.Slide`.
     begin, end : times of the beginning and the end, from τ = 0.
     lands : True if the slide ends at the obstacle.
     gap : ξ at the end.
@@ -66,9 +69,9 @@ def recognise(found: Bifurcation) -> tuple[Condition, np.ndarray] | None:
 
 
 def candidates(kind: str, orbit: Orbit) -> Iterator[tuple[Condition, list[float]]]:
-    """Yield the conditions of a kind that the orbit almost satisfies, each with the times at which its slides end.
+    """Yield (condition, ends) for each condition of this kind that the orbit almost satisfies.
 
-    The condition that the orbit satisfies best comes first.
+    `ends` are the times at which the slides end. The condition that the orbit satisfies best comes first.
     """
     rests = "REST" in orbit.word.split()
     parts = parts_of(orbit, rests)

@@ -1,9 +1,10 @@
 """All periodic orbits of the undisturbed motion, stable and unstable, from the impact-phase map.
 
-flight.py defines launch, flight and word. After every rest the launch is at φ_up, so there is at most one orbit with a
-rest. The motion from this launch gives this orbit without a search. In all other orbits a launch follows each impact
-without a rest. An orbit of n impacts gives a fixed point of the n-fold map on a cell, an interval of launch phases with
-one itinerary (itineraries.py). Every cell is searched (fixed_points.py). The map falls on every branch. So an orbit
+flight.py defines launch, flight, word and φ_up. After every rest the launch is at φ_up, so there is at most one orbit
+with a rest. The motion from this launch gives this orbit without a search. In all other orbits a launch follows each
+impact without a rest. An orbit of n impacts gives a fixed point of the n-fold map on a cell, an interval of launch
+phases with one itinerary (itineraries.py). Every cell is searched (fixed_points.py). The multiplier of an orbit is the
+derivative of the n-fold map. The map falls between any two neighbouring breakpoints (impact_map.py). So an orbit
 with an odd number of impacts has a negative multiplier and can lose its stability only by period doubling. An orbit
 with an even number of impacts has a positive multiplier and can lose its stability only in a fold.
 
@@ -46,8 +47,8 @@ LEVEL = 1e-7
 """Largest B/A at which an orbit without a rest cannot be distinguished from the touching orbit because of rounding."""
 
 STEEPEST = 1e13
-"""Smallest ratio of the multiplier to B/A of orbits that are left out, because rounding would determine whether the
-search finds them."""
+"""Smallest |multiplier| / (B/A) of orbits that are left out, because rounding would determine whether the search finds
+them."""
 
 SAME_LAUNCH = 1e-8
 """Launch phases of one orbit that differ by less than SAME_LAUNCH count as equal. Rounding separates equal launch

@@ -141,7 +141,10 @@ class _Walk:
         return before < 0.0 <= behind and float(np.linalg.norm((there - seed) / self.scale)) <= length
 
     def add_turn(self, points: list[np.ndarray], there: np.ndarray, tangent: np.ndarray, turned: np.ndarray) -> None:
-        """Add the point `there` to `points`. If B turns back before this point, add the turning point first."""
+        """Add the point `there` to `points`. If B turns back before this point, add the turning point first.
+
+        `tangent` is the tangent at the last point of `points`, and `turned` is the tangent at `there`.
+        """
         here = points[-1]
         if tangent[-1] * turned[-1] < 0.0 and not np.array_equal(here, there):
 
