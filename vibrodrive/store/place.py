@@ -60,7 +60,7 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     except NoResult as error:
         why = str(error).removeprefix(f"{path}: ")
         advice = "choose another file, because --overwrite replaces only result files"
-        raise ConfigError(f"output: {path}: {why}; {advice}") from None
+        raise ConfigError(f"output = {str(path)!r}: {why}; {advice}") from None
     if found != kind:
         held = f"a file of {FILES[kind].holds}, but contains {FILES[found].holds}; choose another file with -o"
         raise ConfigError(bad("output", str(path), held))
@@ -101,7 +101,7 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
     except OSError as error:
         raise ConfigError(bad(role, str(path), f"a path that can be written ({error.strerror})")) from None
     if what is not None:
-        raise ConfigError(bad(role, str(path), f"a file, but this is {what}"))
+        raise ConfigError(bad(role, str(path), f"a file, but is {what}"))
     parent = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(parent):
         there = "in a directory that exists (No such file or directory)"
