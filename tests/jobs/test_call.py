@@ -117,7 +117,7 @@ def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
     Path("notes.h5").write_text("precious")
     for overwrite in (False, True):
         with pytest.raises(
-            ValueError, match=r"notes\.h5': not a result file.*overwrite=True replaces only result files"
+            ValueError, match=r"notes\.h5'?: not a result file.*overwrite=True replaces only result files"
         ):
             vd.sweep(**SWEEP, path="notes.h5", overwrite=overwrite)
     with pytest.raises(ValueError, match=r"output = 'x\.png': must be a result file"):
