@@ -136,7 +136,8 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#333333")
 
 
 def failure(example: dict[str, Any]) -> Any:
-    """Draw the curves of one example, with its title and the legend above them."""
+    """Draw the curves of one example, with its title and the legend above them. Hollow marks show a reported event that
+    is not the impact."""
     fig, axes = figure(3.5, 2.7)
     ax = axes[0, 0]
     for s, colour in zip(example["series"], COLOURS, strict=False):
@@ -155,6 +156,8 @@ def failure(example: dict[str, Any]) -> Any:
             color=colour,
             label=s["label"],
         )
+        other = [k for k, state in enumerate(s.get("reported", [])) if state != "IMPACT"]
+        ax.plot([s["x"][k] for k in other], [s["y"][k] for k in other], "o", ms=4, mew=1.4, mfc="white", mec=colour)
     xlabel, ylabel, xscale, yscale = example["axes"]
     ax.set(xlabel=xlabel, ylabel=ylabel, xscale=xscale, yscale=yscale)
     if xscale == "linear":

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 import vibrodrive as vd
+from benchmarks.accuracy_speed import PERIODS
 from benchmarks.common import RESULTS, TWO_PI, arguments, say, truth, write
 from benchmarks.switches import level1, run, solvers
-from benchmarks.switches.model import REST, STICK, Point, force, start
+from benchmarks.switches.model import IMPACT, REST, STATES, STICK, Point, force, start
 from benchmarks.switches.score import judge
 from benchmarks.switches.sums import Sum, value
 from vibrodrive.validation.reference import Slide, mp
@@ -196,12 +197,14 @@ def first_order() -> dict[str, Any]:
     found = stored_points(0.0)
     stepping, newton = ([p for p in found[name] if p["right"]] for name in ("time-stepping", "scan + Newton"))
     steps, errors = ([p[key] for p in stepping] for key in ("value", "error"))
+    case = CASES["L2-paper-04"]
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     return {
         "title": "An error of first order in the step",
-        "case": "L2-paper-04",
-        "caption": "Time-stepping reports the end of a step as the time of a switch. So its largest error over 200 "
-        f"periods is proportional to the step to the power {order:.2f}. At the step {steps[-1]:g} this error is "
+        "case": case["id"],
+        "caption": "Time-stepping reports the end of a step as the time of a switch. The motion of the case is "
+        f"continued from {float(case['inputs']['periods']):g} to {PERIODS} periods. In these periods the largest error "
+        f"of a switch is proportional to the step to the power {order:.2f}. At the step {steps[-1]:g} this error is "
         f"{errors[-1]:.1e}. The sequence of states is right for {len(steps)} of the {len(found['time-stepping'])} "
         "steps.",
         "axes": ("step", "largest error of a switch", "log", "log"),
@@ -215,10 +218,12 @@ def first_order() -> dict[str, Any]:
 def clock() -> dict[str, Any]:
     """Return the example of the error of the phase after many periods, for a τ that grows and for a reduced phase."""
     periods = [1000, 3000, 10_000, 30_000, 100_000]
-    point = Point(3.04, 0.1, 0.0, vd.ETA)
+    case = CASES["L2-paper-04"]
+    x = run.inputs(case)
+    point = Point(x["A"], x["B"], x["eps"], x["eta"])
     mp.dps = 40
-    true = truth(3.04, 0.0, 1200).phase
-    impact = [float(p) for p, kind in zip(true, truth(3.04, 0.0, 1200).kinds, strict=True) if kind == (1, 4)][-2:]
+    true = truth(point.A, 0.0, 1200).phase
+    impact = [float(p) for p, kind in zip(true, truth(point.A, 0.0, 1200).kinds, strict=True) if kind == (1, 4)][-2:]
 
     def error(phase: float) -> float:
         return max(min(abs(phase - p) for p in impact), 1e-17)
@@ -233,14 +238,15 @@ def clock() -> dict[str, Any]:
             found = solver.events((0.0, 0.0, 0.0, TWO_PI * n), point, **setting)
             tau = [tau for tau, before, after in found if (before, after) == (1, 4)][-1]
             curves[name].append(error(float(mp.fmod(mp.mpf(tau), 2 * mp.pi))))
-        s = vd.simulate(3.04, transient=n - 2, periods=2).switches
+        s = vd.simulate(point.A, transient=n - 2, periods=2).switches
         curves["certified"].append(error(float(s["phase"][(s["before"] == 1) & (s["after"] == 4)][-1])))
     last = {name: values[-1] for name, values in curves.items()}
     return {
         "title": "The phase error of a growing time τ",
-        "case": "L3-undisturbed-01",
-        "caption": "The motion at A = 3.04 becomes periodic, so the phase of its impacts becomes constant. After "
-        f"{periods[-1]:.0e} periods the error of this phase is {last['RK4 + bisection']:.0e} if τ is the sum of all "
+        "case": case["id"],
+        "caption": f"The motion of the case is continued from {x['periods']:g} to {periods[-1]:.0e} periods. It "
+        "becomes periodic, so the phase of its impacts becomes constant. In the last periods the error of this phase "
+        f"is {last['RK4 + bisection']:.0e} if τ is the sum of all "
         f"steps (RK4 + bisection). It is {last['scan + Newton']:.0e} if each τ is computed from the τ of the last "
         f"switch (scan + Newton). It is {last['certified']:.0e} if the number of periods and the phase are stored "
         "separately (certified).",
@@ -334,33 +340,37 @@ def sinking() -> dict[str, Any]:
 
 def lateness() -> dict[str, Any]:
     """Return the example of the error of an impact time, over the depth at which the slide would reverse."""
-    misses, settings = (
-        [10.0**-k for k in range(1, 13)],
-        {
-            "fixed, Δτ = 1e-4": ("vibrodrive_paths", {"method": "fixed", "dtau": 1e-4}),
-            "RK45, rtol 1e-6": ("scipy_ivp", {"method": "RK45", "rtol": 1e-6}),
-        },
-    )
-    curves: dict[str, list[float]] = {name: [] for name in settings}
-    root = []
-    for k in range(1, 13):
-        name = f"L1-grazing-{2 * k:02}"
-        event = CASES[name]["events"][0]
-        root.append(float(event["nearest_other_zero"]))
-        for label, (solver, setting) in settings.items():
-            found, _ = ask(name, solver, **setting)
-            curves[label].append(max(abs(found[0][0] - float(event["tau"])), 1e-16))
+    depths = [10.0**-k for k in range(1, 13)]
+    events = [CASES[f"L1-grazing-{2 * k:02}"]["events"][0] for k in range(1, 13)]
+    settings = {
+        "fixed, Δτ = 1e-4": ("vibrodrive_paths", {"method": "fixed", "dtau": 1e-4}),
+        "RK45, rtol 1e-6": ("scipy_ivp", {"method": "RK45", "rtol": 1e-6}),
+    }
+    shown, counts, errors = [], [], {}
+    for (label, (solver, setting)), style in zip(settings.items(), ("line dots", "dashes dots"), strict=True):
+        found = [ask(f"L1-grazing-{2 * k:02}", solver, **setting)[0][0] for k in range(1, 13)]
+        late = [tau - float(event["tau"]) for (tau, _, _), event in zip(found, events, strict=True)]
+        reported = [after for _, _, after in found]
+        shown.append(series(depths, np.maximum(np.abs(late), 1e-16), style, label) | {"reported": reported})
+        lost = ", ".join(f"1e-{k}" for k, after in enumerate(reported, 1) if after != STATES[IMPACT])
+        counts.append(f"{label.split(',')[0]} reports the reversal at d = {lost}")
+        errors[label] = late
+    grid, adaptive = errors.values()
+    early = ", ".join(f"1e-{k}" for k, error in enumerate(adaptive, 1) if error < 0.0)
     return {
-        "title": "Delay of an impact that is nearly a touch",
+        "title": "The time of an impact that is nearly a touch",
         "case": "L1-grazing-12",
-        "caption": "Without the obstacle, the slide would reverse at a depth d behind the obstacle, about √d after "
-        "the time of the impact. A grid with Δτ = 1e-4 reports the impact up to Δτ too late, for every d. If an "
-        "integrator has an error e of ξ, its time error is about e/√d for d > e, and about √d for d < e. For RK45 at "
-        f"rtol 1e-6 the time error is at most {max(curves['RK45, rtol 1e-6']):.1e}.",
-        "axes": ("depth d", "error of the impact time", "log", "log"),
+        "caption": "Without the obstacle, the slide would reverse at a depth d behind the obstacle, about √d after the "
+        f"time of the impact. The grid with Δτ = 1e-4 is {min(grid):.1e} to {max(grid):.1e} late. If the slide would "
+        "leave the obstacle again within one step, there may be no point of the grid behind the obstacle. Then the "
+        "method reports the reversal and no impact. An integrator has an error e of ξ. Its time error is about e/√d "
+        "for d > e. For d < e the integrator reports an impact up to √e too early, or the reversal, about √d too late. "
+        f"Hollow marks show a reversal in place of the impact: {'; '.join(counts)}. At rtol 1e-6 RK45 is early at d = "
+        f"{early}. Its time error is at most {max(map(abs, adaptive)):.1e}.",
+        "axes": ("depth d", "error of the time (hollow: reversal)", "log", "log"),
         "series": [
-            series(misses, root, "dotted", "time to reversal"),
-            *(series(misses, c, f"{s} dots", n) for (n, c), s in zip(curves.items(), ("line", "dashes"), strict=True)),
+            series(depths, [float(e["nearest_other_zero"]) for e in events], "dotted", "time to reversal"),
+            *shown,
         ],
     }
 
