@@ -144,9 +144,9 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
     """Return verdicts (a letter for each case), digits of right answers, and reasons of refusals."""
     judged = [judge(case, given[case["id"]][0]) for case in cases]
     refused: dict[str, list[str]] = {}
-    for name, (answered, _) in given.items():
-        if isinstance(answered, str):
-            refused.setdefault(answered[:80], []).append(name)
+    for case in cases:
+        if isinstance(answered := given[case["id"]][0], str):
+            refused.setdefault(answered[:80], []).append(case["id"])
     return {
         "verdicts": "".join(LETTERS["all" if j["all"] else j["verdict"]] for j in judged),
         "digits": " ".join("-" if j["digits"] is None else f"{j['digits']:.0f}" for j in judged),

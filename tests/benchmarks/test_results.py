@@ -73,7 +73,8 @@ def test_summary_of_answers():
         "c": ({"zeros": [3.0]}, 0.25),
         "d": ("ValueError: no", 0.0),
     }
-    found = run.summary([CASE | {"id": name} for name in answers], answers)
+    cases = [CASE | {"id": name} for name in answers]
+    found = run.summary(cases, answers | {"of another level": ("ValueError: no", 0.0)})
     assert found["verdicts"] == "Rrm-"
     assert found["digits"] == "30 30 - -"
     assert found["refused"] == {"ValueError: no": ["d"]}
