@@ -22,7 +22,8 @@ from vibrodrive.kernels.single import follow_certified, follow_on_grid
 
 @jit
 def shape(f, t, on_zero, sign, limit):
-    """Return the shape of ±g in h = τ − t. The sign is that of g' if g = 0 at t, and `sign` otherwise."""
+    """Return the search of ±g in h = τ − t, with its shape. If g = 0 at t > 0 (`on_zero`), the sign is that of g', and
+    otherwise it is `sign`. `limit` is the longest h of the search."""
     sin, cos = math.sin(t), math.cos(t)
     p = f.a * (math.cos(f.alpha) * cos - math.sin(f.alpha) * sin)
     q = f.a * (math.sin(f.alpha) * cos + math.cos(f.alpha) * sin)
@@ -46,8 +47,8 @@ def shape(f, t, on_zero, sign, limit):
 
 @jit
 def first_cursor(search, on_zero, method, dtau, limit):
-    """Return the position at which the search begins. It is after a zero at the start, so that this zero is not found
-    again."""
+    """Return the position at which the search begins: h for the certified method, a number of grid steps for the
+    others. It is after a zero at the start, so that this zero is not found again."""
     if method == CERTIFIED:
         return first_zero.first_cursor(search, limit) if on_zero else 0.0
     return first_zero.first_grid_point(search, dtau, limit) if on_zero else 1.0

@@ -9,7 +9,7 @@ from benchmarks.switches.motions import Inputs, inputs
 from benchmarks.switches.zeros import Function
 from vibrodrive.validation.reference import Oscillator, Slide, mp
 
-Drawn = tuple[Inputs, list[str], str]
+Drawn = tuple[Inputs, list[str], str]  # the fields inputs, tags and why of a case
 
 
 def scene(draw: Draw, disturbed: bool) -> Inputs:

@@ -19,7 +19,8 @@ Event = tuple[float, int, int]
 
 
 def events_by(run: Callable[..., int]) -> Callable[..., list[Event]]:
-    """Return `events(initial, point, **setting)`: the switches from `initial`, which is (ξ, ξ', τ, end).
+    """Return a function `events(initial, point, **setting)`. It returns the switches of the motion that starts at τ
+    with ξ and ξ' and ends at `end`; `initial` is (ξ, ξ', τ, end).
 
     `run(point, initial, values of the setting, times, before, after)` fills the three arrays with the switches up to
     the end, and returns the number of switches.

@@ -68,7 +68,8 @@ def text(x: Any, digits: int = 30) -> str:
 
 
 def tolerance(distance: Any) -> Any:
-    """Return the largest distance of a right answer from a zero, by the rule of score.py."""
+    """Return the largest error of a right time, by the rule of score.py. `distance` is that to the nearest other zero,
+    or None if there is none."""
     widest = mp.mpf(10) ** -6
     return widest if distance is None else min(widest, distance / 3)
 

@@ -38,7 +38,7 @@ def force_rate(point, tau):
 
 @jit
 def constants(point, sign, t0, xi, dxi):
-    """Return (sign, t0, constant terms of ξ' and ξ) of a slide in direction `sign` that starts at t0."""
+    """Return (sign, t0, constant term of ξ', constant term of ξ) of a slide up (`sign` 1) or down (−1) from t0."""
     v, x = dxi + point.A * math.cos(t0), xi + point.A * math.sin(t0)
     if point.eps > 0.0:
         v += point.A * point.eps * point.eta * math.cos(point.eta * t0)
@@ -76,7 +76,7 @@ def start(h, xi, dxi):
 
 @jit
 def decide(before, h, impact):
-    """Return the state after `before` ends at an instant with H = h (Fig. 2)."""
+    """Return the state that follows `before` (Fig. 2). At its end H = h; `impact` is True if the obstacle ends it."""
     if before in (IMPACT, REST):
         return UP if h > 1.0 or before == REST else REST
     if before == STICK:
@@ -89,8 +89,8 @@ def decide(before, h, impact):
 
 
 def release(point, state, tau):
-    """Return the end of STICK or REST at ε = 0: H rises to 1, or in STICK falls to −1 earlier. Return inf if there is
-    no end."""
+    """Return the first time from τ on at which, with ε = 0, STICK or REST ends: H rises to 1 or, in STICK, falls to −1.
+    Return inf if there is none."""
     end = math.inf
     if point.A >= 1.0 + point.B:
         end = tau + (math.asin((1.0 + point.B) / point.A) - tau) % TWO_PI

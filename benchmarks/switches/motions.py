@@ -17,7 +17,8 @@ Inputs = dict[str, float]
 class Event(NamedTuple):
     """A switch and its neighbourhood.
 
-    slope : slope at the switch of the function whose zero ends the state, which is positive before the switch; None at
+    dxi : ξ' just before an impact, 0 at all other switches
+    slope : slope at the switch of the function whose zero ends the state (it is positive before the switch); None at
         the end of an impact
     nearest_other_zero : distance to the nearest other zero, None if it is more than a period away
     """
@@ -32,7 +33,7 @@ class Event(NamedTuple):
 
 
 def inputs(**given: float) -> Inputs:
-    """Return all inputs in their order. The default of eta is that of the paper, B is 0.1, periods 20, all others 0."""
+    """Return all inputs in their order. Defaults: the paper's eta, B = 0.1, periods = 20, and 0 for the others."""
     usual = {"B": 0.1, "eta": 10 * float(mp.sqrt(102)), "periods": 20.0}
     return {name: float(given.get(name, usual.get(name, 0.0))) for name in NAMES}
 
@@ -71,7 +72,8 @@ def slope(model: Oscillator, s: Switch) -> Any:
 def nearest(model: Oscillator, s: Switch, others: list[Any]) -> Any:
     """Return the distance from the switch s to the nearest other zero, or None if no zero is within a period.
 
-    This zero is another event, or the next zero of a function that could end the state if the state continued.
+    This zero is another event (`others` are times of events near s), or the next zero of a function that could end the
+    state if the state continued.
     """
     distance = min([2 * mp.pi, *(abs(s.tau - tau) for tau in others)])
     for g in functions(model, s):

@@ -26,7 +26,8 @@ EVENTS = {
     GROUND: [(0, 0.0, -1)],
     SUM: [(0, 0.0, 0)],
 }
-"""Events that end each kind of search: (number of the variable, level that it crosses, direction; 0: either one)."""
+"""Events that end each kind of search: (number of the variable, level that it crosses, direction: 1 up, −1 down, 0
+both). In a wait, variable 0 is H."""
 
 
 def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
@@ -42,7 +43,7 @@ def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
 
 
 def first_value(function: Any) -> float:
-    """Return g(0), or ±1e-16 if g(0) = 0."""
+    """Return g(0) or, if g(0) = 0, 1e-16 with the sign that g has just after 0."""
     return value(function, 0.0) or departure(function) * NUDGE
 
 

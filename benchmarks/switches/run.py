@@ -32,7 +32,7 @@ HERE = Path(__file__).parent
 NAMES = sorted(module.name for module in pkgutil.iter_modules(solvers.__path__))
 SHORT = 0.02
 COMPILING = 600.0  # seconds allowed for the warm-up of a setting
-PATIENCE = 2  # number of cases that may take too long, per family
+PATIENCE = 2  # number of successive cases that take too long, after which the rest of their family is skipped
 LATE = "longer than"
 LETTERS = dict(zip(VERDICTS, "rmiw-", strict=True)) | {"all": "R"}  # "R": at level 0 the later zeros are right, too
 
@@ -157,7 +157,8 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
 def run(
     module: Any, cases: list[dict[str, Any]], limits: list[float], answers: Path | None
 ) -> Iterator[dict[int, tuple[dict[str, Any], Firsts]]]:
-    """After each setting of a solver, yield for each level (result, first zero or event of each answer).
+    """After each setting of a solver, yield for each level the pair (result, first zeros or events) of all settings so
+    far.
 
     The complete answers are written into the folder `answers`.
     """

@@ -8,7 +8,7 @@ from benchmarks.switches.draw import Draw
 from benchmarks.switches.motions import Inputs, inputs
 from vibrodrive.validation.reference import SCENES, reference, with_digits
 
-Drawn = tuple[Inputs, list[str], str]
+Drawn = tuple[Inputs, list[str], str]  # the fields inputs, tags and why of a case
 FEWEST, MOST = 20, 60  # number of events in 20 periods of a random scene; more would make its file too large
 
 PAPER = ((1.5, 0.0), (2.2, 0.0), (2.65, 0.0), (3.04, 0.0), (3.15, 0.0), (3.04, 5e-5), (3.04, 2e-4), (3.15, 2e-4))
@@ -34,7 +34,8 @@ def hard_spot(draw: Draw, i: int) -> Drawn:
 
 
 def drawn(periods: int, scene: Callable[[Draw], Inputs], why: str) -> Callable[[Draw, int], Drawn]:
-    """Return a function that draws scenes until one has FEWEST to MOST switches in 20 periods."""
+    """Return a function that draws by `scene` until a scene has FEWEST to MOST switches in 20 periods. It returns this
+    scene with `periods` periods."""
 
     def make(draw: Draw, i: int) -> Drawn:
         while True:
@@ -73,7 +74,7 @@ def incline(draw: Draw) -> Inputs:
 
 
 def families(periods: int, counts: tuple[int, int, int, int]) -> dict[str, tuple[int, Callable[[Draw, int], Drawn]]]:
-    """Return the four families of random scenes."""
+    """Return for each of the four families of random scenes the number of cases and the function that draws case i."""
     kinds = {
         "undisturbed": (undisturbed, "A is random, and there is no disturbance."),
         "disturbed": (disturbed, "A and ε are random, and η is that of the paper."),

@@ -86,7 +86,10 @@ class Function:
         raise ArithmeticError("a zero of order four at the start")
 
     def zeros(self, most: int | None = None) -> list[Zero]:
-        """Return all zeros in (0, end] in order, or only the first `most`. Raises ArithmeticError at a triple zero."""
+        """Return all zeros in (0, end] in order, or only the first `most`.
+
+        Raises ArithmeticError at a triple zero, a zero at h = `end`, or a zero of order four at h = 0.
+        """
         found: list[Zero] = []
         left, width = self.beginning(), mp.mpf(1 / self.omega)
         while left < self.end and (most is None or len(found) < most):

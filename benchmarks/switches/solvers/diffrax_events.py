@@ -41,7 +41,7 @@ def rates(state, t, y, of):
 
 
 def ends(state, y):
-    """Return the functions that end a state; they are positive before its end."""
+    """Return the values of the functions whose zeros end a state. They are positive before its end."""
     return jnp.stack([(y[component] - level) * -(way or -1) for component, level, way in EVENTS[state]])
 
 
@@ -51,7 +51,8 @@ def integrator(method, state):
 
     It returns τ, 1 at an event (else 0), the number of the event, and the variables.
 
-    The arguments are one array, and the results are one array, because to pass single numbers takes as long as a slide.
+    The arguments are one array, and the results are one array. To pass the numbers one by one would take as long as the
+    computation of a slide.
     """
     kind = Sum if state == SUM else Point
     event = dfx.Event(lambda t, y, args, **_: ends(state, y).min(), ROOT, direction=False)

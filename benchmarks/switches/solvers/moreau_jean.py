@@ -15,7 +15,7 @@ SETTINGS = [{"step": step} for step in (0.03, 0.01, 0.003, 0.001, 3e-4, 1e-4, 3e
 
 @jit
 def advance(point, setting, state, xi, dxi, tau, level, ahead):
-    """Return (ξ, ξ', state, True after an impact) after one step."""
+    """Return (ξ, ξ', state, True after an impact) after one step. `step_loop` (loop.py) explains the arguments."""
     h = setting[0]
     closed = xi + 0.5 * h * dxi <= 0.0
     free = dxi + 0.5 * h * (level + ahead)

@@ -34,7 +34,7 @@ def acceleration(setting, xi, dxi, level):
 
 @jit
 def rk4(point, setting, xi, dxi, tau, level, ahead):
-    """Return ξ, ξ' after a step of RK4."""
+    """Return ξ, ξ' after a step of RK4. H is `level` before the step and `ahead` after the step."""
     h, middle = setting[0], force(point, tau + 0.5 * setting[0])
     a1 = acceleration(setting, xi, dxi, level)
     v2 = dxi + 0.5 * h * a1
@@ -54,7 +54,7 @@ def next_velocity(h, v_s, stiff, b):
 
 @jit
 def euler(setting, xi, dxi, ahead):
-    """Return ξ, ξ' after a step of backward Euler."""
+    """Return ξ, ξ' after a step of backward Euler. H is `ahead` after the step."""
     h, v_s, k, _ = setting
     v = next_velocity(h, v_s, 1.0, dxi + h * ahead)
     if xi < 0.0 or xi + h * v < 0.0:
@@ -68,8 +68,8 @@ def euler(setting, xi, dxi, ahead):
 
 @jit
 def classify(state, v_s, xi, dxi, level):
-    """Return the state. A slow mass sticks if friction can hold it. After an impact the mass rests until it leaves the
-    obstacle."""
+    """Return the state after a step. A mass with |ξ'| ≤ v_s sticks or rests if friction can hold it (|H| ≤ 1). After an
+    impact the mass rests until it leaves the obstacle."""
     if state == REST:
         return UP if dxi > v_s and (level > 1.0 or xi > 0.0) else REST
     if xi > 0.0 and (dxi < -v_s or (dxi <= 0.0 and level < -1.0)):
@@ -81,7 +81,7 @@ def classify(state, v_s, xi, dxi, level):
 
 @jit
 def advance(point, setting, state, xi, dxi, tau, level, ahead):
-    """Return (ξ, ξ', state, True after an impact) after one step."""
+    """Return (ξ, ξ', state, True after an impact) after one step. `step_loop` (loop.py) explains the arguments."""
     xi, dxi = euler(setting, xi, dxi, ahead) if setting[3] else rk4(point, setting, xi, dxi, tau, level, ahead)
     if state == DOWN and xi <= 0.0:
         return xi, dxi, UP if ahead > 1.0 else REST, True

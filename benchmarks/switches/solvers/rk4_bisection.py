@@ -21,7 +21,7 @@ def rk4(point, sign, tau, xi, dxi, h):
 
 @jit
 def step_of(point, state, tau, xi, dxi, h):
-    """Return (ended, ξ, ξ') after a step of a state."""
+    """Return (True if the state ends within a step of length h, ξ, ξ' after this step)."""
     if state in (UP, DOWN):
         xi, dxi = rk4(point, 1.0 if state == UP else -1.0, tau, xi, dxi, h)
         return (dxi <= 0.0 if state == UP else xi <= 0.0 or dxi >= 0.0), xi, dxi

@@ -10,7 +10,8 @@ SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-
 
 @jit
 def value(which, point, s, tau):
-    """Return a switching function: ±ξ', ξ, 1 − H or 1 + H. It is positive before the end of its state."""
+    """Return ξ', −ξ', ξ, 1 − H or 1 + H for `which` = 0 to 4. This switching function is positive before the state
+    ends."""
     if which < 2:
         v = velocity(point, s, tau)
         return v if which == 0 else -v
@@ -21,7 +22,7 @@ def value(which, point, s, tau):
 
 @jit
 def slope(which, point, s, tau):
-    """Return the derivative of `value`."""
+    """Return the derivative of `value` with respect to τ."""
     if which < 2:
         h = force(point, tau)
         return h - 1.0 if which == 0 else -h - 1.0
