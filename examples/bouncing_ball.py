@@ -2,8 +2,8 @@
 
     python -m examples.bouncing_ball   # in the root of a clone
 
-writes docs/bouncing_ball.md and docs/bouncing_ball.png. Both compare five quantities of the orbit with one impact per
-period with their laws for the ball, over B. `--docs DIR` writes both files to another folder.
+writes docs/bouncing_ball.md and docs/bouncing_ball.png. Both show over B the errors of five laws of the ball, which are
+compared with the orbit with one impact per period. `--docs DIR` writes both files to another folder.
 """
 
 import argparse

@@ -25,7 +25,7 @@ A = (1.3, 2.4, 2.65, 2.7, 2.75, 3.04, 3.1, 3.15, 3.17, 3.2, 3.25)
 PHASES = (0.0, 0.8, math.pi / 2, 2.4, math.pi, 4.0, 4.8, 5.6)
 SHARES = (0.05, 0.1, 0.2, 0.3)
 
-Kept = Callable[[ReferenceOrbit, Motion], bool]
+Kept = Callable[[ReferenceOrbit, Motion], bool]  # returns True if the motion keeps the structure of the orbit
 
 
 def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1500) -> np.ndarray:

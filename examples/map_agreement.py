@@ -175,7 +175,7 @@ def stable_orbits(A: float, B: float, max_period: int) -> list[Orbit]:
 
 def agrees(pixel: dict[str, Any], stable: Sequence[Orbit], max_period: int) -> bool:
     """Return True if a motion is one of the stable orbits. If there is no stable orbit, return True if the motion has
-    no period up to `max_period`."""
+    no period up to `max_period`, or if the mass never leaves the obstacle."""
     period = 0 if pixel["status"] == vd.Status.NEVER_LEAVES else int(pixel["period"])
     if not stable:
         return not 1 <= period <= max_period

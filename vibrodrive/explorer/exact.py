@@ -26,7 +26,10 @@ STABLE, UNSTABLE = "stable orbit", "unstable orbit"
 
 
 class Curve(NamedTuple):
-    """Curve of orbits over A, or of a bifurcation over A and B; or the point (x, y) of a bifurcation over A."""
+    """Curve of orbits over A, or of a bifurcation over A and B; or the point of a bifurcation over A.
+
+    x and y are arrays for a curve and numbers for a point. `kind` is STABLE, UNSTABLE or the kind of bifurcation.
+    """
 
     x: Any
     y: Any
@@ -43,7 +46,10 @@ def warm() -> None:
 def orbit_lines(
     low: float, high: float, B: float, max_period: int, quantity: str, phase: float
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return (curves of orbits, points of bifurcations) between two A. The ordinate is a quantity of diagrams."""
+    """Return (curves of orbits, points of bifurcations) for A from `low` to `high`.
+
+    Their ordinate is `quantity`, one of DIAGRAM_QUANTITIES. `phase` is the phase of the section.
+    """
     found = family(np.linspace(low, high, VALUES), B, max_period)
 
     def values(orbit: Orbit) -> np.ndarray:
@@ -64,9 +70,9 @@ def orbit_lines(
 def plane_curves(
     A: tuple[float, float], B: tuple[float, float], max_period: int, across: str
 ) -> tuple[list[Curve], list[Curve]]:
-    """Return (curves, empty list): the bifurcations of orbits up to `max_period` in the plane of A and B.
+    """Return (curves of bifurcations in the plane of A and B, empty list), for orbits up to `max_period`.
 
-    `across`, "A" or "B", is the abscissa of the curves.
+    `across`, "A" or "B", is the abscissa of the curves. The empty list is in the place of the points of `orbit_lines`.
     """
     found = curves(A=A, B=B, max_period=max_period)
     return [Curve(*((c.A, c.B) if across == "A" else (c.B, c.A)), c.kind, c.period) for c in found], []

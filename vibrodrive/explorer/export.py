@@ -51,7 +51,7 @@ LEFT, RIGHT, BELOW, ABOVE = 80, 20, 55, 25  # pixels around each diagram
 BAR = 110  # pixels for the scale of a map
 LINE = 20  # pixels for a line of text
 MOTION_ROWS = 220  # height in pixels of the curves of a motion
-CELL = 500  # least width of a map in pixels; each cell becomes a block of pixels
+CELL = 500  # approximate width in pixels of a map with fewer columns; each cell becomes a block of pixels
 
 
 def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:

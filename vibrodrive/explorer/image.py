@@ -41,7 +41,7 @@ def values_of(results: Results, quantity: str) -> np.ndarray:
 
 
 def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
-    """Return (low, high), the range of all values with a margin."""
+    """Return (low, high), the range of all values with a margin, or (-1, 1) if there are no values."""
     part = level.sketch if level.sketch is not None and not level.sweep.done.any() else level.sweep
     ends = []
     for results in part.results:

@@ -22,7 +22,8 @@ from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
-CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")  # of each state of LASTING, of the excitation
+CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")
+"""Colours of the curves of a motion: one for each state of LASTING, the last for the excitation."""
 LOOKS = {"stable orbit": ("#0072B2", 1.5, "solid"), "unstable orbit": ("#D55E00", 1.2, "dashed")} | {
     kind: (b.colour, 2.0, "solid") for kind, b in BIFURCATIONS.items()
 }
@@ -58,7 +59,10 @@ NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour"
 
 
 def build(document: Document, view: View, token: str) -> Page:
-    """Add to a document the models for a view, and the scripts that connect these models in the browser."""
+    """Add to a document the models for a view, and the scripts that connect these models in the browser.
+
+    Return the models that the server changes later. `token` is a part of the address of the page (server.py).
+    """
     # the second diagram has separate ranges: with common ranges it would be laid out after each move, even if it is
     # hidden
     (x_range, y_range), (x2, y2) = ((Range1d(view.low, view.high), Range1d(-1.0, 1.0)) for _ in range(2))

@@ -21,7 +21,7 @@ from vibrodrive.model.states import LASTING
 SHOWN = 12  # largest number of excitation periods drawn
 POINTS = 100  # points of a curve per excitation period
 FAST = 8  # points per period of the disturbance; with fewer points its waves disappear or look like a slow wave
-MOST_POINTS = 20_000  # points of a curve; a curve with many points per period is drawn over fewer periods
+MOST_POINTS = 20_000  # most points of a curve; a curve with many points per period is drawn over fewer periods
 
 
 class Motion(NamedTuple):

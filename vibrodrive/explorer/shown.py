@@ -27,6 +27,7 @@ STATUS_WORDS = {
 class Picture(NamedTuple):
     """Images of a view, one for each diagram, with y upwards; their common palette, place and key.
 
+    The place is that of the lower left corner (x, y), with the width dw and the height dh, in coordinates of the axes.
     Along a logarithmic axis the coordinates are decimal logarithms. If `fit` is True, the ordinate has the range of the
     values. `odd` maps each text of STATUS_WORDS to the columns of a diagram with this status.
     """

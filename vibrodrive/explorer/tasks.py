@@ -1,6 +1,7 @@
 """Tasks of the worker for a page, one for each rank (worker.py), and the display of their results.
 
-Tasks run in the worker thread. Every change of the page runs in the server thread (`Session.later`).
+Tasks run in the worker thread. Every change of the page runs in the server thread (`Session.later`). `seq` is the
+number of the page's message that requested the task.
 """
 
 from __future__ import annotations
@@ -240,7 +241,8 @@ def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[st
 
 
 def compared_with_limit(name: str, value: float, k2: float, last_kept: float) -> tuple[str, bool]:
-    """Return a sentence that compares a disturbance with the limit of its motion, and True if the structure is lost."""
+    """Return a sentence that compares the disturbance `value` with the limit k2 of its motion, and True if the
+    structure is lost. `last_kept` is the largest value at which the search for the limit found the structure kept."""
     if value < k2:
         return f"your {name} = {value:.3g} is {value / k2:.2g} of the limit: the structure is kept", False
     lost = value > last_kept

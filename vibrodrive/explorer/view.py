@@ -29,7 +29,7 @@ from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
 DIAGRAM = "diagram"  # mode with one parameter; the mode MAP has two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
-COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # of the chosen and the certified method
+COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # certified motions: not shown, below, …
 UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000
@@ -38,11 +38,11 @@ COLUMNS, ROWS = 1000, 250  # numbers of columns and rows of a view without a pag
 PICTURE_ROWS = 360  # height in pixels of a diagram without a page
 CELLS = 250_000  # largest number of cells of a map, if the number follows from the size of the page
 LONGEST = 10**6  # largest `transient` and `periods`
-NOWHERE = math.nan
+NOWHERE = math.nan  # default of `bottom`, `top` and `at`
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
-SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # in the order of RANGES
+SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # fields with the defaults of RANGES, in order
 ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colours of a map
-MAY_LACK = (*ENDS, "at", "columns", "rows")
+MAY_LACK = (*ENDS, "at", "columns", "rows")  # fields that may be empty
 
 
 def _real(value: object) -> float:
@@ -301,8 +301,8 @@ class View:
 def view_of(settings: config.Config) -> View:
     """Return the view of a configuration. Raises ValueError for a configuration that the explorer cannot show.
 
-    The abscissa is the x of the figure, or by default the longest axis. A sweep over two axes that records a summary
-    becomes a map. The first value of every further axis is used.
+    The abscissa is the x of the figure, or by default the longest axis. A sweep over two or more axes that records a
+    summary becomes a map. The first value of every further axis is used.
     """
     plan = settings.plan()
     for name in plan.axes:

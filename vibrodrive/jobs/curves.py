@@ -14,7 +14,10 @@ from vibrodrive.store.layout import Origin
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Raise ValueError for axes other than A and B, for a disturbance, and for a method other than `certified`."""
+    """Return {"max_period": longest period of the search}.
+
+    Raises ValueError for axes other than A and B, for a disturbance, and for a method other than `certified`.
+    """
     if set(plan.axes) != {"A", "B"}:
         raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
     for name, values in plan.axes.items():

@@ -25,7 +25,11 @@ JUDGED = 10  # excitation periods of each motion whose switches are judged
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Raise ConfigError for axes other than A and dtau, or A and eps, and for values that a map cannot have."""
+    """Return {"periods": recorded periods of each motion of the search for limits}.
+
+    Raises ConfigError for axes other than A and dtau, or A and eps, for an axis that does not ascend from its first to
+    its last value, for dtau or eps that begins at 0, and for axes A and eps without dtau.
+    """
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:
         raise ConfigError(bad_axes(names, "A and dtau, or A and eps"))

@@ -98,7 +98,7 @@ def _missing_limits(
 
 
 def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
-    """Yield disjoint sets that contain all True entries of a bool array with one or two axes.
+    """Yield disjoint sets that together contain exactly the True entries of a bool array with one or two axes.
 
     Each set is a product of indices along the axes, one array for each axis.
     """

@@ -14,7 +14,7 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.results import Results
 
-NONE = {"eps": 0.0, "dtau": np.nan}
+NONE = {"eps": 0.0, "dtau": np.nan}  # values without a disturbance
 
 
 def undisturbed_gaps(results: Results) -> np.ndarray:

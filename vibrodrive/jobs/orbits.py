@@ -23,7 +23,10 @@ DIAGRAMS = ("bifurcation", "multipliers")
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Raise ValueError for an axis other than A, for a disturbance, and for a method other than `certified`."""
+    """Return {"max_period": longest period of the search}.
+
+    Raises ValueError for an axis other than A, for a disturbance, and for a method other than `certified`.
+    """
     if list(plan.axes) != ["A"]:
         raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
     if len(np.unique(plan.axes["A"])) < 2:
@@ -52,7 +55,7 @@ def make(work: Work) -> bool:
 
 
 def brute_force(plan: Plan, threads: int | None) -> Results:
-    """Simulate the motions of the plan and return their section points."""
+    """Simulate the undisturbed motions of a plan over A, and return results that contain their section points."""
     kept = {name: plan.scalars[name] for name in ("B", "xi0", "dxi0", "tau0", "section_phase")}
     s = plan.settings
     return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)

@@ -131,7 +131,7 @@ class _Work:
         show.look(self.tally.line, self.compilation)
 
     def stop(self, signum: int, thread: threading.Thread) -> str:
-        """Close the file so that it can be resumed."""
+        """Close the file so that it can be resumed, and return the message of Stopped."""
         self._stopping = True
         if self._writer is None:
             thread.join(PATIENCE)

@@ -32,13 +32,13 @@ _MARGIN = np.uint64(0x94D049BB133111EB)
 _STATUS = np.uint64(0xD6E8FEB86659FD93)
 _SWITCHES = np.array([0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x2545F4914F6CDD1D, 0xDA942042E4DD58B5,
                       0x369DEA0F31A53F85], np.uint64)  # fmt: skip
-"""Arbitrary odd weights. Different values modulo 2**64 have different products with an odd weight."""
+"""Arbitrary odd weights of the summands. Different words modulo 2**64 have different products with an odd weight."""
 
 ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
 
 
 def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.ndarray) -> np.ndarray:
-    """Return the checksums uint64 of the points start, start + 1, …, without their sections.
+    """Return the checksums uint64 of the points start, start + 1, …, without the summands of sections and records.
 
     margin is float64 (points,), switches int64 (points, 5), status int8 (points,).
     """
@@ -58,7 +58,8 @@ def section_sums(values: np.ndarray, column: int) -> np.ndarray:
 
 
 def record_sums(name: str, values: np.ndarray) -> np.ndarray:
-    """Return the summand of each checksum, uint64 (points,), for another variable, (points, …) of any type."""
+    """Return the summand of each checksum, uint64 (points,), for the recorded quantity `name`, (points, …) of any
+    type."""
     weight = np.frombuffer(hashlib.sha256(name.encode()).digest()[:8], "<u8") | np.uint64(1)
     rows = np.ascontiguousarray(values).reshape(len(values), -1)
     words = rows.view(f"<u{rows.dtype.itemsize}").astype(np.uint64)
@@ -78,7 +79,7 @@ class Marks(NamedTuple):
 
 
 def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
-    """Read the statuses of all blocks. A block counts as computed if all its points have a status."""
+    """Read the statuses of all blocks. A block counts as computed if no point of the block is NOT_COMPUTED."""
     data, wrong = file["status"], {}
     try:
         status = data[...]

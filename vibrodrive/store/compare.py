@@ -22,7 +22,7 @@ def refuse_different(path: Path, differences: list[str]) -> None:
 
 
 def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[str]:
-    """Return the differences between a plan and an open file. The file contains its configuration, but no plan.
+    """Return as texts the differences between a plan and an open file, which contains its configuration, but no plan.
 
     `own` contains settings of the command, by the names of their root attributes. In the comparison they replace the
     settings of the plan.

@@ -144,7 +144,7 @@ def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> S
 
 
 def check_path(path: object) -> Path:
-    """Return a file name as Path. Raises TypeError or ValueError with the sentence of `bad`."""
+    """Return a file name as Path. Raises TypeError or ValueError with a sentence that names the value of `path`."""
     if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
         raise TypeError(bad("path", path, "the name of a result file"))
     if not is_name(os.fspath(path)):

@@ -39,13 +39,16 @@ CONTENTS = (
     "All periodic orbits of the undisturbed motion (ε = 0) at each A, one row each along `orbit`, and their "
     "bifurcations. The impacts of an orbit are the rows first_impact to first_impact + impacts - 1 along `impact`."
 )
-MAX_PERIOD = 3  # default of the longest period of orbits
+MAX_PERIOD = 3  # default of the longest period of orbits, in excitation periods
 NEXT = " | "  # separator of the flights in the name of an orbit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredOrbits(Stored):
-    """A family of orbits in a file. `plan` is None if the configuration does not match the file."""
+    """A family of orbits in a file: all orbits at each A, and their bifurcations.
+
+    `plan` is that of the configuration in the file, or None if this configuration does not match the orbits.
+    """
 
     file_kind = "orbits"
 
@@ -128,7 +131,7 @@ def faults(file: h5py.File, found: StoredOrbits) -> list[str]:
 
 
 def _plan_of(origin: Origin, B: float) -> Plan | None:
-    """Return the plan of the configuration of a file of orbits, or None if it does not match the file."""
+    """Return the plan of a configuration, or None if its only axis is not A, its B differs, or it cannot be parsed."""
     try:
         plan = origin.parsed().plan()
     except ConfigError:

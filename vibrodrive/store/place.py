@@ -90,7 +90,10 @@ def refuse_foreign(path: Path) -> None:
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:
-    """Raise ConfigError if a path cannot be written, with `renamed` by a temporary file that is renamed to the path."""
+    """Raise ConfigError if a path cannot be written.
+
+    `renamed` means that a temporary file in the same directory will be written and renamed to the path.
+    """
     from vibrodrive.store.header import special
 
     try:

@@ -34,7 +34,10 @@ class DamagedBlock(UserWarning):
 
 
 def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
-    """Return an array, and add unreadable blocks to `damaged`. Points in these blocks get the status NOT_COMPUTED."""
+    """Return the array `name` of Results at an index, and add the faults of damaged blocks to `damaged`.
+
+    In the array `status` the points of damaged blocks are NOT_COMPUTED.
+    """
     index = index if plan.axes else (0,)
     names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
     with open_result(path) as file:
@@ -86,7 +89,8 @@ def _blockwise(
 
 
 def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
-    """Return the part of a block at an index as (index of the file, index of the array); None if it is empty."""
+    """Return the part of a block that `index` selects, as (index of the part in the file, index of the part in the
+    selected array); None if the part is empty."""
     pairs = list(zip(index, tile.slab, strict=True))
     if not all(isinstance(i, slice) or s.start <= i < s.stop for i, s in pairs):
         return None

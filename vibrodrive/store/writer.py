@@ -77,7 +77,8 @@ class Writer:
         return np.flatnonzero(~self.done).tolist()
 
     def write(self, block: Block) -> None:
-        """Write a finished block. The first `write` after GROUP_SECONDS commits it. Raises Unwritable."""
+        """Write a finished block. Commit this and all pending blocks if the last commit was more than GROUP_SECONDS
+        ago. Raises Unwritable."""
         with self._mutex:
             k = block.index
             sums = point_sums(block.start, block.margin, block.switches, block.status)
