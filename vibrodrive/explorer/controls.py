@@ -14,8 +14,8 @@ SLIDER_STEPS = 400  # number of steps of a slider over the range of an axis
 
 
 class Control(NamedTuple):
-    """Control of one field. `options` contains (value, text on the page) for each choice, `slider` the ends and the step
-    of a slider. If `only` is not "", the control is shown only for this mode or scene of the view."""
+    """Control of one field. `options` contains (value, text on the page) for each choice; `slider` the ends and step of
+    a slider. If `only` is not "", the control is shown only for this mode or scene of the view."""
 
     name: str
     label: str
