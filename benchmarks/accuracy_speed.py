@@ -24,7 +24,7 @@ from vibrodrive.validation.reference import mp
 
 A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
 CLOSE = 1.0  # largest distance in rad of two switches that correspond
-LANES = 1024
+LANES = 1024  # number of motions of the sweep in `sweep_seconds`
 
 Found = list[tuple[Any, int, int]]  # for each switch: τ, state before, state after
 
@@ -41,7 +41,8 @@ TOLERANCES = decades(-4, -13, 1)
 class Method(NamedTuple):
     """A solver of the set of switches (benchmarks/switches), or the package if `solver` is None.
 
-    `setting` is the name of the parameter that is varied, and `grid` contains its values. `fixed` contains the others.
+    `setting` is the name of the parameter that is varied, and `grid` contains its values. `fixed` contains the
+    values of all others.
     """
 
     name: str

@@ -27,7 +27,7 @@ ROW = 12.0  # ratio of the ordinates of successive rows
 
 
 class Curve(NamedTuple):
-    """A method, its label, its colour (which differs from the others in grey, too), its mark, and its label's position.
+    """A method, its label, its colour (also in grey different from the others), its mark, and its label's position.
 
     `at` contains the position of the label, (seconds, error), in the undisturbed and in the disturbed panel.
     """
@@ -51,8 +51,8 @@ PAPER = ("Muller on a grid", 1e-5)
 
 
 def draw_curve(ax: Any, curve: Curve, row: float, points: list[dict[str, Any]], at: tuple[float, float]) -> None:
-    """Draw one method: a line over its settings, hollow marks at wrong settings, and its name with the number of right
-    settings."""
+    """Draw one method: a line over its settings, hollow marks at the ordinate `row` for wrong settings, and its name at
+    the point `at` with the number of right settings."""
     x, y = [p["seconds"] for p in points], [p["error"] if p["right"] else row for p in points]
     ax.plot(x, y, "-", color=curve.colour, lw=1.1, zorder=2)
     for right, face in ((True, curve.colour), (False, "white")):
@@ -97,7 +97,7 @@ def chart(data: dict[str, Any]) -> Any:
 
 # -- pass rate over difficulty -------------------------------------------------------------------------------
 
-EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 15]
+EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 15]  # ends of intervals of −log₁₀ of the distance of the closest two zeros
 FAMILIES = ("close pair", "near miss", "two in a step", "three in a step")
 
 

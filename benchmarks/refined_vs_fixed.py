@@ -56,7 +56,8 @@ def single(A: float, quick: bool) -> dict[str, Any]:
 
 
 def over_range(quick: bool) -> dict[str, Any]:
-    """Return for each Δτ the share of periodic motions with section points in the right order, and the median of ρ."""
+    """Return for each method and Δτ the share of periodic motions with section points in the right order, and the
+    median of ρ."""
     A = np.linspace(*RANGE, 11 if quick else 101)
     window: dict[str, Any] = {"transient": TRANSIENT, "periods": 128, "section_phase": SECTION_PHASE}
     certified = vd.sweep(A=A, **window, method="certified").section

@@ -139,7 +139,7 @@ def repeats(name: str, A: float, value: float) -> bool:
 
 
 def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecutor) -> Band:
-    """Return the first value at which the structure is lost, and the last at which it is kept. The search is that of
+    """Return the Band (stability/limit_search.py) of the values that keep the structure. The search is that of
     `vd.limit`."""
     search = search_band(way.grid)
     wanted = next(search)
@@ -158,9 +158,10 @@ def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
 
 
 def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
-    """Return the limits in one disturbance over A, as values and as velocities.
+    """Return a dictionary for each A: `k2` (the limit in one disturbance), `velocity` (V of k2) and further results.
 
-    An entry is empty if there is no orbit, or if the structure is lost at the least value tried.
+    A dictionary is empty if there is no orbit or, for a disturbance of OWN, if the least value tried loses the
+    structure.
     """
     rows: list[dict[str, Any]] = [{} for _ in amplitudes]
     fields = ("kept_below", "last_kept", "share_kept", "searched_to")
@@ -186,8 +187,8 @@ def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbi
 
 
 def measured(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:
-    """Return the entries of `searched`. In an entry with a finite limit, add the key `repeats_at_half`: True if the
-    motion at half the limit is periodic."""
+    """Return the dictionaries of `searched`. If k2 is finite, add the key `repeats_at_half`: True if the motion at half
+    the limit is periodic."""
     rows = searched(name, amplitudes, bases)
     for A, row in zip(amplitudes, rows, strict=True):
         if row and math.isfinite(row["k2"]):

@@ -1,7 +1,8 @@
 """Main impacts of motions under disturbances that are not part of `vd.limit`, one at a time, at ε = 0.
 
 `stepped`: Moreau-Jean time-stepping, as in benchmarks/switches. `creeping`: smoothed friction, linear in the velocity
-up to v_s, and a rigid obstacle. `sprung`: Coulomb friction, and a spring with critical damping as the obstacle.
+up to v_s, and a rigid obstacle. `sprung`: Coulomb friction, and as the obstacle a spring of the stiffness k = w², with
+critical damping.
 
 The last two laws are piecewise linear. So each piece of a motion has a closed form, and its end is a bracketed zero. A
 numerical integration would be a disturbance itself, larger than that of a small v_s or 1/√k.
@@ -83,7 +84,7 @@ def held(point, sign, w, t0, xi, dxi, tau):
 
 @jit
 def creep_piece(point, v_s, mode, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ in a piece of `creeping`, and True if the piece has ended."""
+    """Return ξ, ξ' at τ in a piece of `creeping`, which explains the modes, and True if the piece has ended."""
     if mode == 2:
         return 0.0, 0.0, force(point, tau) > 0.0
     if mode == 0:
@@ -95,7 +96,7 @@ def creep_piece(point, v_s, mode, t0, xi, dxi, tau):
 
 @jit
 def sprung_piece(point, w, mode, t0, xi, dxi, tau):
-    """Return ξ, ξ' at τ in a piece of `sprung`, and True if the piece has ended."""
+    """Return ξ, ξ' at τ in a piece of `sprung`, which explains the modes, and True if the piece has ended."""
     closed = xi < 0.0
     if mode == 0:
         level = force(point, tau) - (w * w * xi if closed else 0.0)
@@ -111,7 +112,8 @@ def sprung_piece(point, w, mode, t0, xi, dxi, tau):
 def end_of_piece(piece, point, value, brief, begin, end):
     """Return τ, ξ, ξ' just after the end of a piece, or τ > `end` if the piece has not ended.
 
-    `begin` is (mode, τ, ξ, ξ') at the start of the piece. `brief` is its time constant, or 0 if there is none.
+    `begin` is (mode, τ, ξ, ξ') at the start of the piece. `value` is v_s or w. `brief` is the time constant of the
+    piece, or 0 if there is none.
     """
     _, t0, x, v = begin
     low = t0

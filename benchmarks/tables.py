@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def number(x: float | None) -> str:
-    """Return three significant digits, with an exponent for large and small numbers."""
+    """Return a number with three significant digits, or with two digits and an exponent if it is large or small."""
     if x is None:
         return "n/a"
     if x == 0:

@@ -200,7 +200,8 @@ def one_thread(eps: float, quick: bool) -> dict[str, Any]:
 
 
 def threads(quick: bool, busy: float) -> dict[str, Any]:
-    """Measure the wall time of a certified sweep with several ε, on one thread and on all threads."""
+    """Return the speed-up of a certified sweep with several ε by all threads, as a ratio of wall times. `busy` is the
+    share of busy cores before the measurement (busy_share), and is stored, too."""
     count = os.cpu_count() or 1
     run: dict[str, Any] = {
         "A": np.linspace(*RANGE, 50 if quick else 500),

@@ -242,7 +242,7 @@ def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[st
 
 def compared_with_limit(name: str, value: float, k2: float, last_kept: float) -> tuple[str, bool]:
     """Return a sentence that compares the disturbance `value` with the limit k2 of its motion, and True if the
-    structure is lost. `last_kept` is the largest value at which the search for the limit found the structure kept."""
+    structure is lost. From k2 to `last_kept` some values keep the structure; above `last_kept` it counts as lost."""
     if value < k2:
         return f"your {name} = {value:.3g} is {value / k2:.2g} of the limit: the structure is kept", False
     lost = value > last_kept
