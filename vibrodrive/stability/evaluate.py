@@ -1,7 +1,8 @@
 """Computation and evaluation of the many disturbed motions that a search for limits requests.
 
-All motions of a request are points of one sweep, which records sections and main impacts. If a criterion needs
-the individual switches, each motion is computed separately.
+A point is one set of parameters of a plan (model/plan.py). All motions that are requested at a time are points of one
+sweep, which records section points and main impacts (main_impacts.py). If a criterion needs the individual switches,
+each motion is computed separately.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ class Motion:
         return curve_distance(base.curve, self.trajectory, enough=enough)
 
     def judge(self, base: ReferenceOrbit) -> Structure:
-        """Compare the motion with the orbit in all attributes of a Structure."""
+        """Compare the motion with the orbit (structure.py). If the orbit has no word, `word` of the result is None."""
         return judge(base, self.section, self.impacts, self.trajectory.switches if base.word else None)
 
 

@@ -1,6 +1,7 @@
 """Failures of the usual methods: comparison of every switch of a motion with the certified one.
 
 At each switch of a motion with the method `fixed` or `muller`, a certified motion starts from exactly the same state.
+(An impact is followed by another switch at the same instant, and the certified motion starts at this second switch.)
 Then the next switch of the method is compared with the next switch of the certified motion. So a failure does not
 affect later comparisons. The switch of the method is
 
@@ -36,8 +37,8 @@ from vibrodrive.model.states import State
 KINDS = ("missed", "late", "wrong")
 METHODS = ("fixed", "muller")
 
-AHEAD = 2  # periods that the certified motion covers: every sticking or rest that ends is shorter
-ROWS = 8  # certified switches recorded after each start: an impact, or a start very close to a boundary, adds a few
+AHEAD = 2  # excitation periods that the certified motion covers; every sticking or rest that ends is shorter
+ROWS = 8  # space for certified switches after each start; an impact or a start close to a boundary gives more than one
 
 
 class SwitchCounts(NamedTuple):
@@ -121,9 +122,10 @@ def count_failures(plan: Plan, halt: Halt | None = None) -> SwitchCounts:
 def failures_of_methods(
     plan: Plan, periods: int, threads: int | None = None
 ) -> Generator[tuple[int, int, SwitchCounts], None, None]:
-    """Yield (method, point, counts) for every point of a plan and both methods, over `periods` excitation periods.
+    """Yield (index in METHODS, number of the point, counts) for every point of a plan and both methods.
 
-    All points of the first method come first. By default all threads are used.
+    Each motion covers `periods` excitation periods. All points of the first method come first. By default all threads
+    are used.
     """
     halt = Halt()
 

@@ -1,7 +1,7 @@
-"""The limit k₂ of practically orbital stability (§1): the disturbance at which the orbital structure is lost.
+"""The limit k₂ of practically orbital stability (§1): the disturbance at which the structure of an orbit is lost.
 
-A value of the disturbance is *kept* if the motion under this disturbance still satisfies the criterion (criterion.py),
-and *lost* if the motion does not.
+structure.py defines the structure, and criterion.py the criteria. A value of the disturbance is *kept* if the motion
+under this disturbance still satisfies the criterion, and *lost* if the motion does not.
 
 In ε the loss has a narrow edge: the structure is kept below the edge and lost above it. Within the edge, on a fine
 scale, kept and lost values sometimes alternate (at A = 3.9, B = 0.6 from ε = 2.45e-3 to 2.54e-3). In Δτ the loss has no
@@ -228,7 +228,7 @@ class LimitSearch:
     def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
         """Yield (number of the point, Limit) for each point, in the order in which the limits are found.
 
-        If `strict`, too few `periods` raise ValueError.
+        If `strict`, too few `periods` at a point raise ValueError. Otherwise they give a Limit without numbers.
         """
         plan = self.plan
         with Evaluator(plan, self.disturbance, self.threads) as evaluator:

@@ -14,7 +14,7 @@ from vibrodrive.model.parameters import bad
 
 INTERIOR = 7  # values that one round of bisection tries between two neighbouring values of the grid
 ROUNDS = 2  # rounds of bisection; two rounds divide a step of the grid by 64
-BEYOND = 2.0  # the search ends at this multiple of the larger of two values: the first loss, and the last value kept
+BEYOND = 2.0  # the search ends at this multiple of `last_kept` or, if it is larger, of the first value lost
 
 
 class Grid(NamedTuple):

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))  # disturbance and method of each curve
-FINE = 1500  # values of A in the bifurcation diagram
-SHOWN = 120  # periods recorded at each value of A in the bifurcation diagram
+FINE = 1500  # number of values of A in the bifurcation diagram
+SHOWN = 120  # number of periods recorded at each value of A in the bifurcation diagram
 K2, K1, KU = "k2", "k1", "ku"
 
 
@@ -111,7 +111,10 @@ def each_of(
     criterion: str = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit | StartLimit | UniqueLimit]]:
-    """Return an iterator of (number of the point, limit) for one quantity, in the order in which limits are found."""
+    """Return an iterator of (number of the point, limit) for one quantity, in the order in which limits are found.
+
+    For k1, `disturbance` is the coordinate of the start, and `method` and `criterion` are ignored.
+    """
     if quantity == K1:
         return each_start_limit(arguments, disturbance, threads)
     if quantity == KU:
@@ -247,7 +250,7 @@ class Limits(Stored):
 
 
 def curve_facts(found: Limits, c: int) -> dict[str, Any]:
-    """Return the progress of a curve and the range of its limits, as values of the disturbance and as velocities."""
+    """Return a dict with the progress of curve c and the ranges of its limits, as disturbances and as velocities."""
     disturbance, method = found.curves[c]
     facts = {
         "disturbance": disturbance, "method": method, "computed": int(found.done[c].sum()), "of": found.done[c].size,

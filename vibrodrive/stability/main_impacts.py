@@ -1,9 +1,10 @@
 """Comparison of the impacts of a disturbed motion with those of the undisturbed orbit, without a section.
 
-An n-periodic orbit has m main impacts (kernels/record.py) in n excitation periods. The record of a disturbed
-motion may contain slower impacts in addition, the *touches*. The phases and speeds of the main impacts and the *gaps*,
-which are the integer numbers of periods between them, form a cycle. A disturbed motion keeps this structure if there is
-one speed for the entire record that separates its main impacts from its touches in such a way that
+A main impact has no faster impact within half an excitation period before or after it (kernels/record.py). An
+n-periodic orbit has m main impacts in n excitation periods. The record of a disturbed motion may contain slower impacts
+in addition, the *touches*. The phases and speeds of the main impacts and the *gaps*, which are the integer numbers of
+periods between them, form a cycle. A disturbed motion keeps this structure if there is one speed for the entire record
+that separates its main impacts from its touches in such a way that
 
 gaps    the main impacts have the gaps of the cycle, in the same cyclic order;
 order   the impact of the cycle that is nearest in phase and speed advances by one from each main impact to the next.
@@ -80,9 +81,10 @@ def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
 def follow_cycle(
     cycle: ImpactCycle, impacts: np.ndarray, periods: int, ordered: bool = True, share: float = SHARE
 ) -> np.ndarray | None:
-    """Return indices of impacts of a disturbed motion that follow a cycle; None if no choice of impacts follows it.
+    """Return the indices of impacts of a disturbed motion that follow a cycle; None if no choice of impacts follows it.
 
-    The first and the last impact are left out. If `ordered`, the order is compared in addition to the gaps.
+    The record covers `periods` excitation periods. Its first and last impact are left out. If `ordered`, the order is
+    compared in addition to the gaps. Every touch must be slower than `share` times the slowest impact of the cycle.
     """
     inner, m, n = impacts[1:-1], len(cycle.gaps), cycle.n
     speed = np.ascontiguousarray(inner["speed"])
@@ -98,8 +100,8 @@ def follow_cycle(
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
     """Return the fastest impacts of a disturbed motion, in order of time.
 
-    Their number is the number of impacts that the cycle has in `periods` excitation periods. If more impacts than this
-    number are too fast for touches, all impacts that are too fast are returned.
+    Their number is the number of impacts that the cycle has in `periods` excitation periods. If more impacts are too
+    fast to be touches, all of these impacts are returned.
     """
     count = max(round(periods * len(cycle.gaps) / cycle.n), int(np.count_nonzero(are_main_impacts(cycle, impacts))))
     return impacts[np.sort(np.argsort(-impacts["speed"], kind="stable")[:count])]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
 
 PER_PERIOD = 512  # instants of the orbit in each excitation period
-LOOKED_AT = 1024  # about this number of points of a motion selects the nearest of the n shifted solutions
+LOOKED_AT = 1024  # about this number of points of a motion is compared with the orbit shifted by 0 … n - 1 periods
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ def raise_farthest(points, edge, vertices, along, inverse, enough, farthest):
 
 
 def _same_time(curve: OrbitCurve, times: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return the edges that the nearest of the n shifted solutions passes at `times`."""
+    """Return the indices of the edges at `times` on that one of the n shifted orbits that is closest to `points`."""
     some = slice(None, None, max(1, len(times) // LOOKED_AT))
     apart = [np.abs(points[some] - curve.vertices[curve.at(times[some] + s)]).sum() for s in range(curve.n)]
     return curve.at(times + int(np.argmin(apart)))

@@ -37,13 +37,13 @@ Coordinate: TypeAlias = Literal["xi0", "dxi0", "tau0"]
 COORDINATES = ("xi0", "dxi0", "tau0")
 
 CLOSE = 0.5 * BLURRED  # largest distance of points of the same solution; different solutions differ by > BLURRED
-PHASES = 8  # section phases that are tried; the search uses the first one that separates all solutions
-LINEAR = 2**15  # equal steps of the scan
+PHASES = 8  # number of section phases that are tried; the search uses the first one that separates all solutions
+LINEAR = 2**15  # number of equal steps of the first scan
 GEOMETRIC = 512  # parts into which the first step is divided, because an edge may be very close to the start
 SMALLEST = 1e-12  # smallest deviation that is tried
-PIECE = 4096  # deviations computed at a time
-WINDOW = 64  # steps before the first value lost that the next, finer scan covers
-EXACT = 1e-13  # relative width of the interval with the edge at which the search ends
+PIECE = 4096  # number of deviations computed at a time
+WINDOW = 64  # number of steps before the first value lost that the next, finer scan covers
+EXACT = 1e-13  # the search ends if the interval that contains the edge has this relative width
 
 
 class Edge(NamedTuple):
@@ -126,7 +126,7 @@ class Solution(NamedTuple):
     """The undisturbed motion.
 
     arguments : arguments of `simulate`.
-    points : section points float64 (n, 2). The row is the number of the excitation period modulo n.
+    points : section points ξ, ξ', float64 (n, 2). Row k belongs to the excitation periods k, k + n, k + 2n and so on.
     """
 
     arguments: dict[str, Any]

@@ -135,7 +135,7 @@ def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def words(switches: np.ndarray, rows: np.ndarray) -> list[tuple[State, ...]]:
-    """Return the states entered between successive impacts. `rows` are the indices of the impacts in `switches`."""
+    """Return the states from each impact to the next, a tuple each. `rows` are the indices of impacts in `switches`."""
     after = switches["after"]
     return [tuple(State(s) for s in after[a:b]) for a, b in pairwise(rows)]
 
