@@ -45,9 +45,9 @@ class PhaseSlip(NamedTuple):
         motion, and of the basic motion after it.
     """
 
-    usual: int  # periods between impacts in the basic motion
-    odd: int  # periods between the impact before and the impact after the transient motion
-    basic: int  # periods after which the basic motion nearly repeats
+    usual: int  # number of periods between impacts in the basic motion
+    odd: int  # number of periods between the impact before and the impact after the transient motion
+    basic: int  # number of periods after which the basic motion nearly repeats
     before: tuple[float, float]
     during: tuple[float, float]
     after: tuple[float, float]
@@ -100,7 +100,7 @@ def structures(session: Session, name: str, **disturbance: float) -> list[Struct
 
 
 def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
-    """Return the answers by period, in ascending order of the periods.
+    """Return the list of answers for each period, in ascending order of the periods.
 
     found : pairs (period of the undisturbed orbit, True if the disturbed motion keeps the structure).
     """
@@ -111,7 +111,10 @@ def kept_by_period(found: Iterable[tuple[int, Any]]) -> dict[int, list[bool]]:
 
 
 def low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
-    """Return [share at periods up to 3, share at longer periods] of the solutions whose structure is kept."""
+    """Return the shares of solutions whose structure is kept: [at periods up to 3, at longer periods].
+
+    A share is NaN if there are no such solutions. `kept` is the result of `kept_by_period`.
+    """
     sides = ([v for m, vs in kept.items() if (m <= 3) is low for v in vs] for low in (True, False))
     return [float(np.mean(side)) if side else np.nan for side in sides]
 

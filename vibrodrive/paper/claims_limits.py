@@ -26,7 +26,7 @@ RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
 MOST = 43  # largest number of values of A at which the limits in ε and Δτ are compared
 ALIKE = 2.0  # two limits count as equal if their velocity amplitudes differ at most by this factor
 SETTLES = 0.1  # a limit counts as independent of η if a higher η changes it at most by this share
-SEEN = 0.1  # the loss of sticking affects limits if they differ from their linear continuation by at least this share
+SEEN = 0.1  # share; if limits above the loss of sticking differ by more from their linear continuation, it affects them
 A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # the undisturbed motions have the periods 1, 2, 2, 4 and 3
 TIMES_ETA = (0.3, 1.0, 3.0, 10.0)
 INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
@@ -38,7 +38,7 @@ SLIDING = 0.5 * math.pi  # a phase at which the mass slides
 SHARES_OF_K2 = (0.0, 0.5, 0.9)
 HALVINGS = 10
 AFTER = 200  # number of simulated periods after each start
-AROUND_LOSS = 0.15  # range of A around the loss of sticking
+AROUND_LOSS = 0.15  # largest distance in A from the loss of sticking
 
 
 @claim("limits", "Both kinds of disturbance have similar effects: their limits depend on A in a similar way.")

@@ -122,9 +122,11 @@ def _lands(height: float, way: dict[str, Any]) -> bool:
 
 
 def zeros_of_step(motion: Plan, comparison: Comparison, k: int) -> list[int]:
-    """Return the number of zeros of each switching function of eq. (8) in the step that contains certified switch k.
+    """Return the number of zeros of each switching function of eq. (8) in one step, as a list.
 
-    A slide is continued beyond its end by the closed form of eqs. (4) and (5) at ε = 0.
+    The step is that of the grid of the motion which contains the certified switch of entry k of the comparison. The
+    result is [0] if no certified switch follows. A slide is continued beyond its end by the closed form of eqs. (4) and
+    (5) at ε = 0.
     """
     A, B, step = (motion.scalars[name] for name in ("A", "B", "dtau"))
     state, start, end = comparison.start["after"][k], comparison.tau[k], comparison.certified[k]

@@ -35,7 +35,8 @@ from vibrodrive.periodic.search import orbits_of
 from vibrodrive.validation.check import Finding
 
 DECADES = tuple(10.0**k for k in range(2, 9))
-"""Values of B. At B = 10 the first-order shift would be as large as the range of Γ of the orbit. A is at most 1e9."""
+"""Values of B. At B = 10 the first-order shift would be as large as the range of Γ of the orbit. At B = 1e9 the values
+of A = Γ B would exceed 1e9, the largest value allowed."""
 
 MIDDLE = 3.5  # Γ of the checked orbit, between √(1+π²) = 3.297 and √(4+π²) = 3.724
 SEARCHED = (3.25, 3.8)  # range of Γ in which the two ends of the orbit are searched for, at each value of B

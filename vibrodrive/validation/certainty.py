@@ -28,7 +28,7 @@ BELOW_REFERENCE = 1e-30
 
 
 class Pair(NamedTuple):
-    """Error and error bound of one number of a motion."""
+    """Error and error bound of the quantity `what`, at the switch or section point with the index `number`."""
 
     what: str
     number: int
@@ -40,7 +40,8 @@ class Held(NamedTuple):
     """Comparison of a motion with the reference.
 
     pairs : all numbers of the motion with a finite error bound.
-    others : number of switches that are marked as certain but have other states than in the reference.
+    others : above 0 if a switch that is marked as certain has other states than in the reference, or if the motion is
+        certain up to its end but has another number of switches.
     """
 
     motion: Trajectory
@@ -54,7 +55,7 @@ class Held(NamedTuple):
 
     @property
     def looseness(self) -> float:
-        """Ratio of the largest bound to the largest error; NaN if no error or no bound exists."""
+        """Ratio of the largest bound to the largest error; NaN if no error is above 0."""
         error, bound = (max((getattr(p, name) for p in self.pairs), default=0.0) for name in ("error", "bound"))
         return bound / error if error > 0.0 else math.nan
 

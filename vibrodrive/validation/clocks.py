@@ -29,7 +29,10 @@ def million_periods() -> list[Finding]:
 
 
 def phase_error(motion: Trajectory) -> float:
-    """Return the largest distance in τ of the ends of rests from H = 1. Raises ValueError if there is no rest."""
+    """Return the largest difference in τ between the end of a rest and the instant at which H = 1.
+
+    Raises ValueError if there is no rest.
+    """
     mp.dps = 60
     model, late = oscillator(motion), []
     for row in motion.switches[motion.switches["before"] == State.REST]:

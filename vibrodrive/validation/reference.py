@@ -68,7 +68,7 @@ class Reference(NamedTuple):
 
 
 class Point(NamedTuple):
-    """g, g', g'' at h, each with its allowance for rounding.
+    """g, g', g'' (`g`, `dg`, `ddg`) at h, with allowances for their rounding (`pad`, `dpad`, `ddpad`).
 
     `line` is g without its oscillating terms, and `slow` is g without the second of these terms.
     """
