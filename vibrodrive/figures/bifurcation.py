@@ -1,5 +1,5 @@
 """Bifurcation diagrams: all recorded section values over a swept parameter. A spot is a cell of the image of a diagram.
-A spot that contains more values is darker."""
+A spot that contains more values is darker. This darkness, 0 to 1, is the *ink* of the spot (ink.py)."""
 
 from __future__ import annotations
 
@@ -25,8 +25,11 @@ from vibrodrive.model.plan import POINT
 
 QUANTITIES = ("xi", "dxi")
 PANEL_ROWS = 420
-PANEL_COLUMNS = (1500, 8000)  # least and largest number of columns
-REACH = (3, 12)  # least and largest number of columns filled on each side of a value; otherwise a quarter of a step
+PANEL_COLUMNS = (1500, 8000)  # least and largest number of columns of an image
+REACH = (3, 12)
+"""Least and largest number of columns filled on each side of a value of the parameter. Between these bounds it is a
+quarter of the number of columns from one value to the next."""
+
 MARGIN = 0.03
 AT_ONCE = 4096  # values of x processed together, to limit the memory
 
@@ -135,8 +138,9 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
     """Draw `values` (n, k) over `x` (n,) as an image, and return its legend entries.
 
-    The ink of a spot is its darkness. `ink_of` computes it from the number of the k values in the spot. If several x
-    share a column of the image, each spot has the largest ink. If all spots have full ink, no entries are returned.
+    `ink_of` computes the ink of a spot from the number of the k values in the spot. If several x share a column of the
+    image, each spot has the largest of their inks. If all spots with values have full ink, no entries are returned.
+    `limits` is the range of the ordinate.
     """
     order = np.argsort(x)
     u = _abscissa(ax, x[order])
@@ -261,7 +265,7 @@ def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
 
 
 def is_geometric(x: np.ndarray) -> bool:
-    """Return True if the spacing of ascending values suits a logarithmic axis."""
+    """Return True if ascending values have a constant ratio and span a factor of 5 or more (for a logarithmic axis)."""
     if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < 5:
         return False
     steps = np.diff(np.log10(x))

@@ -2,7 +2,7 @@
 
 One table contains the colours of all classes or all shades of a quantity. Periods, statuses and gaps (the numbers of
 periods between main impacts) have classes. Points outside the scale have separate colours: motions that rest, motions
-without a value of the quantity, and values beyond the limits. Points that are not computed have no colour.
+without a value of the quantity, and values beyond the ends of the scale. Points that are not computed have no colour.
 """
 
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ from vibrodrive.model.drawing import K2, KEPT, check_range
 from vibrodrive.model.states import states
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
-SHADES = 512
+SHADES = 512  # number of shades of a scale
 DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9
 """Smallest lower end of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values
@@ -47,7 +47,8 @@ class Painted(NamedTuple):
 def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
     """Return the colours of all points.
 
-    `limits` is as in `map_figure`. Raises ValueError if `limits` is given for a quantity with classes.
+    `limits` is the range of the shades; None stands for the range of all values. Raises ValueError if `limits` is given
+    for a quantity with classes.
     """
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
     lacking, extend = LACKS.get(quantity, "no such value"), "neither"
@@ -90,7 +91,7 @@ def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
 def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
     """Return the classes: one for each of the most frequent values, one for all other values, and one for 0.
 
-    The most frequent value has the first class.
+    The most frequent value has the first class. The name of the class of a value is name(value).
     """
     found, counts = np.unique(values[done & (values > 0)], return_counts=True)
     *own, other, none = look().classes

@@ -28,7 +28,8 @@ CURVES = ("phase", "time", "velocity", "section")
 
 LINE, CYCLE = 40, 160
 """A motion is drawn as a line if its record has at most LINE periods, or at most CYCLE different switches because the
-motion repeats. Any other motion is drawn as an image, in which a spot is darker if more periods pass through it."""
+motion repeats. Any other motion is drawn as an image. A cell of the image, a *spot*, is darker if more periods of the
+motion pass through it. This darkness, 0 to 1, is its *ink*."""
 
 POINTS = 400  # samples per excitation period
 FIRST = 10  # periods that a time curve shows by default

@@ -1,7 +1,8 @@
 """Figures of limits of stability over A, B or η: the limits in ε and Δτ, their velocity amplitudes, and their ratio.
 
 The limit k₂ is the least disturbance that destroys the structure of a motion, the repeated pattern of its impacts
-(vibrodrive.stability). The limit k_u is the least disturbance at which the motions from all starts become one motion.
+(vibrodrive.stability). The limit k₁ is the least error of the start that leads to another solution. The limit k_u is
+the least disturbance at which the motions from all starts become one motion.
 
 k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), have similar sizes. A
 separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the numerical disturbance
@@ -267,7 +268,8 @@ def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> No
     seen = values[np.isfinite(values) & (values > 0)]
     low, high = (seen.min(), seen.max()) if len(seen) else blank
     margin = 1.1 * (high / low) ** 0.04
-    ax.set_ylim(low / margin, high * margin)  # otherwise `set_yscale` takes limits from values that may all be equal
+    # the range is set before the scale, because Matplotlib finds no usable range for values that are all equal
+    ax.set_ylim(low / margin, high * margin)
     ax.set_yscale("log")
     ax.tick_params(which="minor", direction="in", right=True)
 
@@ -281,7 +283,7 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
 
 
 def shared_by(found: Limits) -> list[str]:
-    """Return the common conditions, the criterion if it is not the default, and the number of limits not computed."""
+    """Return phrases: the common conditions, the criterion if not the default, the number of limits not computed."""
     apart = {*found.axes, "eps", "dtau", "method"}
     if found.quantity == K1:
         apart |= {"xi0", "dxi0", "tau0"}

@@ -24,8 +24,8 @@ class Look(NamedTuple):
     support: str  # auxiliary lines: a zero, the excitation, impacts
     lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
     bands: tuple[str, ...]  # areas of the first, second, … curve
-    coloured: bool  # True if bifurcations have the `colour` of their kind, False if they have its `ink`
-    density: Colormap  # ink, from 0 to 1
+    coloured: bool  # True if bifurcations have the `colour` in model/bifurcations.py, False if they have the `ink` there
+    density: Colormap  # darkness of a cell of an image, from 0 to 1 (ink.py)
     classes: tuple[str, ...]  # classes of a map, each darker than the previous one; the last two are "other" and "none"
     shades: Colormap  # continuous quantity of a map
     signed: Colormap  # quantity of a map that may be negative; 0 is in the middle

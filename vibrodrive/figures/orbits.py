@@ -1,6 +1,7 @@
 """Figures of orbits: bifurcations with unstable branches, multipliers, and the impact-phase map with a cobweb.
 
-The impact-phase map gives the phase of the next impact as a function of the phase of an impact.
+The impact-phase map gives the phase of the next impact as a function of the phase of an impact. A branch is one orbit
+over an interval of A without a bifurcation. Its multiplier is the derivative of the map over all impacts of a period.
 """
 
 from __future__ import annotations
@@ -256,7 +257,7 @@ def _curve(ax: Axes, branch: Branch, columns: np.ndarray) -> None:
 def _marks(
     ax: Axes, found: Sequence[Bifurcation], heights: Sequence[np.ndarray], where: Sequence[tuple[float, float]]
 ) -> None:
-    """Mark the bifurcations in the ranges `where` of A, by kind."""
+    """Mark the bifurcations in the ranges `where` of A with the marker of their kind, at each of their `heights`."""
     for name, kind in BIFURCATIONS.items():
         points = [
             (b.A, y)

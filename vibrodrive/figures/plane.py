@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 HALO = 0.7
 NUMBERED = "numbers on curves: period of the orbit"
-PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)
+PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)  # shares of the visible length of a curve at which its period is written
 AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A; axes that determine B
 POINTS = 400
 SAME = 1e-12  # largest relative difference of two parameters that count as equal

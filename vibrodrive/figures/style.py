@@ -46,7 +46,7 @@ LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0),
 """Sizes of letters in points: titles, symbols at the axes, numbers and legends."""
 
 PHASES = ("section_phase", "tau0")
-PARTS = (1, 2, 3, 4, 6)
+PARTS = (1, 2, 3, 4, 6)  # possible denominators of phases that are written as fractions of π
 
 COMMON: dict[str, Any] = {
     "font.family": "STIXGeneral",  # Matplotlib contains this font, so that figures are equal on all machines
