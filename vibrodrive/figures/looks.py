@@ -24,7 +24,7 @@ class Look(NamedTuple):
     support: str  # auxiliary lines: a zero, the excitation, impacts
     lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
     bands: tuple[str, ...]  # areas of the first, second, … curve
-    coloured: bool  # True if bifurcations have the `colour` in model/bifurcations.py, False if they have the `ink` there
+    coloured: bool  # bifurcations have their `colour` (model/bifurcations.py) if True, and their `ink` there if False
     density: Colormap  # darkness of a cell of an image, from 0 to 1 (ink.py)
     classes: tuple[str, ...]  # classes of a map, each darker than the previous one; the last two are "other" and "none"
     shades: Colormap  # continuous quantity of a map
