@@ -1,7 +1,8 @@
 """Arguments of the kernels that compute motions.
 
-A kernel receives all its arguments as one address, so all kernels have the same signature. Therefore the parallel loop
-in batch/parallel.py can call each kernel by the address of its function, and is compiled only once.
+A kernel receives only the address of one row of the array that `packed` returns, so all kernels have the same
+signature. Therefore the parallel loop in batch/parallel.py can call each kernel by the address of its function, and is
+compiled only once. `kernels/__init__.py` explains the terms.
 """
 
 from collections.abc import Sequence
@@ -26,7 +27,7 @@ class Arguments(NamedTuple):
     lanes_w float64 (2, ROWS_W STRIDE), lanes_k int64 (2, ROWS_K STRIDE): memory of the lanes in row 0, memory for
     tables and lists in row 1 (lane.py)
     halt int64 (1,): the kernel returns early if this is not 0
-    points float64 (n, columns): parameters and initial values of each point
+    points float64 (n, columns): parameters and initial values of each point, in the order of model/names.py
     order int64 (m,), counter int64 (1,): the kernel takes numbers c from the counter, computes the motions from
     points[order[c]], and writes the results into row order[c] of the arrays below
     numbers int64 (5,): settings (`numbers_of` in outputs.py)
@@ -37,11 +38,12 @@ class Arguments(NamedTuple):
     impacts float64 (n, 2 periods, 4): main impacts (record.py), NaN after the last; (n, 0, 4) if they are not recorded
     history float64 (LANES, APART, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
     summary float64 (n, OUT): summary of each motion; not computed if totals is (LANES, 0)
-    rows SWITCH (cap,), for one motion: the last switch before the record, then the first cap - 1 switches of the record
+    rows SWITCH (cap,), for one motion: the last switch before the record, or else the start of the motion; then the
+        first cap - 1 switches of the record
     stored int64 (1,): number of rows that all switches need, which may exceed cap
     off float64 (cap, 3): bounds of the errors of time, ξ and ξ' of each switch in `rows`
     bounds float64 (n, periods, 2): bounds of the errors of ξ and ξ' at the section points; (n, 1, 2): the largest ones
-    until float64 (n,): the first period in which a decision may be wrong (certainty.py)
+    until float64 (n,): the first period in which a decision may be wrong, inf if there is none (certainty.py)
     """
 
     lanes_w: np.ndarray

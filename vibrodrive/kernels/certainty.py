@@ -6,15 +6,17 @@ time h later. E and X have two parts each. The first part is the effect of a com
 last impact. This part has a sign (V_SHARE, X_SHARE), because several effects of the common cause may cancel. The second
 part is a bound of all other errors (V_MORE, X_MORE).
 
-A slide ends at a zero of ξ or ξ'. The error of the time of this end is the error of ξ divided by ξ', or the error of ξ'
-divided by ξ''. After an impact, ξ and ξ' are exactly 0, so only the error of its time remains. A wait (sticking or
-resting) ends when H reaches 1 or -1, so the error of the time of this end does not depend on earlier errors.
+A slide ends at a zero of ξ or ξ'. The error of the time of a zero of ξ is the error of ξ divided by ξ'. The error of
+the time of a zero of ξ' is the error of ξ' divided by ξ''. After an impact, ξ and ξ' are exactly 0, so only the error
+of its time remains. A wait (sticking or resting) ends when H reaches 1 or -1, so the error of the time of this end does
+not depend on earlier errors.
 
 A motion is uncertain after the first decision that the errors may have changed. Its status then changes from OK to
-TOO_CLOSE. All bounds are infinite after the beginning of the state before this decision. The period of this beginning
-is stored as CERTAIN_UNTIL.
+TOO_CLOSE. All bounds are infinite from the switch before this decision on. The period of this switch is stored as
+CERTAIN_UNTIL, which is infinite as long as all decisions are certain.
 
 These functions never change the motion. In kernels without bounds `errors` is None, and this code is not compiled.
+`kernels/__init__.py` explains the terms.
 """
 
 import math
@@ -40,7 +42,8 @@ class End(NamedTuple):
     state continues in a new segment, these are the two parts of the error of ξ' instead
     x, v : bounds of the errors of ξ and ξ' just before the end
     x_share, x_more : the two parts of the error of ξ after the end
-    jump : bound of an additional error of ξ' within the time `late` of the end, where the computed state may be wrong
+    jump : bound of an additional error of ξ' at instants less than `late` from the end. At these instants the exact
+        motion may be in one of the two states while the computed motion is in the other
     """
 
     late: float
@@ -91,7 +94,7 @@ def lose_certainty(w, k, i):
 
 @inline
 def mark_uncertain(w, k, i):
-    """Mark the motion as uncertain if its status says that rounding may have changed a decision."""
+    """Mark the motion as uncertain if its status is TOO_CLOSE: rounding may have changed a decision."""
     if k[r.STATUS + i] == TOO_CLOSE and certain(w, i):
         w[r.CERTAIN_UNTIL + i] = float(k[r.PERIOD + i])
 
@@ -100,7 +103,7 @@ def mark_uncertain(w, k, i):
 def delay(value, slope, bend):
     """Return a bound of the distance to a zero of a function f, or inf if f may have no zero.
 
-    Requires |f| <= value, |f'| >= slope and |f''| <= bend.
+    Requires |f| <= value and |f'| >= slope at the present instant, and |f''| <= bend at all instants near it.
     """
     square = fma(slope, slope, -2.0 * bend * value)
     if slope > 0.0 and square > 0.0:
@@ -235,10 +238,10 @@ def pass_on(w, k, i, method, event, end, errors):
 
 @part
 def end_of_segment(w, k, i, method, event, h, side, there):
-    """Return the errors at the end of the present state, h after the last switch; `there` is the computed arrival.
+    """Return the errors at the end of the present segment, h after the last switch; `there` is the computed arrival.
 
-    Mark the motion as uncertain if the state may not end there, or if the next state may be another one. Call this
-    function before the results of the switch are stored.
+    `event` and `side` are those of `end_of_search` in event.py. Mark the motion as uncertain if the state may not end
+    there, or if the next state may be another one. Call this function before the next state is stored in the lane.
     """
     mark_uncertain(w, k, i)
     if not certain(w, i):
@@ -262,7 +265,7 @@ def end_of_segment(w, k, i, method, event, h, side, there):
 
 @inline
 def end_by_impact(w, k, i, v_off, x_off, force, there):
-    """Return the errors at an impact. The errors of ξ and ξ' before the impact become an error of its time."""
+    """Return the errors at an impact. The errors `x_off` of ξ and `v_off` of ξ' become an error of its time."""
     x, v, wrong = there.x, there.v, abs(v_off.share) + v_off.more
     off = abs(x_off.share) + x_off.more + abs(x)
     speed = abs(v) - wrong
@@ -282,7 +285,7 @@ def end_by_impact(w, k, i, v_off, x_off, force, there):
 
 @inline
 def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
-    """Return the errors at the end of a slide in the air, where ξ' = 0."""
+    """Return the errors at the end of a slide in the air, where ξ' = 0; `v_off`, `x_off` are the errors of ξ' and ξ."""
     x, v = there.x, there.v
     (v_share, v_more), (x_share, x_more) = v_off, x_off
     a = force - switch.direction(k[r.STATE + i])
@@ -304,7 +307,7 @@ def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
 
 @inline
 def is_decided(w, i, distance, late, there):
-    """Return whether H, at `distance` from a boundary, certainly does not reach this boundary within `late`."""
+    """Return whether H, at `distance` from a boundary, certainly does not reach it within the time `late`."""
     change = change_nearby(w, i, there.p, there.pf, late)
     return late < INFINITY and distance > fma(change, late, margins.ROUNDING * margins.magnitude_scale(w, i))
 
@@ -332,9 +335,9 @@ def lost_bits(a, b, down):
 def end_of_wait(w, k, i, method, event, h, side, there):
     """Return the errors at the end of a wait, where H = ±1. These errors do not depend on the earlier motion.
 
-    In a certified motion at ε = 0 the wait ends at a known phase (release.py). The arcsine and the square root in this
-    phase have a rounding error of at most three last bits of φ; `lost_bits` bounds the remaining error. In other
-    motions the wait ends at a zero that a search has found.
+    In a certified motion at ε = 0 the wait ends at a known phase (release.py). The rounding error of the arcsine and
+    the square root in this phase is below 2 HALF_LAST_BIT; `lost_bits` bounds the remaining error. In other motions the
+    wait ends at a zero that a search has found.
     """
     x_share, x_more = w[r.X_SHARE + i], w[r.X_MORE + i]
     if event < S4:
@@ -431,7 +434,7 @@ def write_switch_error(w, i, row, before, end, errors):
 
 @inline
 def end_errors(w, k, i, periods, errors):
-    """Set the bounds of section points that the motion has not reached to NaN, and store CERTAIN_UNTIL."""
+    """Set the bounds of section points that the motion has not reached to NaN. Copy CERTAIN_UNTIL to `errors.until`."""
     rows, row = errors.section, k[r.POINT + i]
     for m in range(k[r.SECTIONS + i], periods):
         slot = min(m, rows.shape[1] - 1)

@@ -1,4 +1,7 @@
-"""Integer and float codes of states, methods, switching functions and outcomes in kernels."""
+"""Integer and float codes of states, methods, switching functions and outcomes in kernels.
+
+`kernels/__init__.py` explains the terms.
+"""
 
 from vibrodrive.model.choices import Method, Scan, Status
 from vibrodrive.model.states import State
@@ -15,13 +18,13 @@ OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
 
 
 MULLER_BRACKETED, FIXED_BRACKETED = -1, -2
-"""Values of `method` in a sweep on a grid at ε = 0 if the grid is not scanned (switch_grid.py). With a literal scan
-`method` remains MULLER or FIXED."""
+"""Values that replace MULLER and FIXED in a sweep at ε = 0, where a search in a bracket replaces the scan of the grid
+(switch_grid.py). With a literal scan the method remains MULLER or FIXED."""
 
 
 CONTINUE, STRETCHED, END = 0, -1, -2
-"""Ends of a search other than a zero of S1 ... S5. CONTINUE: another search follows. STRETCHED: the state continues in
-a new segment. END: the record ends."""
+"""Ends of a search other than a zero of S1 ... S5 (first_zero.py). CONTINUE: another search follows. STRETCHED: the
+state continues in a new segment. END: the record ends."""
 
 
 S1, S2, S3, S4, S5 = 1, 2, 3, 4, 5

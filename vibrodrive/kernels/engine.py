@@ -9,7 +9,7 @@ ordinary switches are loops over lanes that vectorise. All other switches are pr
 
 The cycles of a motion that repeats itself are copied (recurrence.py). If the trajectory of a lane ends, the lane begins
 the next point in the same pass. Lanes are independent, so the bits of a trajectory depend only on its point. Single
-trajectories and literal scans have another loop (single.py).
+trajectories and literal scans have another loop (single.py). `kernels/__init__.py` explains the terms.
 """
 
 from functools import cache
@@ -45,7 +45,10 @@ than a step."""
 
 @part_each("grid")
 def search_undisturbed(w, k, n, grid):
-    """Advance the searches in the lanes 0..n-1 at ε = 0: searches in a bracket together, the others one by one."""
+    """Advance the searches in the lanes 0..n-1 at ε = 0: those in a bracket together, the others one by one.
+
+    undisturbed.py explains brackets.
+    """
     if undisturbed.search_brackets(w, k, n, EVALUATIONS) < n:
         for i in range(n):
             if w[r.SEARCH_MODE + i] == codes.STEPPED:
@@ -61,7 +64,8 @@ def search_undisturbed(w, k, n, grid):
 def follow_up(w, k, n, fast, on_grid, extent, section, impacts, recorder):
     """Complete a batch of switches: write section points, store impacts and switches, check for recurrences.
 
-    Return the number of trajectories that end because all their results follow from a recurrence.
+    A recurrence is the return of a motion to an earlier state (recurrence.py). Return the number of trajectories that
+    end because all their results follow from a recurrence.
     """
     ended = 0
     points = recorder is None or switch.has_rows(section, recorder.summary)

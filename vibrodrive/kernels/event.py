@@ -4,6 +4,7 @@ The switch is recorded, the next state is determined, and this state begins.
 
 The modules `switch_*` apply ordinary switches (engine.py) in all lanes together. This module processes all other
 switches, and the switches of single trajectories. All these modules use the formulas of switch.py.
+`kernels/__init__.py` explains the terms.
 """
 
 from typing import NamedTuple
@@ -55,7 +56,10 @@ def begin_search(w, k, i, state, from_rest, method):
 
 @part_each("method")
 def begin_state(w, k, i, state, start, force, at_boundary, method):
-    """Begin `state` at the present time, where H = `force`, and begin the search for its end."""
+    """Begin `state` at the present time, where H = `force`, and begin the search for its end.
+
+    `start` has the initial values. `at_boundary` is that of `begin` in switch.py.
+    """
     switch.commit_state(k, i, True, state)
     s = switch.direction(state)
     field = motion.Field(w[r.P + i], w[r.Q + i], w[r.PF + i], w[r.QF + i])
@@ -267,7 +271,10 @@ def move_to_end(w, k, i, method, x, v, side, there, late, extent):
 
 @inline_each("method")
 def begin_next(w, k, i, method, searched, state, to, start, force):
-    """Begin state `to` after `state`. If `searched`, also begin the search for the end of `to`."""
+    """Begin state `to` after `state`. If `searched`, also begin the search for the end of `to`.
+
+    Otherwise `to` is a wait whose end is known without a search, or a wait that never ends.
+    """
     if not searched:
         switch.commit_wait(w, k, i, to, start.x, start.x_off)
         return
@@ -295,7 +302,7 @@ def process_event(w, k, i, method, extent, section, impacts, recorder, log, erro
     """Process the outcome of the search in lane i: record the switch, determine the next state, and begin this state.
 
     Return False if the trajectory ends. After an impact ξ = ξ' = 0, eq. (7). If the mass leaves the obstacle, LEFT_OVER
-    requests a check for recurrences.
+    is set to CHECK_RECURRENCE (codes.py).
     """
     if w[r.LEFT + i] == codes.ENDED_EARLY:
         return False

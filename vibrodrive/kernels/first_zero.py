@@ -18,7 +18,7 @@ bounded remainder gives, for any S > 0,
     g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for 0 < s <= S
 
 The right side is a parabola in s. It is positive, and so is g, up to S or up to its first positive root, whichever is
-smaller. This length is the step of the search. S is arbitrary; the code uses the length of the last step. Near a
+smaller. This length is the step of the search. S is arbitrary; the code derives it from the last step. Near a
 transversal zero, the root of the parabola is then before the zero, by an error that shrinks faster than the square of
 the distance to the zero.
 
@@ -32,18 +32,20 @@ search begins at the positive root of this bound, so the start is not mistaken f
 from rest accelerates until H returns to the boundary 1 or -1. |ξ'| has its peak there, at a known phase, and the search
 begins at this peak.
 
-**Ends.** Near a simple zero the code uses the series of undisturbed.py. Let d be the step that the series gives. If
-|g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, then g' changes by less than a quarter over d. A zero within d is then unique, and
-the series ends close to it. The cursor moves to the end of the series, which may be on either side of the zero. If the
-terms of the series decrease fast, its end is the zero to the last bit.
+**Ends.** Near a simple zero the code uses the series of undisturbed.py. Let d be the step that the series gives, and
+let |g⁗| <= M4. If |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, then g' changes by less than a quarter over d. A zero within d
+is then unique, and the series ends close to it. The cursor moves to the end of the series, which may be on either side
+of the zero. If the terms of the series decrease fast, its end is the zero to the last bit.
 
 **Rounding.** A step by the bounds may end after a zero, by at most the rounding error of g divided by |g'|. If a
 minimum of g differs from 0 by less than the rounding error, g may have two zeros or no zero. The search ends there, and
-the margin contains the distance of this minimum from 0 (margins.py).
+the distance of this minimum from 0 counts for the margin (margins.py).
 
 **Grids.** The methods `fixed` and `muller` skip grid points by the same bound, after the rounding error is subtracted
 from g. So the computed g would be positive at each skipped point. These searches begin at the first grid point after
 the switch. These searches also use the series, as far as g certainly remains above its rounding error.
+
+`kernels/__init__.py` explains the terms.
 """
 
 import math
@@ -59,13 +61,13 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BOTH, FALLEN, INFINITY, LEAVING, LIMIT_MET, NOTHING, S1, S2, S3, S4, UNKNOWN, ZERO
 
 NOISE_SHARE = 1e-13
-"""Smallest share of its terms that a switching function must exceed at a skipped grid point, so that its sign is
-certain. This share is four hundred times the rounding error of one term. A larger share costs only a few more
-evaluations."""
+"""Share of the sum of the magnitudes of its terms. A switching function must exceed this share at a skipped grid point,
+so that its sign is certain. The share is four hundred times the rounding error of one term. A larger share costs only a
+few more evaluations."""
 
 LATE_SHARE = 4e-3
-"""Share of NOISE_SHARE by which Search.noise grows with a η h, because the time h of a grid point is rounded. a is the
-amplitude of the fast part."""
+"""Search.noise includes NOISE_SHARE · LATE_SHARE · a η h, because the time of a grid point is rounded. a is the
+amplitude of the fast part, and h the limit of the search."""
 
 
 class Search(NamedTuple):
@@ -74,9 +76,10 @@ class Search(NamedTuple):
     form, alf, bef, base, sig : the function is base + sig · shape; `form` has the coefficients of the slow part of the
     shape, alf and bef are those of its fast part
     fast : amplitude of the fast part
-    m2, m3 : bounds of the second derivative without the fast part, and of the third derivative
-    span : the first S
-    noise : bound of the rounding error. A grid point is skipped only if the function is larger than this there
+    m2 : bound of the second and third derivatives of the slow part
+    m3 : bound of the third derivative
+    span : the first S (see the head)
+    noise : bound of the rounding error. A grid point is skipped only if the function exceeds this bound there
     """
 
     form: motion.Form
@@ -229,12 +232,13 @@ BENT = 0.25
 """Largest relative change of g' over a step d of the series.
 
 The series uses four derivatives. So g at the end of the series differs from 0 only by the effect of a change of
-the fourth derivative. This effect is at most M4 d⁴/12, or at most d/6 in time. If the series ends after the zero, the
-step back fulfils the same condition: over r = d/5, |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of |g'| at that end.
+the fourth derivative. This effect is at most M4 d⁴/12 in g, or d/6 in time. If the series ends after the zero, the step
+back is at most r = d/5 and fulfils the same condition: |g''| r + M3 r²/2 + M4 r³/6 is below a quarter of |g'| at that
+end.
 """
 
 LEAP = 2.0
-"""Largest step by the second bound, if the second derivative of the slow part is used instead of its bound M2."""
+"""S of the second bound (see the head), and largest step by it, if g_slow'' is used instead of its bound -M2."""
 
 SURELY_FREE = 0.95
 """Share of the zero-free interval after a start from rest in which grid points are skipped. Near the end of this
@@ -316,9 +320,10 @@ def first_grid_point(search, dtau, limit):
 
 @inline
 def peak_cursor(w, i, s, limit):
-    """Return the cursor at the peak of |ξ'| of a slide from rest in direction s at ε = 0, where H falls or rises to s.
+    """Return the cursor at the peak of |ξ'| of a slide from rest at ε = 0, or `limit` if the peak is later.
 
-    The search for the end of the slide can begin there.
+    The peak is where H falls to 1 in a slide up (s = 1), or rises to -1 in a slide down (s = -1). The search for the
+    end of the slide can begin there.
     """
     h = (PI - w[r.PHI_UP + i] if s > 0.0 else 3.0 * PI - w[r.PHI_DOWN + i]) - w[r.PHI + i]
     if h >= TWO_PI:
@@ -391,8 +396,8 @@ def step_to_zero(taylor, m3, rate, noise):
     Return 0 if this is not certain.
 
     Over the step |g'| is at least 3/4 of its present value, so g falls. The modulus of the Taylor polynomial at the end
-    of the series, plus the remainder M5 s⁵/120 and the noise, is divided by this slope. The step ends before the end of
-    the series by more than this quotient.
+    of the series, plus the remainder M5 s⁵/120 (|g⁽⁵⁾| <= M5) and the noise, is divided by this slope. The step ends
+    before the end of the series by more than this quotient.
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -460,8 +465,8 @@ def evaluate(w, i, h, fast):
 def free_step(w, i, taylor, ripple, trusted, fast):
     """Return (step, slope, far): step and slope as from `safe_step` for the span S of lane i.
 
-    `far` is true if the step follows from the second bound (see the head). This bound gives the longer step if it is
-    positive at S. Then `slope` is 0.
+    `trusted` is g or, on a grid, g less its rounding error. `far` is true if the step follows from the second bound
+    (see the head). This bound gives the longer step if it is positive at S. Then `slope` is 0.
     """
     m3, span = w[r.M3 + i], w[r.SPAN + i]
     if not fast:
@@ -517,7 +522,7 @@ def next_on_grid(w, i, taylor, x, step, rate, trusted):
 
 @inline
 def next_instant(w, i, h, taylor, x, step, rate):
-    """Return (next h, outcome there) of a search without a grid. There is no zero within `step`."""
+    """Return (next h, outcome) of a search without a grid. There is no zero within `step`."""
     limit = w[r.LIMIT + i]
     tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
     ahead, zero = advance(h, taylor, w[r.M3 + i], w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))

@@ -1,13 +1,14 @@
 """Storage of the switches from which the summary (summary.py) of each trajectory in a batch is computed.
 
 A lane (lane.py) holds one trajectory of the batch. It has room for ROWS switches, one in each row. If all rows are in
-use, the first half of the switches is added to the totals of the lane and discarded. The rows equal the rows of
-switches that `simulate` returns. After a batch of switches the rows are written from the values that `note_end`
-(switch.py) has stored.
+use, the first half of the switches is added to the totals of the lane (the sums of which summary.py makes the summary)
+and discarded. The rows equal the rows of switches that `simulate` returns. After a batch of switches the rows are
+written from the values that `note_end` (switch.py) has stored. The rows of a lane are one slot of the memory. If a
+trajectory moves to another lane, it keeps its slot.
 
 A motion may return to an earlier state, the reference, to the bit (recurrence.py). The summary then follows from one
 cycle of the switches, and is written when the cycle is complete. A sweep that records only summaries then ends the
-trajectory. For such motions the switches before the record are stored, too.
+trajectory. For such motions the switches before the record are stored, too. `kernels/__init__.py` explains the terms.
 """
 
 import numpy as np
@@ -22,8 +23,8 @@ from vibrodrive.kernels.outputs import Switch
 ROWS = 2 * summary.REACH  # number of switches for which a lane has room
 
 APART = ROWS + 11
-"""Distance from one lane to the next, in rows. If it were a multiple of a page, the lanes would compete for the same
-cache lines."""
+"""Distance in memory from the rows of one lane to those of the next, in rows. If it were a multiple of a page, the
+lanes would compete for the same cache lines."""
 
 END_OF_RECORD = 1e-9
 """Least distance of each switch of a cycle from the phase at which a record begins and ends. If a switch is closer,
@@ -83,7 +84,7 @@ def drive_of(w, i):
 
 @part
 def make_room(w, k, i, rows, totals):
-    """Add the first half of the switches to the totals, and move the others to the front. Return the number left."""
+    """Add the first half of the switches to the totals, and move the others to the front. Return their number."""
     half = ROWS // 2
     summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i), totals)
     drop_rows(k, i, half, rows)
@@ -139,7 +140,8 @@ def set_reference_history(k, i):
 def cycle_suffices(cycle, periods):
     """Return whether the summary of a motion that returns after `cycle` periods may follow from one cycle.
 
-    This requires that the record contains each possible period of the motion twice.
+    This requires that `cycle` is at most LONGEST (the search for a period ends there), and that the record is longer
+    than two cycles.
     """
     return cycle <= summary.LONGEST and 2 * cycle + 2 <= periods
 
@@ -168,8 +170,10 @@ def last_return(rows, row, cycle, until, phi):
 def has_cycle(w, k, i, cycle, extent, history):
     """Return whether the summary follows from the switches since the reference, `cycle` periods ago.
 
-    This requires that the last two cycles of the record are after the reference. If the result is true, the switches
-    since the reference become the first rows. Otherwise the lane stores only switches of the record from now on.
+    This requires that all these switches are stored (at most REACH / 2), that their phases differ by more than
+    END_OF_RECORD from the phase at which the record ends, and that the last two cycles of the record are after the
+    reference. If the result is true, these switches become the first rows. Otherwise the lane stores only switches of
+    the record from now on.
     """
     rows, first, count = history[k[r.HISTORY_SLOT + i]], k[r.REFERENCE_HISTORY + i], k[r.HISTORY_COUNT + i]
     kept_all = k[r.HISTORY_KEEPS + i] == ALL
@@ -192,7 +196,7 @@ def has_cycle(w, k, i, cycle, extent, history):
 def summarise_cycle(w, k, i, cycle, end, recorder):
     """Write the summary of a motion from one cycle, which is in the first rows. The record ends in period `end`.
 
-    Two copies of the cycle are appended, up to the last switch of the record.
+    Two copies of the cycle are appended. The second copy ends with the last switch of the record.
     """
     rows, more, phi = recorder.history[k[r.HISTORY_SLOT + i]], k[r.HISTORY_COUNT + i], w[r.PHI0 + i]
     later = last_return(rows, 0, cycle, end, phi) * cycle

@@ -1,8 +1,8 @@
 """Memory of the trajectories of a batch: one lane for each, in a structure of arrays.
 
 `LANES` trajectories advance together, as a batch. Quantity `Q` of lane `i` is `w[Q + i]` (float64) or `k[Q + i]`
-(int64). Because the arrays are flat and the offsets constant, the compiler knows that rows never overlap, and
-vectorises.
+(int64). The values of one quantity in all lanes are a row. Because the arrays are flat and the offsets constant, the
+compiler knows that rows never overlap, and vectorises. `kernels/__init__.py` explains the terms.
 """
 
 import math
@@ -10,8 +10,9 @@ import math
 import numpy as np
 
 LANES = 64
-"""Number of lanes. It is large enough to hide latency, and so small that the rows remain in the first-level cache. The
-rows take 72 × 101 × 8 B = 58 kB, of which a search uses a quarter. Only single trajectories use the last eight rows."""
+"""Number of lanes. It is large enough to hide latency, and so small that the rows of a search remain in the first-level
+cache. All rows of `w` take 72 × 109 × 8 B = 63 kB, of which a search uses a quarter to a third. Only single
+trajectories use the last eight rows."""
 
 STRIDE = LANES + 8
 """Distance between successive rows. If two rows are a multiple of a page apart, a read of one row is slow after a write
@@ -25,20 +26,22 @@ LINE = 64  # length of a cache line, in bytes
 
 (
     # parameters of the trajectory. AF = A ε η² is the acceleration amplitude of the disturbance. INVERSE is 1/η, or 0
-    # without a disturbance
+    # without a disturbance. FRAC is the fractional part of η. DTAU is 1 without a grid. PHI0 is the phase of the start,
+    # SECTION is φ_s. SIN_S and COS_S are A sin φ_s and A cos φ_s
     A, B, AF, ETA, INVERSE, FRAC, DTAU, TOL, PHI0, SECTION, SIN_S, COS_S,
     # the ends of waits at ε = 0: phase φ at which H rises to 1, and A cos φ there; the same for H falling to -1
     PHI_UP, P_UP, PHI_DOWN, P_DOWN,
     # start of the present segment: φ = PHI + LOW, with LOW below the last bit of PHI. X_OFF and V_OFF bound the
     # rounding errors of ξ and ξ' at this start. ROUNDING * LATE bounds the rounding error of the end of a wait
     PHI, LOW, THETA, X0, V0, A0, X_OFF, V_OFF, LATE,
-    # closed form of the present segment, eqs. (4), (5), (9), with the time counted from its start (see motion.py)
+    # closed form of the present segment, eqs. (4), (5), (9), with the time counted from its start. motion.py explains
+    # these letters and the term shape
     L, P, Q, PF, QF,
     # ξ as a shape. The search during a slide down also computes ξ: it begins with ξ = WATCHED_GAP, and the search ends
     # if ξ < -FALL_TOLERANCE. In other searches both numbers are infinite
     XD2, XC1, XC2, XALF, XBEF, WATCHED_GAP, FALL_TOLERANCE,
     # switching function of the search as a shape, and bounds of its derivatives (see first_zero.py). For a wait with a
-    # known end only SIG is set, to the side of S4 at which the wait ends
+    # known end only SIG is set: 1 if H falls to -1 at the end, -1 if H rises to 1
     C0, D1, D2, C1, C2, AL, BE, ALF, BEF, BASE, SIG,
     M3, M2_SLOW, FAST_AMPLITUDE, SPAN, SPAN0, NOISE,
     # search: cursor; cursor of the other side of S4; last cursor with ξ >= 0; limit; outcome; closest tangency as a
@@ -66,6 +69,9 @@ LINE = 64  # length of a cache line, in bytes
 ) = (STRIDE * row for row in range(ROWS_W))  # fmt: skip
 
 (
+    # state; excitation period of the last switch, and of the start; number of the grid point of the last switch (method
+    # `fixed`); switching function of the search; row of the point; number of section points written; period whose cost
+    # is counted, and this cost; status
     STATE, PERIOD, PERIOD0, GRID, SEARCH, POINT, SECTIONS, COUNTED, COUNT, STATUS,
     # work that remains after a batch of switches (codes.py); number of the section point that precedes the next switch
     LEFT_OVER, SLOT,
@@ -85,13 +91,13 @@ LINE = 64  # length of a cache line, in bytes
 
 
 def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (w, k), float64 and int64: [thread, 0] is the memory of lanes, [thread, 1] that of tables and lists."""
+    """Return (w, k), float64 and int64: [thread, 0] is memory of lanes, [thread, 1] memory of tables and lists."""
     shapes = ((threads, 2, ROWS_W * STRIDE), float), ((threads, 2, ROWS_K * STRIDE), np.int64)
     w, k = (_at_cache_line(np.zeros(math.prod(shape) + LINE // 8, kind), shape) for shape, kind in shapes)
     return w, k
 
 
 def _at_cache_line(memory: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array in `memory` that begins at a cache line, so that a vector register is filled from one line."""
+    """Return an array of this shape in `memory`. It begins at a cache line, so each vector register loads one line."""
     first = -memory.ctypes.data % LINE // 8
     return memory[first : first + math.prod(shape)].reshape(shape)

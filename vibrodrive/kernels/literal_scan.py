@@ -7,8 +7,8 @@ and versines of x. In a block, a shape (motion.py) becomes
 
 with coefficients that are constant in the block. S1, which has a quadratic term, is never scanned, because the scan for
 S2 also computes ξ. A value that exceeds the rounding error of this form has the correct sign. The few other values are
-computed again, by the form that is also used if grid points are skipped. So a literal scan and a search that skips grid
-points give the same results to the bit.
+computed again, by the closed form of motion.py, which a search that skips grid points also uses. So both give the same
+results to the bit. `kernels/__init__.py` explains the terms.
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from vibrodrive.kernels import motion, muller
 from vibrodrive.kernels.codes import BOTH, FALLEN, LIMIT_MET, S1, S2, S4, ZERO
 
 BLOCK = 896
-"""Number of grid points of a block. The five tables take 36 kB and remain in the first-level cache."""
+"""Number of grid points of a block. The five tables (`fill_tables`) take 36 kB and remain in the first-level cache."""
 
 
 @part
@@ -113,8 +113,8 @@ def clear_values(table, n, bound, two_sided, f, fast):
 def least_clear_gap(w, i, first, n, dtau):
     """Return a bound such that ξ > 0 at n successive grid points if ξ exceeds the bound at the last of them.
 
-    The bound is the rounding error of ξ plus the largest rise of ξ over these points. If ξ' is negative at two
-    neighbouring points, ξ' between them is at most Δτ²/8 times the bound of its second derivative.
+    Requires ξ' < 0 at these points. The bound is the rounding error of ξ plus the largest rise of ξ over these points.
+    Between two neighbouring points with ξ' < 0, ξ' is at most Δτ²/8 times the bound of its second derivative.
     """
     h = (first + float(n)) * dtau
     rounding = 1e-12 * (w[r.X0 + i] + w[r.A + i] + (abs(w[r.XC1 + i]) + abs(w[r.XC2 + i]) * h) * h)
@@ -195,7 +195,7 @@ def scan(w, k, i, table):
 def exact(w, i, h, which, fast):
     """Return the outcome at h, eq. (10): NOTHING, ZERO, FALLEN or BOTH (codes.py).
 
-    A search that skips grid points computes the outcome by the same form.
+    A search that skips grid points computes the outcome by the same formulas.
     """
     g = muller.value(w, i, h)
     if which == S4 and g >= 0.0:

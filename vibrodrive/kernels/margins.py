@@ -8,8 +8,8 @@ The distance of a decision from the opposite decision is:
 * at a tangency: the distance of the extremum of the switching function from 0, on either side
 
 If a distance is below its own rounding error, the status of the trajectory is TOO_CLOSE. The trajectory continues, but
-the opposite decision is equally justified. Margins and TOO_CLOSE assume that each state starts exactly. If `errors` are
-computed, certainty.py propagates the errors of the starts.
+the opposite decision is equally justified. Margins and TOO_CLOSE assume that each state starts exactly. If bounds of
+errors are computed, certainty.py also considers the errors of the starts. `kernels/__init__.py` explains the terms.
 """
 
 from vibrodrive.jit.branchless import choose, fma
@@ -19,8 +19,8 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import NEVER_LEAVES, OK, S4, TOO_CLOSE
 
 ROUNDING = 2.0**-49
-"""Bound of the relative rounding error: eight units in the last place. A difference below this share of its terms may
-be zero."""
+"""Bound of the relative rounding error: eight units in the last place. A computed sum may be zero if it is below this
+share of the sum of the magnitudes of its terms."""
 
 SUSPECT = 1e-4
 """Share of the sum of the magnitudes of the terms of H or ξ'. If the distance of a decision exceeds this share, it

@@ -18,6 +18,8 @@ are first added to the coefficients, in which they cancel exactly:
 
     c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
 
+`kernels/__init__.py` explains the terms.
+
 A slide from rest after a wait begins with ξ' = ξ'' = 0. d1 is then set to 0 and not computed. So the relative accuracy
 of ξ and ξ' is full from the beginning, and not limited by the rounding error of A.
 
@@ -34,7 +36,8 @@ from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot
 from vibrodrive.kernels import lane as r
 
 FAR = 0.8
-"""From this h on, the change of ξ since the last switch is not small compared with the terms of its closed form."""
+"""From this h on, the change of ξ since the last switch is not small compared with the terms of its closed form. So
+`arrive_far` can subtract sines and cosines without loss of digits."""
 
 
 STRETCH = 4.0 * PI
@@ -43,7 +46,7 @@ for an exact result."""
 
 
 LONGEST_SCAN = 4194304.0
-"""Largest number of grid points of a segment. Longer states are divided, so that the budget is checked."""
+"""Largest number of grid points of a segment. Longer states are divided, so that the budget is checked in between."""
 
 
 @inline
@@ -66,7 +69,7 @@ def grid_steps(w, i, left):
 
 @inline
 def shape(near, h, form, s, v, ds, dv):
-    """Return the slow part of a shape at h; `form` has its coefficients; s, v, ds, dv, near are those of `arc(h)`."""
+    """Return the slow part of a shape at h with the coefficients `form`; s, v, ds, dv, near are those of `arc(h)`."""
     linear = form.d1 if near else form.c1
     square = form.d2 if near else form.c2
     return form.c0 + fma(fma(square, h, linear), h, dot(form.al, ds if near else s, form.be, dv if near else v))
@@ -74,7 +77,7 @@ def shape(near, h, form, s, v, ds, dv):
 
 @inline
 def derivatives(h, d1, c2, al, be, s, v):
-    """Return (first, second, third, fourth): derivatives of the slow part of a shape at h; s = sin h, v = vers h."""
+    """Return the first four derivatives at h of the slow part of a shape (`Form`); s = sin h, v = vers h."""
     c = 1.0 - v
     first, second = dot(al, c, be, s), dot(be, c, -al, s)  # derivatives of α sin h + β vers h
     return d1 + fma(2.0 * c2, h, dot(be, s, -al, v)), fma(2.0, c2, second), -first, -second
@@ -212,7 +215,7 @@ def fast_phase(eta, frac, period, phi, low):
     """Return θ = η (2πn + φ) mod 2π at the phase φ + low of period n; `frac` is the fractional part of η.
 
     Complete turns of θ are removed before any rounding: 2πnη mod 2π is 2π times the fractional part of n · frac, and
-    this product is exact.
+    `two_product` gives this product exactly.
     """
     p, e = two_product(period, frac)
     turn = (p - np.floor(p)) + e
@@ -338,7 +341,9 @@ NEAR_BOUNDARY = 1e-8  # largest change of φ and of θ, in radians, by which the
 def on_boundary(w, i, where, there, level, h):
     """Return (arrival, LATE) at the end of a wait that has lasted h, with a disturbance.
 
-    The arrival is `there`, moved to the instant at which H = `level`. This instant is exact to the last bit of φ + low.
+    `there` is the arrival at the cursor. The result is the arrival at the instant near it at which H = `level`. This
+    instant is exact to the last bit of φ + low.
+
     The rounding error of the cursor is multiplied by η in θ. Without the correction, the next slide would begin with
     ξ'' = 0, but with the H' of another instant. The correction is one step of Newton's method. The sines and cosines of
     the excitation (p, q, pf, qf) are updated to first order. LATE · ROUNDING is the remaining error of the time, caused

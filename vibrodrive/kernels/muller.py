@@ -1,4 +1,8 @@
-"""Refinement of a zero in a bracket by Muller's method (§4; Muller 1956, reference [9] of the paper)."""
+"""Refinement of a zero in a bracket by Muller's method (§4; Muller 1956, reference [9] of the paper).
+
+The bracket consists of two neighbouring grid points. The scan of the grid (first_zero.py) has found that the switching
+function changes sign between them. `kernels/__init__.py` explains the terms.
+"""
 
 import math
 
@@ -162,7 +166,7 @@ def refine_once(w, i):
     low, high, leaving, x3, done = close_in(
         w[r.LOWER + i], w[r.UPPER + i], w[r.REFINEMENT + i] == LEAVING, x0, g0, x1, g1, x2, g2, w[r.TOL + i]
     )  # fmt: skip
-    done |= w[r.EVALUATED + i] >= ITERATIONS  # `event.py` handles a switch with so many evaluations (STEEP_COST)
+    done |= w[r.EVALUATED + i] >= ITERATIONS  # `event.py` applies a switch with so many evaluations (switch.STEEP_COST)
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
     w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
     w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])

@@ -43,7 +43,12 @@ def extent_of(numbers, price):
 
 
 class Outcome(NamedTuple):
-    """Results of each motion: status int8 (n,), margin float64 (n,), counts int64 (n, 5), work float64 (n,)."""
+    """Results of each motion.
+
+    status int8 (n,), margin float64 (n,): status, and smallest margin of a decision
+    counts int64 (n, 5): number of switches into each state in the record
+    work float64 (n,): number of evaluations of switching functions
+    """
 
     status: np.ndarray
     margin: np.ndarray

@@ -13,6 +13,8 @@ written. Therefore a record of P periods has at most 2P main impacts.
 Each main impact is written with its time (period, phase), its speed, and the number of switches of the record before
 it. A batch of switches stores the end of each state. The impacts are written as soon as it is known which switches are
 applied. The impacts of a motion that repeats itself are copied together with its section points.
+
+`kernels/__init__.py` explains the terms.
 """
 
 import math

@@ -17,13 +17,13 @@ A summary follows from the switches of one cycle (history.py). The section point
 summary is written. If only summaries are recorded, the trajectory ends as soon as the summary is written.
 
 Equal phases do not suffice for equal bits. The searches start from guesses (undisturbed.py), which must also be equal.
-Therefore a certified rest clears the guesses. Nothing is copied for 1 - B < LEAST_FALL. Slides are then searched by
-steps, and the certified steps depend on the smallest margin so far.
+Therefore a certified rest clears the guesses. Nothing is copied for 1 - B < LEAST_FALL (0.01, undisturbed.py). Then the
+ends of slides are searched for by steps, and the certified steps depend on the smallest margin so far.
 
 With Muller's method a motion also returns to the same bits, because its grid begins at each switch, and the refinement
 of a zero depends only on the grid points around this zero. But a rest ends at a refined phase, not at a known phase, so
 the motions after two rests may differ. With a fixed grid, the motion depends on the number of the grid point, which
-never returns.
+never returns. `kernels/__init__.py` explains the terms.
 """
 
 from vibrodrive.jit.compile import inline, part

@@ -11,8 +11,10 @@ from vibrodrive.kernels.codes import CERTIFIED, DOWN, IMPACT, REST, STICK, UP
 def sample_segments(lanes_w, lanes_k, points, rows, sampling, count, under_way, out, state):
     """Evaluate the closed form between the switches `rows` (SWITCH, written by `single`) at the next `count` instants.
 
+    Instant m is m / per_period excitation periods after the beginning of the record.
+
     points float64 (1, columns): parameters and initial values of the motion
-    sampling int64 (3,): method, transient, number of instants in an excitation period
+    sampling int64 (3,): method, transient, number of instants in an excitation period (per_period)
     under_way int64 (2,): number of the next instant, and row of the switch before it; initially 0 and -1
     out float64 (n, 3), state int8 (n,): results: ξ, ξ' and H, and the state, at each instant
 

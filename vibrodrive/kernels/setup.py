@@ -1,4 +1,7 @@
-"""Start of the trajectory of a point: parameters, initial values, first search."""
+"""Start of the trajectory of a point in a lane: parameters, initial values, first search.
+
+`kernels/__init__.py` explains the terms.
+"""
 
 import math
 

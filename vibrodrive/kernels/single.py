@@ -1,7 +1,8 @@
 """Loop for trajectories that are computed one by one.
 
 These are single trajectories whose switches are recorded, and literal scans, which vectorise along their grid. Each
-search runs to its end in registers, whereas the searches of a batch (engine.py) are in memory.
+search runs to its end in registers, whereas the searches of a batch (engine.py) are in memory. The trajectory is in
+lane 0. `kernels/__init__.py` explains the terms.
 """
 
 from functools import cache
@@ -59,7 +60,7 @@ def single(method: int, recorded: bool, bounded: bool):
     """Return the kernel that computes trajectories one by one by `method`.
 
     If `recorded`, the kernel computes summaries. If `bounded`, it computes bounds of the errors of the motion
-    (certainty.py). Impacts are always computed.
+    (certainty.py). Main impacts are written if the array `impacts` has room for them.
     """
 
     @jit(_nrt=False)

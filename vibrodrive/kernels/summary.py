@@ -10,8 +10,8 @@ complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
 
       ∫ F ξ' dτ = [G ξ'] - ½ [G²] - L [∫ G dτ]
 
-  This formula does not assume that the work of the excitation equals the dissipated energy, so the energy balance can
-  be checked.
+  where [X] is X at the end of the slide minus X at its beginning. This formula does not assume that the work of the
+  excitation equals the dissipated energy, so the energy balance can be checked.
 * Let the beginning of a slide be delayed by a small δφ₀, and let the gap there change by a small δξ₀. The changes at
   the end of the slide are δφ₁ and δξ₁. With the values a₀ and a₁ of ξ'' at the beginning and at the end, and the
   duration h,
@@ -165,8 +165,9 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
 def fast_peak(s, row, rows, h, g, slow, drive, least):
     """Return the largest s ξ' of a slide that begins at switch `row`, with a disturbance, or `least` if this is larger.
 
-    `slow` is the largest value of the slow part. If the fast part can raise this value above `least`, ξ' is evaluated
-    at eight points of each fast period. The largest of these values is refined by Newton's method on ξ'' = H - s.
+    h and g are those of `slow_peak`, and `slow` is its result. If the fast part can raise this value above `least`, ξ'
+    is evaluated at eight points of each fast period. The largest of these values is refined by Newton's method, applied
+    to ξ'' = H - s.
     """
     a, b, af, eta = drive.a, drive.b, drive.af, drive.eta
     phi = rows[row, PHASE]
@@ -383,7 +384,7 @@ def find_period(rows, first, last):
 
 MODULUS = 9007199254740881
 """Modulus of sequence numbers, the largest prime below 2⁵³. A sequence of up to 20 states gives a smaller number, whose
-digits in base 6 are the states."""
+digits in base 6 are the codes of the states plus 1."""
 
 
 @inline
@@ -491,7 +492,7 @@ def summarise(rows, added, count, state, x, drive, totals, out):
 
 @inline
 def write_summary(n, sequence, gaps, duration, af, totals, out):
-    """Write the summary `out`: numbers that describe the motion, and totals divided by `duration`, in periods."""
+    """Write the summary `out`: n (0: no period found), sequence, gaps, and totals divided by `duration`, in periods."""
     out[OUT_PERIOD], out[OUT_SEQUENCE], out[OUT_GAPS] = float(n), float(sequence), gaps
     out[OUT_IMPACTS] = totals[LANDED] / duration
     out[OUT_IMPACT_SPEED_MAX] = totals[FASTEST]

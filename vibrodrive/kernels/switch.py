@@ -3,7 +3,7 @@
 `event.py` applies any switch, in one lane. The `switch_*` modules apply ordinary switches (engine.py) in all lanes of a
 batch. Both evaluate these formulas in the same order, so the bits of a trajectory do not depend on the module that
 applied a switch. If the argument `where` is false, lane i is not changed: `where` is a mask in loops over lanes, and
-True for a single lane. A wait is sticking or resting.
+True for a single lane. `kernels/__init__.py` explains the terms.
 """
 
 from vibrodrive.jit.branchless import choose
@@ -147,7 +147,7 @@ def commit_cost(w, k, i, where, counted, cost):
 
 @inline
 def commit_departure(k, i, where):
-    """Count a departure of the mass from the obstacle. Return the number since the reference (recurrence.py)."""
+    """Count a departure. Return the number of departures since the reference (recurrence.py) was set."""
     since = k[r.SINCE + i] + choose(where, 1, 0)
     k[r.SINCE + i] = since
     return since
@@ -155,7 +155,7 @@ def commit_departure(k, i, where):
 
 @inline
 def number_in_period(k, i):
-    """Return the number of the present switch among those of its period."""
+    """Return the cost of the present period so far plus 1, the cost of the present switch."""
     return 1 + choose(k[r.COUNTED + i] == k[r.PERIOD + i], k[r.COUNT + i], 0)
 
 

@@ -1,7 +1,7 @@
 """Ordinary certified switches (engine.py) with a disturbance in all lanes of a batch, without branches.
 
 The section point before a switch is written first, because applying the switch overwrites the segment that contains
-this point.
+this point. `kernels/__init__.py` explains the terms.
 """
 
 from vibrodrive.jit.branchless import choose, full, wide
@@ -42,7 +42,7 @@ def write_next_points(w, k, n, transient, section):
 
 @inline
 def find_switch(w, k, i):
-    """Return the outcome of the search in lane i at its cursor."""
+    """Return the outcome of the search in lane i at its cursor, as `Found` (take_over.py)."""
     met, h, which = w[r.OUTCOME + i], w[r.CURSOR + i], k[r.SEARCH + i]
     gap, falling, waited = which == S1, which == S2, which >= S4
     level = choose(w[r.SIG + i] > 0.0, -1.0, 1.0)

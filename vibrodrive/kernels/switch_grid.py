@@ -10,8 +10,8 @@ first grid point after the start of a slide. The other side of S4 either grows t
 The method `fixed` then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the
 two grid points around the zero. So the bits equal those of a scan.
 
-All other cases are scanned: a zero too close to a grid point, a refinement of more than two steps, and a decision
-within rounding.
+In all other cases the grid is scanned: a zero too close to a grid point, a refinement of more than two steps, and a
+decision within rounding. `kernels/__init__.py` explains the terms.
 """
 
 from typing import NamedTuple

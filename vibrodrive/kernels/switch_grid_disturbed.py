@@ -3,6 +3,8 @@
 The results equal those of `event.py`. The method `fixed` switches at the grid point after the zero, eq. (10). Muller's
 method first refines the zero, in all lanes together (muller.py). If ξ < 0 at a grid point, the search continues for the
 impact before this point. If ξ < 0 only at the refined zero of ξ', `event.py` processes the lane.
+
+`kernels/__init__.py` explains the terms.
 """
 
 from vibrodrive.jit.branchless import choose
@@ -14,7 +16,7 @@ from vibrodrive.kernels.codes import BOTH, FALLEN, NOTHING, S1, S2, ZERO
 
 @inline_each("fixed")
 def find_switch_on_grid(w, k, i, fixed, apart):
-    """Return the outcome of the search in lane i at its cursor.
+    """Return the outcome of the search in lane i at its cursor, as `Found` (take_over.py).
 
     `apart` is true if the last grid point with ξ >= 0 is more than one step before the cursor. If ξ < 0 at the cursor,
     the search must then continue for the first grid point with ξ < 0.

@@ -1,7 +1,7 @@
 """Ordinary certified switches (engine.py) at ε = 0 in all lanes of a batch, without branches.
 
 `event.py` applies all other switches. Both modules evaluate the same formulas (switch.py) in the same order, so the
-bits of a trajectory do not depend on the module that applied a switch.
+bits of a trajectory do not depend on the module that applied a switch. `kernels/__init__.py` explains the terms.
 """
 
 from typing import NamedTuple

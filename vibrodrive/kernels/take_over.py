@@ -6,6 +6,7 @@ these modules begin the search for the end of the next state.
 
 The module switch_undisturbed.py, for certified switches at ε = 0, does not use `apply_ordinary`. It also ends a wait
 that follows the switch, and begins the state after this wait. It uses the other functions of this module.
+`kernels/__init__.py` explains the terms.
 """
 
 from typing import NamedTuple

@@ -21,6 +21,8 @@ is the step back to the zero. The method converges with order five and needs one
 nothing, because they use the same sine and cosine. Each search begins at a guess of the duration of the slide. The
 guess is the duration of the last slide of the trajectory in this direction, plus the difference of the two starts times
 the derivative of the duration with respect to the start. This derivative follows from ∫ ξ'' dτ = 0 over the slide.
+
+`kernels/__init__.py` explains the terms.
 """
 
 import math
