@@ -157,7 +157,7 @@ def _units_compile_nothing_and_start_nothing(request):
     guard.on = False
 
 
-# Tests send signals, but a shell starts background jobs with SIGINT ignored, and nohup ignores SIGHUP.
+# Tests send signals to their process. In background jobs of a shell SIGINT is ignored, under nohup SIGHUP: undo both.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:

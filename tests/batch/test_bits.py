@@ -73,7 +73,7 @@ def test_bits_do_not_depend_on_slices(monkeypatch, switching):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """Integers, float32 and arrays in another memory order are converted first, so only one signature is compiled."""
+    """Integers, float32 and arrays in another memory order are converted, so a kernel has one signature."""
     from vibrodrive.kernels.engine import batch
     from vibrodrive.kernels.sampling import sample_segments
     from vibrodrive.kernels.single import single
@@ -106,9 +106,9 @@ print(len(formulas), sorted(twice))
 @pytest.mark.jit
 @pytest.mark.slow("17 s: compiles a kernel of each kind into an empty cache")
 def test_no_formula_is_specialised_for_constants(tmp_path):
-    """For a constant argument Numba would compile a formula, and all formulas that this formula calls, a second time.
+    """Numba could compile a formula, and all formulas that it calls, a second time for a constant argument.
 
-    Exceptions are formulas that request this for named arguments (`inline_each`, `part_each`).
+    Only formulas decorated with `inline_each` or `part_each` (jit/compile.py) have a version for each constant.
     """
     count, twice = python(CONSTANTS, NUMBA_CACHE_DIR=str(tmp_path)).split(" ", 1)
     assert int(count) > 100
@@ -130,7 +130,7 @@ def test_no_formula_is_specialised_for_constants(tmp_path):
 )
 @pytest.mark.parametrize("section_phase", [0.0, 4.0])
 def test_batched_equals_single(method, section_phase):
-    """For any incline and start, single motions equal those of a sweep, which applies ordinary switches in batches."""
+    """For any incline and start, `simulate` equals a sweep, which advances motions together."""
     rng = np.random.default_rng(7)
     axes = {
         "A": [*rng.uniform(1, 3.3, 12), *rng.uniform(0, 30, 4), 0.9, 1.0, 1.1, 1.1000001],
@@ -158,7 +158,7 @@ def test_lanes_are_aligned_to_cache_lines():
 @pytest.mark.jit
 @pytest.mark.parametrize("eps", [0.0, 3e-4])
 def test_method_outside_the_engine_gives_the_same_bits(monkeypatch, eps):
-    """A method outside the engine, for example a new zero finder, computes the motions one by one."""
+    """Sweep with a method that kernels/engine.py lacks (not in IN_LANES): it computes the motions one by one."""
     arguments = dict(A=[1.5, 3.04, 3.1], eps=eps, method="muller", dtau=0.05, tol=1e-9, transient=3, periods=4)
     together = vd.sweep(**arguments)
     monkeypatch.setattr("vibrodrive.model.names.IN_LANES", ())

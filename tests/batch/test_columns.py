@@ -1,4 +1,4 @@
-"""Kernels read every column of a point: each parameter changes some result."""
+"""Kernels read every parameter of a point of a sweep: a change of any parameter changes the section points."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Blocks computed on a cluster give the same file to the bit, even if a worker dies."""
+"""A sweep on a Dask cluster gives the bits of a local sweep, even if a worker dies and its blocks are repeated."""
 
 import hashlib
 import json

@@ -1,6 +1,6 @@
 """Ctrl-C ends any work. No computation continues in the background, and the session remains usable.
 
-Without Ctrl-C the sweeps, motions and limits of this file would take longer than LIMIT. benchmarks/interrupt.py
+Without Ctrl-C the sweeps, motions and limits of this file would take longer than LIMIT seconds. benchmarks/interrupt.py
 measures the time from Ctrl-C to the end of a computation.
 """
 
@@ -82,7 +82,7 @@ def compiled():
 
 
 def prepare() -> None:
-    """Compile all kernels, because first calls take longer. Compute a motion for comparison after each Ctrl-C."""
+    """Compile all kernels, because first calls take longer. Store in MOTION a motion to compare after each Ctrl-C."""
     global MOTION
     MOTION = motion()
     MOTION.sample(1)
@@ -100,7 +100,7 @@ def interrupt(work) -> None:
     timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
     faulthandler.dump_traceback_later(LIMIT, exit=True)
     callbacks = gc.callbacks[:]
-    gc.callbacks.clear()  # Hypothesis installs callbacks, and Python ignores an exception in a callback
+    gc.callbacks.clear()  # Hypothesis installs callbacks, in which Python ignores a KeyboardInterrupt
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):

@@ -1,4 +1,4 @@
-"""A sweep is a loop of `numba.prange`. It runs on every threading layer, in several threads, and in forked children."""
+"""A sweep is a loop of `numba.prange`. It runs on each threading layer, in several threads, and in forked children."""
 
 import os
 import subprocess
@@ -127,7 +127,7 @@ print(child(lambda: total(10) == 45), flush=True)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("layer", ["omp", "workqueue", "tbb"])
 def test_threads_and_forked_children_of_one_process_sweep(layer):
-    """Sweeps run in four threads and in a forked child. With GNU's OpenMP a user's prange aborts a forked child."""
+    """Sweeps run in four threads and in a forked child. With GNU's OpenMP a user's prange ends the child by SIGTERM."""
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, layer],
         env={**os.environ, "NUMBA_NUM_THREADS": "2", "NUMBA_THREADING_LAYER": layer},
@@ -153,7 +153,7 @@ def test_arrays_of_other_types_are_refused():
 
 
 class Failing(Executor):
-    """Executor whose tasks fail the first `times` times, as if the worker died."""
+    """Executor in which each task fails the first `times` times, as if the worker died."""
 
     def __init__(self, times):
         self.times, self.submitted = times, []

@@ -1,6 +1,7 @@
 """Tests of level 4 of the set of switches, a table of limits k₂ (benchmarks/switches/level4.py).
 
-Rows of the table can be made again, and gaps computed by the test change at the limits of the table.
+A gap is the number of excitation periods between two main impacts. Rows of the table can be made again. The gaps, which
+the test computes in its own way, change at the limits of the table.
 """
 
 import csv

@@ -18,7 +18,7 @@ PERIODS = 40
 
 
 def impacts(name, value):
-    """Return τ and speed of each main impact at A = 3.04 from rest, under the disturbance `name` of size `value`."""
+    """Return a row (τ, speed) for each main impact at A = 3.04, from rest, under disturbance `name` of size `value`."""
     found = np.empty((2 * PERIODS, 2))
     way = ruler.OWN[name]
     count = way.follow(Point(3.04, 0.1, 0.0, 1.0), way.argument(value), 0.0, 2 * math.pi * PERIODS, found)

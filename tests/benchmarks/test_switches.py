@@ -121,12 +121,12 @@ def test_zeros_are_in_order_and_their_slopes_agree():
         assert at[-1] <= Decimal(values(case)["T"]), name
         assert [s == "0" for s in slopes] == [m == 2 for m in multiplicities], name
         signs = [Decimal(s) > 0 for s, m in zip(slopes, multiplicities, strict=True) if m == 1]
-        assert all(a != b for a, b in pairwise(signs)), name  # g cannot cross 0 twice in one direction
+        assert all(a != b for a, b in pairwise(signs)), name  # the function cannot cross 0 twice in one direction
         assert case.get("answers", [zeros])[0] == zeros, name
 
 
 def begins(x):
-    """Return the state in which a motion starts."""
+    """Return the state in which the motion with the inputs `x` of a case starts."""
     if x["dxi0"]:
         return "UP" if x["dxi0"] > 0 else "DOWN"
     H = x["A"] * (math.sin(x["tau0"]) + x["eps"] * x["eta"] ** 2 * math.sin(x["eta"] * x["tau0"])) - x["B"]

@@ -209,7 +209,7 @@ def test_verify_reports_a_sound_file_or_the_damaged_block(run, quick):
 
 
 def test_info_writes_json(run, quick):
-    """A number that is not known is null, so that a program can read the output."""
+    """Unknown numbers are written as null, because JSON has no NaN."""
     text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
     fake.write("s.h5", text, Origin(text, (), "Half a sweep"), [1])
     code, out, err = run("info", "s.h5", "--json")
@@ -318,13 +318,13 @@ def test_style_and_width_options_override_the_file(run, quick):
 
 @pytest.mark.jit
 def test_fast_checksum_equals_that_of_hdf5(tmp_path):
-    """The program computes the same checksum as HDF5, and writes the same bytes."""
+    """`fletcher32` returns the checksum that HDF5 computes and appends to a chunk."""
     from vibrodrive.jit.fletcher import fletcher32
 
     random = np.random.default_rng(2)
     samples = [random.random((7, n)) for n in (1, 63, 64, 65, 1000)]
     samples += [np.zeros((3, 50)), np.full((5, 100), np.nan)]
-    samples += [np.full((rows, 10), -1).view(np.float64) for rows in (1, 50)]  # fewer and more bytes than a block
+    samples += [np.full((rows, 10), -1).view(np.float64) for rows in (1, 50)]  # 80 and 4000 bytes, a block has 512
     with h5py.File(tmp_path / "x.h5", "w") as file:
         for k, values in enumerate(samples):
             data = file.create_dataset(str(k), data=values, chunks=values.shape, fletcher32=True)

@@ -1,4 +1,4 @@
-"""Files of every kind are not replaced by mistake and describe their contents. Unusable files are refused."""
+"""Result files of each kind are not replaced by mistake and describe their contents. Unusable files are refused."""
 
 import json
 import os
@@ -61,7 +61,7 @@ def idle(monkeypatch):
         raise AssertionError("something is computed")
 
     def each(*arguments, **options):
-        """Replace `each_of`, which computes limits only during the iteration."""
+        """Replace `each_of`, a generator, which computes limits only when a value is requested."""
         yield begun()
 
     for name in (
@@ -103,7 +103,7 @@ def assert_refused(run, *arguments, words=()):
     assert contents() == before
 
 
-# one file under two names
+# one file as input and output, under two names
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -171,7 +171,7 @@ def test_overwrite_replaces_an_unreadable_result(tmp_path):
     assert read_kind(path) == "sweep"
 
 
-# kinds
+# kinds of result files
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +191,7 @@ def made(tmp_path_factory):
 
 @pytest.fixture
 def copied(run, made):
-    """Return the command line, in a directory with copies of these files."""
+    """Return the command line, in a directory with copies of the files of `made`."""
     for path in made.glob("*.h5"):
         Path(path.name).write_bytes(path.read_bytes())
     return run
@@ -367,7 +367,7 @@ def test_kind_of_a_later_version_is_named(tmp_path):
             read(path)
 
 
-# links without a target, pipes, folders that cannot be written to
+# symbolic links to themselves, pipes, a full disk
 
 
 def test_loops_and_pipes_are_refused_by_readers_and_figures(run, idle):
@@ -427,7 +427,7 @@ def test_full_disk_is_reported_with_the_file_name(tmp_path, small_disk):
     assert list(tmp_path.iterdir()) == []
 
 
-# a cluster that does not exist
+# addresses of a Dask scheduler
 
 
 @pytest.mark.parametrize(
