@@ -1,4 +1,4 @@
-"""Tests of the audit of switches from another program.
+"""Tests of examples/audit.py, which compares the switches of another program with certified switches.
 
 Certified switches pass, and each error is reported at the switch at which it occurs.
 """
@@ -15,7 +15,7 @@ from examples.audit import MISSED, OTHER, RIGHT, Switch, audit, read, report
 
 
 def certified(A, eps=0.0, periods=6):
-    """Return the switches of a certified motion as a list of `Switch`, each with the state that begins there."""
+    """Return the switches of a certified motion, impacts left out, as `Switch` with the state that begins there."""
     rows = vd.simulate(A, eps=eps, transient=0, periods=periods).switches
     rows = rows[rows["after"] != vd.State.IMPACT]
     landed = rows["before"] == vd.State.IMPACT

@@ -1,4 +1,4 @@
-"""Tests of the driver in SI units: results equal those of a single motion and the limit of `vd.limit`."""
+"""Tests of the vibratory driver in SI units (`vd.driver`, examples/driver.py) against `vd.simulate` and `vd.limit`."""
 
 import json
 import math
@@ -45,7 +45,7 @@ SCENE = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
 
 
 def free_velocity(A: float, B: float, steps: int = 20_000) -> float:
-    """Return the mean ξ' of a mass that slides without an obstacle, by an explicit Euler loop (error about 1e-3)."""
+    """Return the mean ξ' in the twelfth period of a mass without an obstacle, by explicit Euler steps (error 1e-3)."""
     dxi, mean, h = 0.0, 0.0, 2.0 * math.pi / steps
     for k in range(12 * steps):
         if k >= 11 * steps:

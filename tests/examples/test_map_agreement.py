@@ -1,4 +1,4 @@
-"""Tests of the comparison of a map with the list of stable orbits.
+"""Tests of examples/map_agreement.py, which compares each pixel of a map over A and B with the list of stable orbits.
 
 The pixels of a true map agree with the list. If the list is falsified, the comparison finds the disagreement.
 """

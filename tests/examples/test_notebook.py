@@ -1,4 +1,4 @@
-"""The notebook: every cell runs in a new kernel without a warning and has the expected output."""
+"""The notebook docs/session.ipynb: every cell runs in a new kernel without a warning and has the expected output."""
 
 import base64
 import io

@@ -1,4 +1,4 @@
-"""Tests of the steps in the figure of docs/certified.md.
+"""Tests of examples/parabola.py, which draws the steps of the certified search in the figure of docs/certified.md.
 
 Each parabola is below the switching function, and the last step ends at the first zero of this function.
 """

@@ -23,14 +23,17 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits, resting
 
 SEARCHED = 8
-"""Longest period of the search for orbits without a rest. Orbits with a rest are found up to the recorded periods."""
+"""Longest period, in excitation periods, of the search for orbits without a rest."""
 
 
 TRANSIENT = 1500
 
 
 def follows(points: np.ndarray, orbit: Orbit) -> bool:
-    """Return True if section points (n, 2) follow the orbit, within 1e-7 plus the distance left after the transient."""
+    """Return True if section points (n, 2) visit the points of the orbit in order, within 1e-7 + `left`.
+
+    left : share of the initial distance from the orbit that remains after the transient
+    """
     left = abs(orbit.multiplier) ** (TRANSIENT / orbit.period)
     apart = np.abs(points[:, None] - section(orbit, 2.0)[None]).max(axis=2)
     visited = np.argmin(apart, axis=1)
@@ -62,8 +65,8 @@ def test_every_attractor_of_brute_force_is_among_the_orbits():
 
 @pytest.mark.jit
 def test_no_chaos_between_3_15_and_3_19():
-    """98 % of the values of A have a superstable orbit, all other values a stable orbit. So every exponent is
-    negative."""
+    """98 % of the values of A have a superstable orbit (multiplier 0), all others a stable orbit. So every Lyapunov
+    exponent is negative."""
     answer = chaos(num=1001)
     assert answer.shares["irregular"] == 0.0
     assert answer.shares["superstable"] == pytest.approx(0.98, abs=0.01)
@@ -117,7 +120,7 @@ def test_rank_correlation_and_distance():
 
 @pytest.mark.jit
 def test_page_shows_the_output_of_the_example():
-    """The bifurcations of docs/orbits.md have the right kinds, and the right A except for the last digits."""
+    """Kinds and A of bifurcations in docs/orbits.md equal the example's output (exact A to a relative 1e-12)."""
     page = (Path(__file__).parents[2] / "docs" / "orbits.md").read_text()
     shown = [
         line.split("|")[1:4]

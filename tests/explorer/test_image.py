@@ -69,7 +69,7 @@ def test_missing_columns_repeat_the_column_on_their_left():
 
 @pytest.mark.jit
 def test_motion_out_of_budget_is_not_drawn():
-    """No value of such a motion is drawn, because the values of fewer periods would give a different picture."""
+    """No value of a motion that ran out of budget is drawn: values of fewer periods would give a different picture."""
     given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)
     kept = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30)
     assert (given_up.status == vd.Status.BUDGET).all()

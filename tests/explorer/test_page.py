@@ -121,7 +121,7 @@ def labels(tab, name):
 
 
 def shown(tab):
-    """Return the view in the address."""
+    """Return the `View` that the address of the page describes."""
     return read_address(tab.driver.current_url.split("?", 1)[1])
 
 
@@ -618,7 +618,7 @@ def test_mode_sets_axes_and_windows_and_locks_swept_parameters(tab, explorer):
         along = "Object.values(page.fields).filter((f) => f.control.title.includes('on an axis')).map((f) => f.name)"
         return shown(tab), sorted(tab.ask(along))
 
-    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # ξ may begin below 0, the B of the map may not
+    small = "&columns=20&rows=10&transient=20&periods=20&eps=1e-5"  # the axis of ξ may begin below 0, that of B may not
     tab.open(explorer.address + small + "&y_low=0.05&y_high=0.2&quantity=xi&bottom=-0.5&top=2.5")
     view, locked = choose("mode", "map")
     assert (view.mode, view.y_low, view.y_high, view.limits) == ("map", 0.05, 0.2, None)

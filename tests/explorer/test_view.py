@@ -1,5 +1,5 @@
-"""A view (all settings of a page) is equivalent to its address, its configuration and its state. An invalid view gives
-an error message of one line."""
+"""A view (all settings of a page) is equivalent to its address, its configuration and its state (a dict). An invalid
+view gives an error message of one line."""
 
 import io
 from pathlib import Path
@@ -77,7 +77,7 @@ def test_stable_and_unstable_orbits_have_different_lines():
 
 
 def test_exact_curves_stay_while_only_the_window_moves():
-    """If any other setting of the exact curves changes, new curves are computed. Scales of axes are such settings."""
+    """`overlay_of` returns (settings of the curves, window). Only a change of these settings needs new curves."""
     over = {"low": 2.0, "high": 3.0, "orbits": 2}
     (what, window), other = overlay_of(View.read(over)), {"high": 3.1}
     assert overlay_of(View.read(over | other)) == (what, (2.0, 3.1)) != (what, window)
@@ -173,7 +173,7 @@ def test_colour_limits_of_a_map_follow_the_configuration():
 
 
 def test_limits_apply_to_the_drawn_quantity():
-    """A sweep with sections and summaries is drawn with ξ' if its [figure] table names no quantity."""
+    """By default a sweep with sections and summaries is drawn with ξ'. Its limits are no colour limits of a map."""
     both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
     assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
     assert view_of(config.parse(both)).limits == (1.5, 2.5)

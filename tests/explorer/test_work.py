@@ -13,7 +13,7 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import config
 
 SLOW = 1e4
-"""Speed in periods per second. It is so low that every view begins with a coarse picture and has many levels."""
+"""Assumed speed in periods per second, so low that every view begins with a coarse picture and has many levels."""
 
 
 @pytest.mark.parametrize("shape", [(1,), (2,), (5,), (100,), (1000,), (33, 20), (16, 16), (3, 1)])

@@ -1,4 +1,4 @@
-"""The worker runs one task at a time, the most urgent request first. A separate process runs exact searches."""
+"""The worker runs one task at a time, the most urgent request first. A separate process finds exact orbits."""
 
 import os
 import threading
@@ -248,7 +248,7 @@ def test_halted_search_ends_its_process(aside):
 
 
 def test_halt_ends_a_waiting_call_but_not_the_warm_up(tmp_path):
-    """Here the warm-up ends when the test writes to a named pipe. The test does so after the first call was halted."""
+    """The warm-up (first task of the process) ends when the test writes to a pipe, after the first call was halted."""
     gate, there = tmp_path / "gate", tmp_path / "there"
     os.mkfifo(gate)
     aside, halt = SeparateProcess(gate.read_bytes), Halt()
