@@ -14,7 +14,7 @@ SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after"
 
 
 def motion(periods, irregular=False, **arguments):
-    """Return the motion ξ = 2 + sin τ. If it is irregular, each period has a different amplitude."""
+    """Return a simulated `Trajectory`, ξ = 2 + sin τ. If it is irregular, each period has a different amplitude."""
     size = 1.0 + (np.arange(periods) * math.sqrt(2) % 1 if irregular else np.zeros(periods))
     switches = np.zeros(2 * periods, SWITCH)
     switches["period"] = np.repeat(np.arange(periods), 2)

@@ -10,8 +10,8 @@ from vibrodrive.store.failures import FailureMap
 
 @pytest.fixture
 def found():
-    """Return a failure map. At each point 0, 20 or 5000 of 100 000 switches are missed. The last value of A has no
-    switches."""
+    """Return a failure map. For the first three values of A, 0, 20 and 5000 of 100 000 switches are missed. The last
+    value of A has no switches."""
     shape = (len(METHODS), 4, 3)
     judged = np.full(shape, 100_000)
     judged[:, 3] = 0

@@ -43,7 +43,7 @@ def two_regimes():
 
 
 def image(ax):
-    """Return the shades (rows from below, columns) of a bifurcation panel, and the ordinates of the rows."""
+    """Return the shades, 0 to 1 (rows from below, columns), of a bifurcation panel, and the ordinates of the rows."""
     (drawn,) = ax.get_images()
     _, _, low, high = drawn.get_extent()
     return np.asarray(drawn.get_array()), low + (np.arange(PANEL_ROWS) + 0.5) / PANEL_ROWS * (high - low)

@@ -64,7 +64,7 @@ FIGURES = {
     "limits": (2, lambda s, m, o, ax: vd.plot.limits(limits(), ax=ax)),
     "failures": (6, lambda s, m, o, ax: vd.plot.failures(failures(), ax=ax)),
 }
-"""Number of panels of each figure, and a function that draws it into axes."""
+"""Number of panels of each figure, and a function of (sweep, motion, orbits, axes) that draws it into the axes."""
 
 
 @pytest.mark.jit

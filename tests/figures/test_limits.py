@@ -1,5 +1,5 @@
-"""The figure of limits shows only known limits, in ε and Δτ and as velocities. It shows ratios only of two known
-limits."""
+"""The figure of limits of stability (k₂ or k_u) shows only known limits, in ε and Δτ and as velocities. It shows ratios
+only of two known limits."""
 
 from dataclasses import replace
 
@@ -12,7 +12,10 @@ from vibrodrive.stability.limits import KU, QUANTITIES, Limits
 
 
 def of(axes, k2, factor=100.0, mm_s=None, **options):
-    """Return limits k2 (curve, axes…), all computed. The velocity of a limit in ε is `factor` times the limit."""
+    """Return `Limits` with the values k2, float64 (3, axes…), in ε, in Δτ of `fixed` and in Δτ of `muller`.
+
+    factor : velocity of a limit in ε, divided by the limit
+    """
     scale = np.array([factor, 1.0, 1.0]).reshape(3, *(1,) * (k2.ndim - 1))
     numbers = {name: k2.copy() for name in QUANTITIES["k2"].numbers}
     numbers |= {"last_kept": 2 * k2, "velocity": scale * k2, "velocity_last": 2 * scale * k2}
@@ -65,7 +68,7 @@ def test_band_extends_from_the_first_loss_to_the_last_value_kept(over_A):
 
 
 def test_limits_not_computed_are_not_reported_as_missing_points():
-    """The period is 0 for a point that is not yet computed, and also for a motion without a period."""
+    """The period n is 0 if a limit is not computed or a motion has no period. Only the latter point is missing."""
     A, done = np.linspace(2.4, 3.2, 9), np.zeros((3, 9), bool)
     blank = of({"A": A}, np.full((3, 9), np.nan), n=np.zeros((3, 9), int), done=done, fine=A, diagram=np.ones((9, 5)))
     top = limits_figure(blank).axes[0].get_title(loc="right")

@@ -44,7 +44,7 @@ def plane():
 
 
 def cells(fig):
-    """Return the ends of the abscissa and of the ordinate of the map, and its colours (rows, columns)."""
+    """Return (ends of the abscissa, ends of the ordinate, colours) of the map; a colour is hexadecimal or "none"."""
     (image,) = fig.axes[0].images
     left, right, low, high = image.get_extent()
     colours = [["none" if v[3] == 0 else to_hex(v) for v in row] for row in image.to_rgba(image.get_array())]
@@ -57,7 +57,7 @@ def note_texts(fig):
 
 
 def pixels(fig, dpi):
-    """Return the colours of the pixels of the drawn map: (rows, columns), lowest row first."""
+    """Return the hexadecimal colours of the pixels of the drawn map: (rows, columns), lowest row first."""
     fig.dpi = dpi
     canvas = FigureCanvasAgg(fig)
     canvas.draw()

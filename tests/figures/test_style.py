@@ -65,7 +65,7 @@ def lab(linear):
 
 @pytest.mark.parametrize("eyes", BLIND)
 def test_first_curves_stay_apart_for_the_colour_blind(eyes):
-    """A colour distance of 10 is clearly visible. (The line styles also differ.)"""
+    """A distance of 10 between colours in CIE L*a*b* is clearly visible. (The line styles also differ.)"""
     linear = [np.where((c := np.array(to_rgb(hue))) > 0.04045, ((c + 0.055) / 1.055) ** 2.4, c / 12.92)
               for hue, _ in LOOKS["screen"].lines[:4]]  # fmt: skip
     seen = [lab(np.clip(np.array(BLIND[eyes]) @ colour, 0, 1)) for colour in linear]

@@ -119,7 +119,7 @@ def copy(tmp_path):
 
 
 def changing(copy, names: set[str]) -> set[str]:
-    """Return those of the modules `names` whose edit changes the fingerprint."""
+    """Return the modules in `names` whose edit changes the fingerprint, the hash of the sources of kernels."""
     before, found = _fingerprint(copy.root, _jit.__name__), set()
     for name in names:
         source = copy(name).read_text()

@@ -15,7 +15,7 @@ ROUNDING = 1e-6  # seconds that each call takes in addition to the costs of its 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Return a function that sets the cost of each point as a function of the point and the periods."""
+    """Return a function that replaces computing: a simulated clock advances by the given cost of each point."""
     now = [0.0]
 
     def set_cost(cost, startup=ROUNDING):

@@ -1,4 +1,4 @@
-"""Limits over one or two axes in a file. A stopped run resumes and gives the same file as an uninterrupted run."""
+"""Limits of stability (k₂, k₁, k_u) over one or two axes in a file. A resumed run gives the same results."""
 
 import math
 
@@ -34,7 +34,7 @@ SCENE = "[physical]\na0 = 0.8e-3\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]
 
 
 def computed(text, path, progress=quiet, *, overwrite=False, **sought):
-    """Compute the limits of a configuration into a file."""
+    """Compute the limits of a configuration into a file and return them. `sought` are keys of its table [limits]."""
     config = parse(text, [f"limits.{name}={value}" for name, value in sought.items()])
     return run("limits", config, path, progress, overwrite=overwrite)[0]
 
@@ -45,7 +45,7 @@ class Stop(Exception):
 
 @pytest.fixture
 def invented(monkeypatch):
-    """Replace the computation of limits by a formula that gives different limits. Return the arguments of each call."""
+    """Replace the computation of limits by a formula of the point. Return (disturbance, method, axes) of each call."""
     asked = []
 
     def found(disturbance, method, criterion, arguments):

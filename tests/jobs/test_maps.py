@@ -1,4 +1,7 @@
-"""A map shows where a motion has the gaps of the undisturbed motion. Curves and limits can be drawn over a map."""
+"""A map of `kept` shows where a motion has the gaps (periods between main impacts) of the undisturbed motion.
+
+Curves and limits can be drawn over a map.
+"""
 
 import numpy as np
 import pytest
@@ -36,7 +39,7 @@ def test_undisturbed_gaps_equal_the_cycle_of_limits():
 
 @pytest.mark.jit
 def test_structure_is_lost_at_the_limit():
-    """In a short record the gaps change at k₂. A separate search has found this k₂ from single impacts."""
+    """The gaps of short records change at k₂, which `vd.limit` finds in another way, from single impacts."""
     for A in (1.5, 2.5, 2.8):
         k2 = vd.limit(A, transient=100, periods=200).k2
         eps = k2 * np.array([0.3, 0.9, 0.97, 1.0])

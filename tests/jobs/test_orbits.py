@@ -124,7 +124,7 @@ def test_dense_bifurcations_have_a_separate_panel():
 
 
 def test_orbits_on_the_level(tmp_path):
-    """Orbits at B = 0, which have no multiplier, are written and drawn."""
+    """Orbits at B = 0 are of the kind `touching` and have no multiplier. They are listed and written."""
     config = parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])
     found, computed = run("orbits", config, tmp_path / "level.h5")
     assert computed

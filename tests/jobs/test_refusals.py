@@ -1,4 +1,4 @@
-"""Each recipe refuses invalid configurations with one sentence, before a file is made."""
+"""Limits, orbits, curves and failures refuse invalid configurations with one sentence, before a file is made."""
 
 import pytest
 
