@@ -1,6 +1,8 @@
 """Tests of the bounds of the errors of a motion (kernels/certainty.py).
 
-The errors are differences from motions computed with 50 digits. Bounds are also compared with other bounds.
+The errors are differences from motions computed with 50 digits. A band is one of the ranges of parameters from which
+validation/certainty.py draws scenes. The margin of a motion is the smallest distance of H or ξ from a value at which
+another state would follow.
 """
 
 import math
@@ -208,7 +210,7 @@ def test_error_covers_a_possible_impact_at_the_end_of_the_record():
 @mp.workdps(50)
 @pytest.mark.parametrize("B", [1e-6, 1.2345e-8, 1.2345e-10, 3.3e-12])
 def test_end_of_a_wait_includes_the_rounding_of_1_minus_B(B):
-    """H barely reaches -1. An error in the last bit of 1 - B shifts the end of the wait by more than a bit of φ."""
+    """H barely reaches -1 where a wait ends. An error in the last bit of 1 - B shifts this end by more than a bit."""
     for A in (1.0, 1.0 - 0.5 * B):
         motion = vd.simulate(A, B=B, xi0=1.0, transient=0, periods=1)
         late = mp.mpf(float(motion.switches["phase"][0])) - (mp.pi + mp.asin((1 - mp.mpf(B)) / mp.mpf(A)))

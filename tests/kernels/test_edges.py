@@ -114,7 +114,7 @@ def check_ladder(scene: Callable[[float], dict[str, float]], terms: float) -> No
     """Compare the states with the reference in scenes at a distance of ±1e-3 … ±1e-15 from a tangency.
 
     The states agree, or the motion is flagged. A motion is not flagged if this distance is much larger than the
-    rounding error. The same is true for a sweep, which flags a motion by the distance only.
+    rounding error. The same is true for a sweep, which flags a motion by its margin only.
     """
     differ = set()
     for wanted in LADDER:

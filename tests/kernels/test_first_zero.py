@@ -23,7 +23,7 @@ STEPS = 4000
 
 
 def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> list[float]:
-    """Return the cursors of a search for the first zero of g, g(0) > 0, on [0, limit].
+    """Return the cursors (times reached, one a step) of a search for the first zero of g, g(0) > 0, on [0, limit].
 
     `function` gives g and its first four derivatives. |g'''| <= m3, and each derivative is at most `rate` times the
     derivative before. The last cursor is the zero, `limit` or, near a zero of high order, the cursor after STEPS steps.
@@ -164,7 +164,7 @@ def test_no_function_within_the_bound_has_a_zero_before_the_step(g, dg, ddg, m3,
     m3=st.floats(1e-3, 1e4),
 )
 def test_zero_free_span_contains_no_zero(rise, bend, m3):
-    """If g falls as steeply as m3 allows, g is zero exactly where the search begins."""
+    """For g(0) = 0 a search begins at the end of this span. If g falls as steeply as m3 allows, g is zero there."""
     free = zero_free_span(rise, bend, m3)
     s = np.linspace(0, free, 400)
     worst = rise * s + bend * s**2 / 2 - m3 * s**3 / 6
@@ -183,7 +183,7 @@ def test_zero_free_span_contains_no_zero(rise, bend, m3):
     rate=st.floats(1e-3, 1e3),
 )
 def test_series_is_used_only_if_the_zero_is_unique(g, dg, ddg, share, m3, rate):
-    """On a step that is longer than the safe step, or on a step back from g < 0, g' hardly changes."""
+    """On a step longer than the safe step, or back from g < 0, g' hardly changes. So it has at most one zero."""
     h = 5.0
     step, _ = safe_step(max(g, 0.0), dg, ddg, m3, 1 / rate)
     ahead, _ = advance(h, Taylor(g, dg, ddg, share * m3, -share * m3 * rate), m3, 1 / rate, rate, step, 1e9)

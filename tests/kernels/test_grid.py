@@ -1,4 +1,7 @@
-"""Comparison of the methods fixed and muller with plain loops over all grid points, and of the two scans."""
+"""Comparison of the methods fixed and muller with plain loops over all grid points, and of the two scans.
+
+The scan `literal` evaluates every grid point. The scan `skip` omits points that cannot have a sign change.
+"""
 
 import math
 
@@ -77,7 +80,7 @@ def test_skipping_equals_the_literal_scan(method, eps):
 def test_last_grid_point_of_a_block_uses_the_exact_form(A, B, blocks, method):
     """The first rest ends within rounding of the last grid point of a block of the literal scan.
 
-    The tables of the scan are too inexact to decide if the rest ends before or after this point.
+    The scan computes H from tables of sines, which are too inexact to decide if the rest ends before this point.
     """
     scene = dict(A=A, B=B, method=method, dtau=math.asin((1 + B) / A) / (blocks * BLOCK), transient=0, periods=3)
     literal, skip = (vd.simulate(**scene, scan=scan) for scan in ("literal", "skip"))
@@ -141,14 +144,14 @@ LEAPS: dict[str, dict[str, float]] = {
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 @pytest.mark.parametrize("name", LEAPS)
 def test_skipping_finds_the_switches_of_the_scan(name, method):
-    """At ε = 0 a sweep evaluates only the grid points next to a zero. In a single motion the grid is scanned."""
+    """At ε = 0 a sweep evaluates only the grid points next to a zero. `simulate` evaluates all grid points."""
     scene = acting({"transient": 0, **LEAPS[name], "method": method})
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
     assert _same(swept, 0, vd.simulate(**scene))
 
 
 def acting(scene, arguments=None):
-    """Return the arguments, without the tolerance if the method uses none."""
+    """Return `arguments` (default: `scene`), without `tol` if the method of `scene` is fixed."""
     left = {"tol"} if scene["method"] == "fixed" else set()
     return {name: value for name, value in (arguments or scene).items() if name not in left}
 
@@ -184,7 +187,7 @@ def test_skipping_finds_the_switches_of_the_scan_in_any_scene(seed, method):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_skipping_costs_the_same_for_every_step(method):
-    """In a sweep the number of evaluations does not depend on Δτ. In a scan it does. No motion repeats itself here."""
+    """In a sweep the number of evaluations does not depend on Δτ, in `simulate` it does. No cycle is copied here."""
     steps = (1e-5, 1e-4, 1e-3, 0.05) if method == "muller" else (1e-5, 1e-4)
     sweep = dict(method=method, transient=0, periods=60)
     leapt = {evaluations(A=[3.054, 3.055, 3.056], dtau=dtau, **sweep) for dtau in steps}
@@ -216,7 +219,7 @@ def test_grid_coarser_than_half_a_period(scene):
 
 
 def disturbed_points(method, seed, n, dtau):
-    """Return n random points with ε > 0 and Δτ between two powers of ten."""
+    """Return n random points with ε > 0 and Δτ between 10**dtau[0] and 10**dtau[1]."""
     rng = np.random.default_rng(seed)
     B = rng.choice([0.0, 0.1, 0.5, 0.985, 1.2], n)
     started = rng.choice([0.0, 1.0], (2, n))
@@ -232,7 +235,7 @@ def disturbed_points(method, seed, n, dtau):
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["muller", "fixed"])
 def test_batched_lanes_with_a_disturbance_equal_one_lane(method):
-    """A batch of lanes (sweep) and a single lane (simulate) give the same bits and the same number of evaluations."""
+    """Motions computed together (sweep) or one by one (simulate) have the same bits and numbers of evaluations."""
     points = disturbed_points(method, 8, 500, (-3.0, 0.0))
     run = dict(method=method, transient=3, periods=6, section_phase=2.0)
     swept = vd.sweep(points=points, **run)

@@ -1,4 +1,7 @@
-"""One module writes each row of a lane. Rows that several modules write are listed here with the reason."""
+"""A lane holds the state of one motion in rows of the arrays w and k (kernels/lane.py). One module writes each row.
+
+Rows that several modules write are listed here with the reason.
+"""
 
 import ast
 from collections import defaultdict

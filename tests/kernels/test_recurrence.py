@@ -1,4 +1,5 @@
-"""Repeated cycles of a motion are copied (recurrence.py). This needs no evaluations, and does not change any bit.
+"""In a sweep at ε = 0 repeated cycles of a motion are copied (recurrence.py). This needs no evaluations of switching
+functions, and does not change any bit.
 
 `simulate` always computes these cycles, because it records every switch.
 """
@@ -32,7 +33,7 @@ def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
 
 
 def evaluations(**arguments) -> float:
-    """Return the number of evaluations in a sweep of these arguments."""
+    """Return the number of evaluations of switching functions in a sweep of these arguments."""
     plan = make_plan(arguments)
     s, n = plan.settings, plan.n_points
     points, work = plan.points(0, n), np.empty(n)

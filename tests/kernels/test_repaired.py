@@ -81,7 +81,7 @@ def test_fast_impact(scene):
     ],
 )
 def test_strong_ripple_over_a_long_slide(scene):
-    """ξ is -1e-10 at the zero of ξ', so an impact precedes this zero. η h is of the order 10⁶ there."""
+    """ξ is -1e-10 at the zero of ξ', so an impact precedes this zero. η times the duration is of order 10⁶."""
     motion = vd.simulate(**scene, transient=0, periods=86)
     impact = motion.switches[0]
     assert (impact["before"], impact["after"]) == (DOWN, IMPACT)
@@ -120,7 +120,7 @@ BOUNDARIES = [
 def test_start_where_the_force_falls_to_one(gap, eps):
     """H falls to 1 at the start, so rounding decides if a slide begins.
 
-    The slide would be negligible. The motion after it must be right.
+    Such a slide is negligibly short. The motion after it must be right.
     """
     for a, b, tau0 in BOUNDARIES:
         later = vd.simulate(A=a, B=b, xi0=gap, tau0=tau0 + 1e-8, transient=0, periods=2)

@@ -1,4 +1,7 @@
-"""Comparison of the decisions of kernels with the table of transitions in Fig. 2, and completeness of this table."""
+"""Comparison of the decisions of kernels with the table of transitions in Fig. 2, and completeness of this table.
+
+S1 … S5 are the switching functions of eq. (8), whose zeros end a state.
+"""
 
 import math
 
@@ -48,7 +51,7 @@ def test_ends_of_states_agree_with_the_table():
 
 
 def test_table_is_complete():
-    """The table contains every end of every state, with every value of H at this end."""
+    """The table has each state with the functions that end it, and an impact with H > 1 and H <= 1."""
     for state, names in ENDED_BY.items():
         assert sorted({name for s, name, _, _ in TRANSITIONS if s == state}) == names
     for state, *forbidden in ((vd.State.IMPACT, "H > 1", "H <= 1"),):

@@ -88,7 +88,7 @@ def test_budget_is_per_period_and_configurable():
 @pytest.mark.jit
 @pytest.mark.parametrize("scene", [dict(A=1.5), dict(A=1.5, eps=5e-4), dict(A=3.04, method="fixed", dtau=0.1)], ids=str)
 def test_each_point_has_the_full_budget(scene):
-    """A lane computes many points one after the other. Each point begins with the full budget, which just suffices."""
+    """A sweep computes many points in the same memory. Each point begins with the full budget, which just suffices."""
     run = dict(transient=0, periods=2)
     enough = next(b for b in range(1, 200) if vd.simulate(**scene, **run, budget=b).status == Status.OK)
     swept = vd.sweep(**(scene | {"A": [scene["A"]] * 200}), **run, budget=enough, threads=1)
@@ -133,7 +133,7 @@ def test_rounding_adds_up_over_waits(eps):
 @pytest.mark.parametrize("eps", [0.0, 1e-6])
 @pytest.mark.parametrize("path", [dict(), dict(method="muller", dtau=0.05, tol=1e-15)], ids=str)
 def test_decision_within_rounding_is_too_close_in_lanes(path, eps):
-    """At A = `less`, H is still above -1 where UP ends, and the mass sticks. At the next double it slides down."""
+    """At A = `less`, H is above -1 where UP ends, and the mass sticks. At the next double, `more`, it slides down."""
     scene = dict(eps=eps, transient=0, periods=1, **path)
     less, more = 1.5, 3.04
     while less < (A := 0.5 * (less + more)) < more:

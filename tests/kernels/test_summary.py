@@ -47,7 +47,7 @@ def segments(switches):
 
 
 def naive(switches, duration):
-    """Return some quantities of a summary by name, computed by plain loops over the switches."""
+    """Return some quantities of a summary by name, by plain loops over the switches. `duration` is in periods."""
     out = dict.fromkeys(("impacts", "momentum", "energy", "friction_loss"), 0.0)
     share, speeds = np.zeros(4), []
     for state, a, b in segments(switches):
@@ -147,7 +147,7 @@ def test_fastest_of_a_slide_of_many_turns(speed):
 
 @pytest.mark.jit
 def test_periods_and_exponents_equal_those_of_the_orbits():
-    """λ is log |multiplier| / n for the stable orbit of period n that `vd.orbits` finds, or -∞ if the mass rests."""
+    """The Lyapunov exponent is log |multiplier| / period of the stable orbit of `vd.orbits`, -∞ if the mass rests."""
     A = [2.9, 3.0, 3.04, 3.05]
     swept = vd.sweep(A=A, transient=4000, periods=20, record="summary")
     for k, a in enumerate(A):
@@ -265,7 +265,7 @@ def test_summary_has_the_bits_of_the_switches(seed):
 @pytest.mark.parametrize("eps", [0.0, 2e-4])
 @pytest.mark.parametrize("method", ["certified", "muller", "fixed"])
 def test_history_of_a_lane_equals_the_switches_of_the_motion(method, eps):
-    """On a grid, the stored ξ of an impact is that at the grid point, or at a zero found within the tolerance."""
+    """A sweep stores the last switches of a motion, its history, for the summary. They equal those of `simulate`."""
     scene = dict(A=3.04, eps=eps, transient=2, periods=6, **({} if method == "certified" else {"dtau": 0.05}))
     plan = make_plan(scene | {"method": method})
     w, k = lane.new_lanes(1)
@@ -299,7 +299,7 @@ def test_more_switches_than_a_lane_can_store():
 
 @pytest.mark.jit
 def test_summary_covers_all_switches_of_a_longer_cycle():
-    """If no period is found, the summary covers all switches, including copied switches."""
+    """If no period is found, the summary covers all switches, also those in copied cycles (recurrence.py)."""
     A, run = [3.158, 3.1605, 3.172, 3.186], dict(transient=3000, periods=900)
     swept = vd.sweep(A=A, **run, record="summary")
     for k, a in enumerate(A):
@@ -328,7 +328,10 @@ def test_columns_have_the_names_and_the_order_of_the_quantities():
 
 @pytest.mark.parametrize("fastest", range(3))
 def test_gap_cycle_does_not_depend_on_the_first_impact(fastest):
-    """The gaps are 1, 2, 1. From the first gap on a cycle of two gaps seems to repeat, but the cycle has three gaps."""
+    """The gaps (numbers of periods between impacts) are 1, 2, 1, a cycle of three gaps.
+
+    From the first gap on a cycle of two gaps, 1 and 2, also seems to repeat.
+    """
     rows = np.zeros((3, 6))
     rows[:, PERIOD], rows[:, AFTER], rows[:, DXI] = [0, 1, 3], vd.State.IMPACT, -1.0
     rows[fastest, DXI] = -2.0
