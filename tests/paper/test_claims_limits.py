@@ -1,4 +1,6 @@
-"""Claims about limits. Their results agree with other computations, and depend on the configuration."""
+"""Claims of the paper about limits of stability. Their results agree with other computations, and depend on the
+configuration.
+"""
 
 import shutil
 

@@ -43,7 +43,7 @@ def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.5, 3.04])
 def test_step_of_a_fine_grid_has_one_zero(A):
-    """At a small step each state ends at a simple zero, except where two switching functions have zeros."""
+    """In the small step in which a state ends, the switching functions of this state have one zero in total."""
     plan = make_plan({"A": A, "method": "fixed", "dtau": 1e-3, "transient": 200, "periods": 4})
     found = compared(plan)
     for k in range(len(found.behind)):

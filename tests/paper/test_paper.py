@@ -85,7 +85,7 @@ def test_unknown_figure_is_named_and_nothing_is_written(tmp_path):
 
 @pytest.fixture(scope="module")
 def some(tmp_path_factory):
-    """Run the fast figures, with the original configurations."""
+    """Return (folder, result, printed lines) of a run of the fast figures with the original configurations."""
     out = tmp_path_factory.mktemp("paper")
     lines = []
     return out, run_paper(out, ["fig02", "fig04", "fig08", "fig09", "fig12"], lines.append), lines

@@ -115,7 +115,7 @@ def test_fig05_switches_a_period(eps, switches):
 
 @pytest.fixture(scope="module")
 def diagrams():
-    """Return (A, period of the undisturbed motion, section points undisturbed, at ε = 2e-4, at Δτ = 0.1)."""
+    """Return (A, period of the undisturbed motion, its section points, those at ε = 2e-4, those at Δτ = 0.1)."""
     physical, numerical = swept("fig07"), swept("fig10")
     for results in (physical, numerical):
         assert (results.status == vd.Status.OK).all()
@@ -126,7 +126,7 @@ def diagrams():
 
 
 def structure_kept(n, undisturbed, disturbed):
-    """Return True where the disturbed motion follows the undisturbed orbit, False if this orbit has no period."""
+    """Return, for each A, True if the motion follows the undisturbed orbit, False if this orbit has no period."""
     return np.array([k > 0 and follows(x, orbit[:k]) for k, orbit, x in zip(n, undisturbed, disturbed, strict=True)])
 
 

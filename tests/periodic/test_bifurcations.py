@@ -68,7 +68,7 @@ def test_two_orbits_with_multiplier_one_meet_at_a_fold(found):
 
 
 def gap_at_closest(A, b):
-    """Return the least margin of the decisions in one period of the orbit, computed by the reference."""
+    """Return the least margin of the 50-digit motion at A that starts at an impact of the orbit of bifurcation b."""
     run = reference(A, b.B, tau0=float(b.orbit.phases[0]), periods=b.orbit.period + 1)
     return min(float(s.margin) for s in run.switches)
 
@@ -142,7 +142,7 @@ def test_no_bifurcations_below_the_onset():
 
 
 def test_touching_orbit_on_the_level_changes_once():
-    """For B = 0 the search ends. An earlier version did not end."""
+    """For B = 0 orbits are `touching`: they reach the obstacle with velocity 0. An earlier search did not end."""
     assert bifurcations((2.9, 3.0), 0.0, 2) == []
     onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
     assert (onset.A, onset.kind) == (1.0, "onset")

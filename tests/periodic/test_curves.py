@@ -20,6 +20,7 @@ from vibrodrive.periodic.tracing import CLOSED, EDGE, Box, cut, point_at, trace
 from vibrodrive.validation.reference import mp, reference
 
 LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)
+"""Value of A at which curves begin at B = 0 (on the level)."""
 
 
 @pytest.fixture(scope="module")

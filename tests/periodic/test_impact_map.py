@@ -1,4 +1,8 @@
-"""Tests of the impact-phase map: comparison with 50 digits, limits at the ends of its window, breakpoints."""
+"""Tests of the impact-phase map: comparison with 50 digits, limits at the ends of its window, breakpoints.
+
+After an impact at a phase in the window, from φ_up to π - φ_up, H > 1 and the mass slides up. At a breakpoint the word,
+the sequence of states to the next impact, changes.
+"""
 
 import math
 import sys
@@ -59,8 +63,8 @@ def test_derivative_vanishes_after_a_rest_and_not_after_a_stick():
 def test_limits_at_the_ends_of_the_window(A, B):
     """At φ_up the slope tends to 0. At π - φ_up the rise of the mass vanishes, and the slope tends to -(4 k/m)^⅓.
 
-    Near π - φ_up the mass slides up with ξ'' = -k (τ - π + φ_up) to ξ = (2/3) k δ³. Then, from H = -1 on, it slides
-    down with ξ'' = -m (τ - φ_down).
+    From π - φ_up - δ on the mass slides up with ξ'' = -k (τ - π + φ_up) to ξ = (2/3) k δ³. Then, from H = -1 on, it
+    slides down with ξ'' = -m (τ - φ_down).
     """
     system = impact_map(A, B)
     up, end = system.window
@@ -117,7 +121,7 @@ def test_mass_on_the_level_may_never_land():
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
 def test_launch_on_the_level_lands_in_its_first_fall_or_never(A):
-    """For B = 0 the boundary is A cos ψ = π/2. The last bits of ψ matter only at the boundary."""
+    """For B = 0 a mass launched at the phase ψ never lands if A cos ψ > π/2, and lands in its first fall if not."""
     system = impact_map(A, 0.0)
     low, high = system.window
     edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))

@@ -122,7 +122,7 @@ STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
 @pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
 @pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_one_orbit_on_the_level_touches(A):
-    """For B = 0 the orbit is touching. Rounding errors once gave other kinds of orbits at two of these values of A."""
+    """For B = 0 the orbit lands with velocity 0. Rounding errors once gave other kinds at two of these values of A."""
     (orbit,) = orbits(A, 0.0, 2)
     assert (orbit.kind, orbit.period, orbit.impacts) == ("touching", 1, 1)
     assert orbit.speeds.tolist() == [0.0]

@@ -1,4 +1,7 @@
-"""Tests of the convergents of Δτ/2π: known numbers, and no smaller number of periods is a better approximation."""
+"""Tests of the convergents of Δτ/2π, at which a number of steps is nearly a number of periods.
+
+They are known numbers, and no smaller number of periods is a better approximation.
+"""
 
 import math
 

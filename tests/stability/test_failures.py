@@ -1,4 +1,7 @@
-"""Tests of the failure map: failures counted for one motion, and the command."""
+"""Tests of failure maps, counts of missed, late and wrong switches of `fixed` and `muller`: one motion, the command.
+
+Each switch is compared with the switch of a certified motion that is restarted from the switch before it.
+"""
 
 import itertools
 from pathlib import Path
@@ -46,7 +49,7 @@ def test_wrong_decisions_are_mostly_of_the_fixed_method():
 @pytest.mark.parametrize("dtau", [0.003, 0.05, 0.4])
 @pytest.mark.parametrize(("method", "early"), [("fixed", 1e-11), ("muller", 1e-6)])
 def test_no_method_switches_before_the_first_zero(method, early, dtau):
-    """No delay is negative, even after a slide that ended late, below the obstacle. Every restart has a next switch."""
+    """No delay is negative, even after a slide that ended late, below the obstacle, and none is infinite."""
     for A in (1.5, 1.8, 2.6, 3.04):
         behind = compared(plan(method, A=A, eps=2e-4, dtau=dtau)).behind
         assert len(behind) > 20

@@ -19,7 +19,7 @@ from vibrodrive.stability.questions import limit
 
 
 def find(kind, kept):
-    """Run a search. `kept(value)` returns True if the value counts as kept."""
+    """Return the Band that a search in `kind` (eps or dtau) finds. kept(value): True if the structure is kept."""
     search = search_band(GRIDS[kind])
     requested = next(search)
     while True:

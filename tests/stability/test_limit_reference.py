@@ -34,9 +34,10 @@ def whole_periods(taus):
 
 
 def same_landings(orbit, motion):
-    """Return True if for some separating speed below the bound all faster impacts follow the impacts of the orbit.
+    """Return True if the impacts of `motion` above some speed have the gaps and the order of the impacts of `orbit`.
 
-    `orbit` contains at least one cycle of m impacts and the next impact.
+    The speed is below SHARE times that of the slowest impact of `orbit`. `orbit` contains at least one cycle of m
+    impacts and the next impact.
     """
     m = next(m for m in range(1, len(orbit)) if np.ptp(orbit[::m, 1]) < 1e-7)
     gaps = whole_periods(orbit[: m + 1, 0])

@@ -1,4 +1,4 @@
-"""Tests with impacts that are written by hand: motions that follow a cycle or do not, and additional slow impacts."""
+"""Tests of cycles of main impacts, and of motions that follow them or do not, with impacts that are written by hand."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""Tests of the distance ϱ with simple polygons, a naive search over all edges, and motions of the model."""
+"""Tests of ϱ, the distance of a motion from the closed curve of an orbit in the plane (ξ, ξ').
+
+The references are simple polygons, a naive search over all edges, and motions of the model.
+"""
 
 import math
 

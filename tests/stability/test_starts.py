@@ -129,7 +129,7 @@ def test_map_of_phases_separates_the_two_sides_of_an_edge():
 
 @pytest.mark.parametrize("name", COORDINATES)
 def test_both_sides_of_an_edge_agree_with_fifty_digits(name):
-    """No kernel is used. At A = 3.04 the main impacts of the two solutions are in even and in odd periods."""
+    """The motions have 50 digits. At A = 3.04 main impacts of the two solutions are in even and in odd periods."""
     edge = limit_at(3.04, name).above.lost
 
     def lands_in(deviation):

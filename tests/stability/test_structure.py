@@ -1,4 +1,8 @@
-"""Tests of the structure (order, gaps, word, ρ) of motions that are written by hand, and cases without a result."""
+"""Tests of the structure of motions that are written by hand, and cases without a result.
+
+The structure is the order of the section points, the gaps (periods between main impacts), the word (the sequence of
+states between them) and the largest distance ρ of the section points.
+"""
 
 from types import SimpleNamespace
 

@@ -61,7 +61,7 @@ def test_unique_motion_agrees_with_naive_loops(dtau, one):
 
 
 def test_only_a_fixed_grid_allows_no_difference():
-    """Without impacts two motions keep their distance. Impacts at grid points would make the motions bitwise equal."""
+    """Two motions without impacts keep their distance of 1e-7. With `fixed`, motions are one only if bitwise equal."""
     starts = np.array([100.0, 100.0 + 1e-7]), np.array([0.0])
     short = {"A": 1.5, "transient": 0, "periods": 3}
     assert is_unique(short, "dtau", [0.1], starts).tolist() == [False]
