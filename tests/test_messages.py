@@ -111,7 +111,12 @@ def assigned(node: ast.AST) -> tuple[list[Any], list[Any]]:
 
 
 class Package:
-    """Expressions of the package. `given` contains the values by (scope or kind, name)."""
+    """Expressions of the package.
+
+    given : by (function, name) the values assigned to a name in a function, or in a module if the function is None; by
+        (kind, name) the calls, returned values, properties or attributes; by (path, name) the file of an imported name
+    messages : expressions that are messages
+    """
 
     def __init__(self) -> None:
         self.given: dict[tuple[Any, str], list[Any]] = defaultdict(list)

@@ -20,7 +20,7 @@ FLIGHT = (Slide(False, FROM_STICK, 0, False), Slide(True, FROM_REVERSAL, 0, True
 
 
 def made():
-    """Return two curves that cross twice: the onset, and a border with two unknown times."""
+    """Return two curves that meet twice: the onset, and a border collision whose condition has two slides."""
     line = np.linspace(0.0, 1.0, 4)
     points = np.arange(12.0).reshape(3, 4) / 7.0
     condition = Condition("border", FLIGHT, 1, True, 1)

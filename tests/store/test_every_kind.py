@@ -232,7 +232,7 @@ def test_unwritten_cell_of_a_failure_map_is_found(kind, tmp_path):
 
 
 def test_named_objects_exist():
-    """All objects that strings name exist: those of each kind of file, and functions of higher layers in ABOVE."""
+    """All objects that strings name exist: those of each kind of file, and the functions in ABOVE (model/kinds.py)."""
     for kind in FILES.values():
         for place in (kind.reader, kind.faults, kind.recipe):
             assert not place or named(place)
@@ -257,7 +257,7 @@ def test_load_refuses_switches_of_single_motions(tmp_path):
 
 
 def test_content_digest_covers_names_shapes_types_and_values():
-    """A difference in a name, shape, type or value changes the seal. The order of writing does not change it."""
+    """A difference in a name, shape, type or value changes the digest. The order of writing does not change it."""
 
     def sealed(**arrays):
         with h5py.File("sealed", "w", driver="core", backing_store=False) as file:

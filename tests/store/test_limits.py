@@ -22,7 +22,7 @@ SCENE = "[physical]\na0 = 0.8e-3\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]
 
 
 def written(path, text, k2=lambda c, place: 1e-3 * (1 + c + sum(place))):
-    """Write a file with a limit at every point except the last point of each curve."""
+    """Write a file with a limit k2(curve, index) at each point except the last point of each curve. Return its path."""
     config = parse(text)
     plan = config.plan()
     create(path, config, plan.axes, "impacts")

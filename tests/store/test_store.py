@@ -315,7 +315,7 @@ def test_unfinished_file_can_be_read(path):
 
 
 def test_blocks_without_a_status_are_not_read(path):
-    """From an unfinished file all committed blocks are read, and no other block."""
+    """From an unfinished file all blocks with a status are read, and no other block."""
     plan = make()
     write(path, plan, which=[1])
     with h5py.File(path, "a") as file:
@@ -526,7 +526,7 @@ def test_flipped_bit_is_found_named_and_repaired(finished, variable):
 
 
 def test_lost_data_with_a_status_are_found(finished):
-    """After a loss of power a block may have a status but blank data. The checksums of blank chunks are right."""
+    """After a loss of power a block may have a status but blank data. HDF5's checksums of blank data are right."""
     plan = make()
     with h5py.File(finished, "a") as file:
         slab = tiles(plan)[2].slab

@@ -11,7 +11,7 @@ from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, mp
 
 
 def check_decisions(scene: dict[str, float], most: int = 24, periods: int = 60) -> Agreement:
-    """Assert that the states agree with the reference, or that the motion is `flagged`. Return the comparison."""
+    """Return the comparison with the reference. Assert that the states agree or the status is TOO_CLOSE or BUDGET."""
     found = follow(scene, most, periods)
     assert found.agrees or flagged(found.ours), (scene, found.same, found.ours.status, found.ours.margin)
     check_above_obstacle(found.ours)

@@ -1,4 +1,4 @@
-"""Impacts, orbits and slopes of the time of impact in 50 digits, by the reference, which imports no kernel."""
+"""Impacts, orbits and derivatives d(time of impact)/d(phase of an earlier impact) in 50 digits, without kernels."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""Tests of the 50-digit reference and of the plain loops: known numbers, exact cases, and agreement with each other."""
+"""Tests of the 50-digit reference and the loops of naive.py: known numbers, exact cases, agreement with each other."""
 
 import math
 import random

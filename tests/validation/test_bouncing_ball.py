@@ -19,7 +19,10 @@ def found():
 
 
 def ball(phase, gamma):
-    """Return (phase, speed) of the next impact of the completely inelastic ball that is launched at a phase."""
+    """Return (phase, speed) of the next impact of the completely inelastic ball that is launched at a phase.
+
+    gamma : amplitude of the acceleration of the table, divided by gravity: A/B for B → ∞
+    """
 
     def gap(h):
         return gamma * math.cos(phase) * h - 0.5 * h * h - gamma * (math.sin(phase + h) - math.sin(phase))
