@@ -18,7 +18,7 @@ LEAST = 256
 
 
 def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
-    """Return the summary of the single motion of a plan, as values by the names in model/records.py.
+    """Return the summary of the single motion of a plan: a dict of numbers by the names in model/records.py.
 
     Raises Halted if `halt` is called.
     """
@@ -39,7 +39,7 @@ def sentences(
 ) -> list[str]:
     """Return the lines of the description: status, margin, period, impacts, cycle of states, impact speeds.
 
-    With a scene, times and speeds are in SI units.
+    `found` is the result of `summary_of`. With a scene, times and speeds are in SI units.
     """
     advice = status.advice
     if status == Status.OK and plan.settings.method == Method.FIXED:

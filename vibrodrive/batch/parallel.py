@@ -1,8 +1,9 @@
 """Computation on several threads by a loop of `numba.prange` that calls kernels. Ctrl-C ends this loop within a second.
 
-Each thread runs the kernel with its own lanes and takes points from a shared counter. So all cores are in use although
-the cost of points differs. The loop calls kernels by address (kernels/arguments.py), so it is compiled only once. If it
-called kernels by name, Numba would compile each kernel a second time, together with the loop.
+Each thread runs the kernel with its own lanes (memory of motions, kernels/lane.py) and takes points from a shared
+counter. So all cores are in use although the cost of points differs. The loop calls kernels by address
+(kernels/arguments.py), so it is compiled only once. If it called kernels by name, Numba would compile each kernel a
+second time, together with the loop.
 
 Compiled code cannot be interrupted. Therefore the loop runs in a separate thread, while the calling thread waits and
 can be interrupted. The kernels end when a flag in memory is set.
@@ -30,7 +31,7 @@ LOOK = 0.05  # time in seconds between two checks for Ctrl-C and for a halt from
 
 BRIEF = 1 << 14
 """Largest work that runs in the calling thread: it takes a few milliseconds. The unit is the work of one excitation
-period without a disturbance (model/plan.py)."""
+period without a disturbance (`Settings.work` in model/names.py)."""
 
 FORK_SAFE = "tbb", "workqueue"
 """Threading layers of Numba that also work in a forked child of a process that has used them. GNU's OpenMP aborts such
@@ -84,7 +85,7 @@ def _by_address(kernel: Any) -> types.CompileResultWAP:
 
 
 def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: bool = False) -> None:
-    """Run one or two kernels, each with one set of arguments for each thread.
+    """Run one or two kernels. Each element of `calls` is a kernel with its sets of arguments, one set for each thread.
 
     All kernels have ended when this function returns or raises an exception. If the work is `brief`, it runs in the
     calling thread with the first set of arguments only, because starting threads would take longer than the work.

@@ -23,9 +23,10 @@ class Arrays(NamedTuple):
 
 
 def new_errors(method: int, points: int, instants: int) -> Errors:
-    """Return arrays for the error bounds of `points` motions, each with `instants` bounds for its section points.
+    """Return arrays for the error bounds of `points` motions. The array `section` has the shape (points, instants, 2).
 
-    The initial values are 0. For the method FIXED, whose kernels compute no bounds, the initial values are NaN.
+    With `instants` = 1, a kernel stores only the largest bounds of all section points. The initial values are 0. For
+    the method FIXED, whose kernels compute no bounds, the initial values are NaN.
     """
     shapes = (points, instants, 2), (points,)
     return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
@@ -34,9 +35,9 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
 def as_quantities(
     summary: np.ndarray | None, impacts: np.ndarray | None, errors: Errors | None
 ) -> dict[str, np.ndarray]:
-    """Return the output of kernels as arrays by the names in model/records.py.
+    """Return the output of kernels as a dict of arrays by the names in model/records.py.
 
-    The arguments are fields of `Arrays`. Each argument may be None.
+    The arguments are fields of `Arrays`. If an argument is None, its arrays are missing in the result.
     """
     found: dict[str, np.ndarray] = {}
     if summary is not None:

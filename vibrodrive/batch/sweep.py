@@ -1,7 +1,8 @@
 """Computation of the points of a plan (model/plan.py) on all cores, in blocks. Each finished block is yielded.
 
 Without an executor, blocks are computed on local threads (parallel.py). An executor is any object with the interface of
-`concurrent.futures`; each block is then a task on one thread. Both ways give the same results to the bit.
+`concurrent.futures`; each block is then a task on one thread. Both ways give the same results to the bit. A lane is the
+memory of one motion in a kernel (kernels/lane.py).
 """
 
 import os
@@ -85,8 +86,10 @@ def fill_records(
 ) -> dict[str, np.ndarray]:
     """Compute `points`, float64 (n, columns), of a plan.
 
-    The results are written into `section`, float64 (n, periods, 2), `status`, int8 (n,), `margin`, float64 (n,), and
-    `counts`, int64 (n, 5). Other arrays that the plan records are returned by the names in model/records.py.
+    The columns are the parameters in the order of COLUMNS (model/parameters.py). The results are written into
+    `section`, float64 (n, periods, 2), `status`, int8 (n,), `margin`, float64 (n,), and `counts`, int64 (n, 5), the
+    number of switches into each state. Other arrays that the plan records are returned as a dict by the names in
+    model/records.py.
     """
     n, periods = len(points), plan.settings.periods
     impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
@@ -134,8 +137,8 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
         run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief)
         return
     disturbed = _disturbed(points)
-    # points with a disturbance are expensive and are computed first, so that the last points, for which some lanes are
-    # empty, are cheap
+    # points with a disturbance are expensive and are computed first, because some lanes are empty during the last
+    # points, which should therefore be cheap
     kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (True, False)]
     run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt, brief=brief)
 
@@ -169,9 +172,9 @@ def load_kernels(plan: Plan) -> None:
 
 
 def check_threads(threads: int | None) -> int:
-    """Return the number of threads to use. The default is the number of threads of Numba.
+    """Return the number of threads to use: `threads` or, if it is None, the number of threads of Numba.
 
-    Raises TypeError or ValueError if `threads` is invalid.
+    Raises TypeError or ValueError if `threads` is not an integer between 1 and the number of threads of Numba.
     """
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
     return most if threads is None else check_count("threads", threads, 1, most)
@@ -272,8 +275,9 @@ def collect(
 ) -> Results:
     """Compute all points of a plan in memory.
 
-    After each part, `progress` is called with the number of points in that part. Raises TypeError or ValueError if the
-    number of threads or the executor is invalid, or if the results do not fit into memory.
+    After each wave (`Plan.wave_points`) or, with an executor, after each block, `progress` is called with the number of
+    points in it. Raises TypeError or ValueError if the number of threads or the executor is invalid, or if the results
+    do not fit into memory.
     """
     tell = progress or (lambda points: None)
     count = check_threads(threads)

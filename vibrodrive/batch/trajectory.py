@@ -103,7 +103,8 @@ class Trajectory:
         τ = 0), phase in [0, 2π), before and after (the two states, `State`), xi and dxi (ξ and ξ' just before the
         switch).
     section : float64 (periods, 2)
-        ξ and ξ' at the section points of the record, τ = section_phase + 2πk.
+        ξ and ξ' at the section points of the record, τ = section_phase + 2πk. If the motion exceeded the budget, the
+        points after its end are NaN.
     impacts : structured array
         main impacts in the record, one row each, in order of time: period, phase, speed (-ξ'), row (index of the impact
         in `switches`). An impact is a main impact if there is no faster impact within half an excitation period before

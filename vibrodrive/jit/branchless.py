@@ -1,5 +1,7 @@
 """LLVM operations for loops over lanes: selection without a branch, fused multiply-add, sign bits, wide registers.
 
+A lane is the memory of one motion in arrays with many motions (kernels/lane.py).
+
 Each operation also has a version in plain Python, which is used if the JIT is disabled and gives the same bits.
 """
 

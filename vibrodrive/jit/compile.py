@@ -1,5 +1,8 @@
 """All Numba options, each with its reason.
 
+An entry point (`jit`) is called from Python, or by its address. It calls parts (`part`) and formulas (`inline`); only
+formulas are inlined.
+
 * ``error_model="numpy"``: no branch for a division by zero, because such a branch would prevent vectorisation.
 * ``nogil=True``: results are written to a file while the next block is computed.
 * ``_nrt=False`` (except entry points that allocate): no reference counting. Otherwise atomic operations would count the
@@ -222,7 +225,7 @@ except (ImportError, AttributeError):  # another version of Numba: compilation i
     compiling = nullcontext  # type: ignore[assignment]
 else:
     _ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": Piece, **_INNER}
-"""Options of functions that only kernels call. A wrapper for calls from Python would double the compile time."""
+"""Options of formulas and parts. They need no wrapper for calls from Python, which would double the compile time."""
 
 
 SAID_AFTER = 1.0

@@ -1,4 +1,6 @@
-"""Numba's compiler for parts of kernels, without the passes that parts do not need. This halves the compile time.
+"""Numba's compiler for functions that only kernels call (`inline` and `part` in compile.py), here called parts.
+
+The compiler omits the passes that these functions do not need. This halves the compile time.
 
 This module uses private names of Numba, which may change. `compile.py` uses plain ``njit`` if this module cannot be
 imported. Therefore all private names are used at import, so that a missing name makes the import fail.
@@ -81,7 +83,7 @@ class _Unlinked(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        return 0  # there is no entry point
+        return 0  # this function is never called by its address
 
     @property
     def codegen(self) -> _Unlinked:

@@ -29,8 +29,8 @@ GROWTH = 16  # largest ratio of the steps of a slice to those of the slice befor
 class Halt:
     """A flag that ends work in other threads. Kernels check the flag.
 
-    With a `sign`, copies of a Halt also end work in other processes of this machine. `sign` is the name of a file, and
-    work ends if this file exists.
+    With a `sign`, the name of a file, pickled copies of a Halt also end work in other processes of this machine: work
+    ends as soon as this file exists.
     """
 
     def __init__(self, sign: str | None = None) -> None:
@@ -42,7 +42,7 @@ class Halt:
 
     @property
     def across(self) -> bool:
-        """True if another process may halt this one."""
+        """True if a process with a copy of this Halt may end the work of this process."""
         return self._sign is not None
 
     @property

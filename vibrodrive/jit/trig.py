@@ -117,8 +117,8 @@ def dot(a, x, b, y):
 def turns(high, low):
     """Return (n, φ, δ) such that high + low = 2π n + φ + δ. `low` must be small compared with 2π.
 
-    n is an integer as a float, 0 <= φ < 2π, and δ is the low-order part of φ. `rest` is exact except for
-    -π < high < 0, where its rounding error is added to δ.
+    n is an integer as a float, 0 <= φ < 2π, and δ is the part of the phase below the last bit of φ. In the code, `rest`
+    is exact except for -π < high < 0. There its rounding error is added to δ.
     """
     n = np.floor(high * (1.0 / TWO_PI))
     p, e = two_product(n, TWO_PI)

@@ -1,4 +1,7 @@
-"""Kinds of bifurcations: label, marker, line and colour of each in figures and in the explorer."""
+"""Kinds of bifurcations: label, marker, line and colour of each in figures and in the explorer.
+
+docs/glossary.md explains the kinds.
+"""
 
 from typing import NamedTuple
 

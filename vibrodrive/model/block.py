@@ -10,11 +10,12 @@ import numpy as np
 class Block(NamedTuple):
     """Results of the points `start` to `stop` - 1 of a plan, arrays with one entry for each of these n points.
 
+    index : number of the block (`Plan.blocks`).
     section : float64 (n, periods, 2), or None if it is not recorded.
     status : int8 (n,).
     margin : float64 (n,).
     switches : int64 (n, 5), number of switches into each State within the recorded periods.
-    records : all other arrays, by the names in records.py.
+    records : all other arrays that the plan records, by the names in model/records.py.
     """
 
     index: int  # type: ignore[assignment]  # hides tuple.index, which is not used on a block

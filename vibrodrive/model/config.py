@@ -61,7 +61,7 @@ DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 """Pattern of a key with more than 100 parts. Such a key is refused, because the time to read a key grows as the square
 of the number of its parts."""
 
-ALONG = (*AXES, POINT)
+ALONG = (*AXES, POINT)  # values of `x` and `y` in [figure]: names of axes
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
 
 
 def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
-    """Check an argument of a sweep. Add keys of [sweep.points] to `at`, which gives the table of each key."""
+    """Return an argument of a sweep, checked. Add keys of [sweep.points] to `at`, which gives the table of each key."""
     if key in SETTINGS:
         check_setting(key, value)
         return value
@@ -221,7 +221,7 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene
 
 
 def _check(key: str, value: object, place: str) -> float:
-    """Check one value of an axis; `place` is its name in the error message."""
+    """Return one value of an axis as a float, checked; `place` is its name in the error message."""
     try:
         return check_scene(key, value) if key in SCENE_AXES else check(key, value)
     except (TypeError, ValueError) as error:
@@ -240,7 +240,10 @@ def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
-    """Check [sweep.points] and add its keys to `at`. Raises ValueError if `at` already contains one of these keys."""
+    """Return the values in [sweep.points] by key, checked, and add the keys to `at`.
+
+    Raises ValueError if `at` already contains one of the keys.
+    """
     if not isinstance(table, dict):
         raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
     found = {}
@@ -318,7 +321,7 @@ _EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
     "limits": {"quantity": ("k2", "k1", "ku"), "criterion": _text},
     "orbits": {"max_period": _count},
 }
-"""Tables of single commands: for each key the choices, or a function that checks its value."""
+"""Tables of single commands: for each key its allowed values, or a function that checks a value and returns it."""
 
 
 def _extra(table: str, key: str, value: Any) -> Any:
@@ -331,7 +334,7 @@ def _extra(table: str, key: str, value: Any) -> Any:
 
 
 def _override(tables: dict[str, Any], option: str) -> None:
-    """Apply one KEY=VALUE to the tables read from a file."""
+    """Store the value of one option KEY=VALUE of `--set` in the tables read from a file."""
     key, equals, written = option.partition("=")
     path = key.strip().split(".")
     if not equals or not all(path):

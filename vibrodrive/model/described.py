@@ -20,7 +20,8 @@ Lines = list[tuple[str, str]]  # name and text of each line; several lines may h
 class Stored:
     """The contents of a result file. Its repr, its table for notebooks and the lines of `info` are made from `facts`.
 
-    A subclass overrides `lines` to give a better text.
+    A subclass overrides `lines` to give a better text. `file_kind` is a key of FILES (model/kinds.py), and `title` is
+    the title of the configuration.
     """
 
     file_kind: ClassVar[str]
@@ -36,7 +37,7 @@ class Stored:
         raise NotImplementedError
 
     def lines(self) -> Lines:
-        """Return the facts as text."""
+        """Return the facts as lines of text: (name, text) each."""
         return words(self.facts())
 
     def plot(self, *, ax: Axes | None = None) -> Figure:
@@ -75,7 +76,11 @@ LABELS = {"axes": "axis", "ranges": "range", "parameters": "fixed"}
 
 
 def words(facts: Mapping[str, Any]) -> Lines:
-    """Return facts as lines: a line for each entry of a nested mapping, and a line for each other fact."""
+    """Return facts as lines, (name, text) each.
+
+    A fact that is a mapping with lists or mappings in it gives one line for each of its entries. Any other fact gives
+    one line.
+    """
     found = []
     for name, value in facts.items():
         label = LABELS.get(name, name.replace("_", " "))

@@ -29,9 +29,9 @@ OF_SECTION = ("last_xi", "last_dxi")
 
 IMPACT_POWER = "impact_power"  # `energy` in W, if the sweep contains a scene with a mass
 
-KEPT = "kept"  # 1 if `gaps` are those of the undisturbed motion, 0 if not, -1 if it has no gaps
+KEPT = "kept"  # 1 if `gaps` equal those of the undisturbed motion, 0 if they differ, -1 if the undisturbed one has none
 
-K2 = "k2"
+K2 = "k2"  # limit k₂: the smallest disturbance at which the structure is lost (docs/glossary.md)
 
 SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
 """Quantities of the scene that a power needs. Each quantity is an axis or one number."""
@@ -52,9 +52,10 @@ def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
     """Return (kind of figure, quantity) with which a sweep is drawn. The function chooses arguments that are None.
 
-    A quantity of the summary selects a map, a quantity of the impacts a bifurcation diagram. If both arguments are
-    None, the returned kind is None, too: the caller then chooses a diagram of the section that suits the axes. A sweep
-    without sections is drawn as a map of the period or, if it has only impacts, as a diagram of their phases.
+    A quantity of maps (MAP_QUANTITIES) selects a map, a quantity of the impacts a bifurcation diagram. If both
+    arguments are None and the sweep has sections, the returned kind is None, too: the caller then chooses a diagram of
+    the section that suits the axes. A sweep without sections is drawn as a map of the period or, if it has only
+    impacts, as a diagram of their phases.
 
     `swept` is a Plan or Results. Raises ValueError for an unknown or unrecorded quantity, and for a map of one motion.
     """
@@ -113,7 +114,7 @@ def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]
     """Return the drawing options of a configuration (`wanted`), replaced by the options of the call (`now`).
 
     The range in the configuration belongs to the quantity in the configuration. If the call gives another quantity,
-    this range is left out.
+    this range is left out. If a kind and a quantity do not suit each other, the one in the configuration is left out.
     """
     kept = dict(wanted)
     merged = kept | now

@@ -108,7 +108,7 @@ FILES = {
     ),
     "switches": Kind("switches of single motions", "paper", "store.switches:read", ("motion_0",)),
 }
-"""Kinds by the root attribute `kind` of the file."""
+"""Kinds of files. The key is the value of the root attribute `kind` of the file."""
 
 ABOVE = {
     "a Dataset of results": "store.dataset:dataset",
@@ -121,7 +121,7 @@ ABOVE = {
     "the figure of curves": "figures.plane:curves_figure",
     "the progress of a call": "jobs.progress:under_way",
 }
-"""Places of functions of higher layers that lower layers call, by the argument of `above`."""
+"""Places of functions of higher layers that lower layers call. The key is the argument of `above`."""
 
 
 def named(place: str) -> Any:

@@ -1,11 +1,11 @@
-"""Configurations that are part of the program."""
+"""Configuration files that are part of the program."""
 
 import tomllib
 from pathlib import Path
 
 
 def configurations() -> Path:
-    """Return the directory of the configurations: inside an installed package, beside the package in a clone."""
+    """Return the directory of the configuration files: in an installed package, or beside the package in a clone."""
     here = Path(__file__).parents[1]
     for place in (here / "configs", here.parent / "configs"):
         if place.is_dir():

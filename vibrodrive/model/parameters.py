@@ -26,7 +26,7 @@ SHOWN = 80
 
 
 def bad(key: str, value: object, allowed: str) -> str:
-    """Return the sentence for an invalid value: its key, the value, and the allowed values."""
+    """Return the sentence for an invalid value: "KEY = VALUE: must be ALLOWED"."""
     try:
         text = " ".join(repr(value).split())  # the repr of an array has several lines
     except ValueError:
@@ -35,12 +35,12 @@ def bad(key: str, value: object, allowed: str) -> str:
 
 
 def bad_axes(names: Iterable[str], allowed: str) -> str:
-    """Return the sentence for axes that a computation or a figure cannot use."""
+    """Return the sentence for axes that a computation or a figure cannot use: "axes = NAMES: must be ALLOWED"."""
     return f"axes = {', '.join(names) or 'none'}: must be {allowed}"
 
 
 def unknown(key: str, name: object, known: Iterable[str]) -> str:
-    """Return the sentence for an unknown name, with the most similar known name, if any."""
+    """Return the sentence for an unknown name: the known names, and the most similar one if there is one."""
     names = list(known)
     sentence = bad(key, name, "one of " + ", ".join(names))
     folded = {known.lower(): known for known in names}

@@ -1,4 +1,7 @@
-"""Scene in SI units, §2 of the paper, and its dimensionless numbers."""
+"""Scene in SI units, §2 of the paper, and its dimensionless numbers.
+
+The messages of errors are sentences of the function `bad` in parameters.py: "KEY = VALUE: must be ALLOWED".
+"""
 
 from __future__ import annotations
 

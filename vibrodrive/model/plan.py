@@ -19,16 +19,15 @@ from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
 
 BLOCK_BYTES = 4 << 20
-"""Largest number of bytes of the sections of a block of several points. Larger blocks are written faster. Smaller
-blocks need less memory, and less work is lost if the process is killed."""
+"""Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
+need less memory, and less work is lost if the process is killed."""
 
 BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
-"""Largest number of points of a block. The first number holds with sections or impacts, the second with a summary
-only."""
+"""Largest number of points of a block. The second number holds if only summaries are recorded, the first otherwise."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
-"""Largest number of points of a wave. A wave is the set of blocks that are computed together. Some lanes of the kernels
+"""Largest number of bytes and of points of a wave, the blocks that are computed together. Some lanes of the kernels
 (kernels/engine.py) become idle towards the end of a wave. With this number of points idle lanes cost little."""
 
 WAVE_WORK = 1 << 25
@@ -75,7 +74,7 @@ class Plan:
         return math.prod(self.shape)
 
     def points(self, start: int, stop: int) -> np.ndarray:
-        """Return the points start..stop as rows: float64 (stop - start, len(COLUMNS))."""
+        """Return the points `start` to `stop` - 1 as rows: float64 (stop - start, len(COLUMNS))."""
         return self.rows(np.arange(start, stop))
 
     def rows(self, which: np.ndarray) -> np.ndarray:
@@ -91,7 +90,10 @@ class Plan:
         return out
 
     def ends(self) -> list[tuple[float, float, float, float]]:
-        """Return (A, B, ε, η) at all combinations of the ends of the axes. `point` has up to SAMPLED values instead."""
+        """Return (A, B, ε, η) at all combinations of the least and largest values of the axes.
+
+        For the axis `point` up to SAMPLED of its values are used instead.
+        """
         some = [
             np.unique(
                 np.linspace(0, len(values) - 1, SAMPLED).astype(int)
@@ -142,7 +144,7 @@ class Plan:
 
     @property
     def _most_points(self) -> int:
-        """Largest number of points of a wave whose work does not exceed WAVE_WORK."""
+        """Largest number of points of a wave by WAVE_WORK and by the least number of points of a wave."""
         alone = self.settings.one_by_one or ERROR in self.record
         return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
 
@@ -235,7 +237,7 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
 
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
-    """Check the parameters that change together. Raises TypeError or ValueError with a message of `bad`."""
+    """Return the parameters that change together, checked. Raises TypeError or ValueError."""
     allowed = 'sequences of one length, by parameter name, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
     if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
         raise TypeError(bad("points", value, allowed))
@@ -287,7 +289,7 @@ def _is_scalar(key: str, value: object) -> bool:
 
 
 def _axis(key: str, value: object, place: str = "") -> np.ndarray:
-    """Check the values of a parameter along an axis; messages put `place` before its name."""
+    """Return the values of a parameter along an axis, checked; messages put `place` before its name."""
     if isinstance(value, str):
         check(key, value)
     array = np.asarray(value)

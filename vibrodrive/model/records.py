@@ -12,7 +12,11 @@ RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR)
 
 
 class Quantity(NamedTuple):
-    """Properties of an array of a record. `along` is the name of a dimension in addition to the axes, or ""."""
+    """Properties of an array of a record.
+
+    `fill` is the value at points that are not computed, and after the last main impact. `along` is the name of a
+    dimension in addition to the axes of the sweep, or "".
+    """
 
     name: str
     dtype: str
@@ -86,11 +90,11 @@ def check_record(record: object) -> tuple[str, ...]:
 
 
 def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
-    """Return the quantities of these records. The record "section" has none."""
+    """Return the quantities of the given records, without the section, which is an array of its own."""
     return tuple(quantity for name, known in OF_RECORD.items() if name in record for quantity in known)
 
 
 def point_bytes(record: tuple[str, ...], periods: int) -> int:
-    """Return the bytes of these records for each point."""
+    """Return the number of bytes of one point in the given records."""
     size = 16 * periods if SECTION in record else 0
     return size + sum(q.itemsize * (2 * periods if q.along else 1) for q in quantities(record))

@@ -168,7 +168,11 @@ class Results:
         )  # fmt: skip
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
-        """Return (section or None, status, margin, switches) of the points start..stop: views, a row for each point."""
+        """Return (section, status, margin, switches) of the points `start` to `stop` - 1: views with a row for each
+        point.
+
+        `section` is None if it is not recorded.
+        """
         wanted = SECTION in self.record
         return (
             self.section.reshape(-1, self.settings.periods, 2)[start:stop] if wanted else None,
@@ -178,13 +182,13 @@ class Results:
         )
 
     def put(self, start: int, stop: int, records: Mapping[str, np.ndarray]) -> None:
-        """Store the records of the points start..stop, given as arrays by the names in records.py."""
+        """Store the records of the points `start` to `stop` - 1, given as arrays by the names in records.py."""
         for name, values in records.items():
             array = self._arrays[name]
             array.reshape(-1, *array.shape[len(self.axes) :])[start:stop] = values
 
     def block(self, index: int, start: int, stop: int) -> Block:
-        """Return the points start..stop as the block with the number `index`, to be written to a file."""
+        """Return the points `start` to `stop` - 1 as the block with the number `index`, to be written to a file."""
         section, status, margin, switches = self.rows(start, stop)
         arrays = {q.name: self._array(q.name) for q in quantities(self.record)}
         records = {name: a.reshape(-1, *a.shape[len(self.axes) :])[start:stop] for name, a in arrays.items()}
@@ -249,8 +253,8 @@ class Results:
         Parameters
         ----------
         method : "nearest", optional
-            take the nearest value of the axis. By default the axis must contain the value; differences of up to
-            ROUNDING units in the last place are allowed.
+            take the nearest value of the axis. By default the axis must contain the value; differences of up to 4 units
+            in the last place are allowed.
         tolerance : float, optional
             largest allowed distance of the nearest value. Default: no limit.
         **values : float
@@ -452,7 +456,7 @@ def _reach(method: str | None, tolerance: object) -> float | None:
 
 
 def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> int:
-    """Return the index of a value on an axis. Raises TypeError or ValueError with the sentence of `bad`."""
+    """Return the index of a value on an axis; `reach` is the result of `_reach`. Raises TypeError or ValueError."""
     only = f"{axis[0].item()!r}, the one value of this axis"
     allowed = f"one of the {len(axis)} values of this axis" if len(axis) > 1 else only
     x = real_number(name, value, allowed)

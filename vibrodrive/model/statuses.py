@@ -8,7 +8,8 @@ from vibrodrive.model.choices import Status
 
 
 class Statuses(np.ndarray):
-    """int8 array with the status of each point. An element is a `Status`; results of ufuncs are plain arrays."""
+    """int8 array with the status of each point. An element is a `Status`; results of NumPy's ufuncs are plain
+    arrays."""
 
     def __getitem__(self, index: Any) -> Any:
         found = super().__getitem__(index)
