@@ -172,8 +172,8 @@ def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Tru
 
 @dataclass(frozen=True)
 class SwitchError:
-    """Errors of switches: the largest |Δτ| of switches that correspond, and the number `wrong` of missed, invented or
-    different switches. `of` is the number of true switches."""
+    """Errors of switches: the largest difference in τ of two switches that correspond, and the number `wrong` of
+    missed, invented or different switches. `of` is the number of true switches."""
 
     largest: float
     wrong: int
@@ -209,7 +209,8 @@ def orbit(A: float, n: int, section_phase: float, settle: int = 1200) -> np.ndar
 
 
 def rho(section: np.ndarray, points: np.ndarray) -> float:
-    """Return ρ = max_k |x_k − p_(k+s mod n)| with the best shift s, or NaN if a section point x_k is missing."""
+    """Return ρ = max_k |x_k − p_(k+s mod n)| of the section points x_k and the n points p of an orbit, with the best
+    shift s. Return NaN if a section point is missing."""
     n = len(points)
     k = np.arange(len(section))
     return min(float(np.hypot(*(section - points[(k + s) % n]).T).max()) for s in range(n))

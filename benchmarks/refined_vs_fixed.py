@@ -36,7 +36,8 @@ def steps(quick: bool) -> np.ndarray:
 
 
 def single(A: float, quick: bool) -> dict[str, Any]:
-    """Return for one A: at each Δτ the distance ρ, and True if gaps and order agree; the limits in Δτ for CRITERIA."""
+    """Return for one A and each method: at each Δτ the distance ρ, and `kept`, which is True if gaps and order agree;
+    the limits in Δτ for CRITERIA."""
     window: dict[str, Any] = {"A": A, "transient": TRANSIENT, "periods": PERIODS, "section_phase": SECTION_PHASE}
     base = structure.reference_orbit(vd.simulate(**window, method="certified"))
     if base is None:

@@ -5,7 +5,8 @@ up to v_s, and a rigid obstacle. `sprung`: Coulomb friction, and as the obstacle
 critical damping.
 
 The last two laws are piecewise linear. So each piece of a motion has a closed form, and its end is a bracketed zero. A
-numerical integration would be a disturbance itself, larger than that of a small v_s or 1/√k.
+numerical integration would be a disturbance itself, larger than that of a small v_s or 1/√k. The three functions write
+the main impacts from the time `start` to the time `end` into `impacts`, as rows (τ, speed).
 """
 
 import math

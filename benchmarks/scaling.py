@@ -48,7 +48,8 @@ print(peak)
 
 
 def seconds(runs: dict[Any, dict[str, Any]], repeats: int, wall: bool = False) -> dict[str, float]:
-    """Return the median seconds of each sweep. The sweeps are timed alternately."""
+    """Return the median CPU time of each sweep in seconds, or the wall time if `wall`. The sweeps are timed
+    alternately."""
     times = paired({str(k): partial(vd.sweep, **run) for k, run in runs.items()}, repeats)
     return {k: t.wall_seconds if wall else t.seconds for k, t in times.items()}
 

@@ -78,18 +78,18 @@ class Contestant:
 
 
 def ours(**settings: Any) -> Callable[[np.ndarray, int], Any]:
-    """Return a sweep of the package that records section points."""
+    """Return the `work` of a Contestant: a sweep of the package that records section points."""
     settings = {"threads": 1, **settings}
     return lambda A, periods: vd.sweep(A=A, transient=0, periods=periods, **settings).section
 
 
 def one_by_one(eps: float) -> Callable[[np.ndarray, int], Any]:
-    """Return a sweep of the package, one motion at a time."""
+    """Return the `work` of a Contestant: the package computes one motion at a time."""
     return lambda A, periods: [vd.simulate(a, eps=eps, transient=0, periods=periods).section for a in A]
 
 
 def by_solver(events: Callable[..., Any], eps: float, **setting: Any) -> Callable[[np.ndarray, int], Any]:
-    """Return a sweep by a solver of the set of switches."""
+    """Return the `work` of a Contestant: a solver of the set of switches computes one motion at a time."""
 
     def work(A: np.ndarray, periods: int) -> Any:
         return [events((0.0, 0.0, 0.0, TWO_PI * periods), Point(a, 0.1, eps, vd.ETA), **setting) for a in A]

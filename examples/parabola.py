@@ -40,14 +40,15 @@ def g(tau: np.ndarray | float, order: int = 0, slow: float = 1.0, fast: float = 
 
 
 def below_all(start: float, reach: float) -> Step:
-    """Return the parabola that follows from the bound of |g'''|, up to its root but not beyond `reach`."""
+    """Return the parabola below g that follows from the bound of |g'''|. It ends at its root, or at s = `reach`."""
     m3 = A + A * EPS * ETA**5
     bend = float(g(start, 2)) - m3 * reach / 3.0
     return _until_root(start, reach, float(g(start)), float(g(start, 1)), bend)
 
 
 def below_slow(start: float, reach: float) -> Step:
-    """Return the parabola below the slow part of g minus the amplitude of its fast part, as in `below_all`."""
+    """Return the parabola below the slow part of g minus the amplitude of the fast part. It ends at its root, or at
+    s = `reach`."""
     bend = float(g(start, 2, fast=0.0)) - A * reach / 3.0
     value = float(g(start, fast=0.0)) - A * EPS * ETA**2
     return _until_root(start, reach, value, float(g(start, 1, fast=0.0)), bend)
@@ -60,7 +61,8 @@ def _until_root(start: float, reach: float, value: float, slope: float, bend: fl
 
 
 def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[Step]:
-    """Return the steps from τ until a step is at most `closest`.
+    """Return the steps from τ until the length of a step is at most `closest`. `reach` is the largest length of the
+    first step of `below_all`.
 
     Each step is the longer of the steps of two parabolas, `below_all` and `below_slow`.
     """

@@ -71,7 +71,7 @@ class Surroundings:
     unstable : distance in phase from one of its impacts to the nearest impact of an unstable orbit.
     border : distance from one of its impacts to the nearest end of the window, the phases with H > 1.
     grazing : distance from one of its launches (the mass leaves the obstacle) to the nearest grazing.
-    nearest : the smallest of those three distances that are not NaN.
+    nearest : the smallest of `unstable`, `border` and `grazing` that are not NaN.
     """
 
     A: np.ndarray

@@ -22,7 +22,7 @@ class Draw:
             self.state = (self.bits() + part) & MASK
 
     def bits(self) -> int:
-        """Return 64 bits."""
+        """Return the next 64 random bits, as an integer."""
         self.state = (self.state + 0x9E3779B97F4A7C15) & MASK
         z = self.state
         z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
@@ -34,5 +34,5 @@ class Draw:
         return round(low + (high - low) * ((self.bits() >> 11) * 2.0**-53), places)
 
     def choice(self, items: Sequence[Item]) -> Item:
-        """Return one of a few items."""
+        """Return one of the items, chosen at random."""
         return items[self.bits() % len(items)]

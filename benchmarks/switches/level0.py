@@ -1,6 +1,8 @@
 """Level 0, first zero: draw (choose at random) the inputs of each family, and solve g(τ) = 0 on (0, T].
 
 g(τ) = c0 + c1 τ + c2 τ² + a sin(τ + alpha) + b sin(eta τ + beta)
+
+A function for each family draws its case i. In the docstrings k is an integer that increases with i.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,7 @@
-"""Level 1, one segment: draw (choose at random) a state, and compute the first event that ends this state."""
+"""Level 1, one segment: draw (choose at random) a state, and compute the first event that ends this state.
+
+A function for each family draws its case i. In the docstrings k is an integer that increases with i.
+"""
 
 from collections.abc import Callable
 from typing import Any

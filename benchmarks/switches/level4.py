@@ -1,4 +1,5 @@
-"""Level 4 of the set: the orbits of 16 pairs (A, B), and the disturbances at which gaps or order of impacts are lost.
+"""Level 4 of the set: the orbits of 16 pairs (A, B), and the disturbances at which the main impacts lose their order or
+their gaps, the numbers of periods between them.
 
 python -m benchmarks.switches.level4    # writes level4.csv in a minute or two
 """

@@ -44,7 +44,8 @@ class Task(NamedTuple):
 
 
 class Sequence(NamedTuple):
-    """Solution for one set of inputs: times, tolerances, states (None at level 0), and the fields of the file."""
+    """Solution for one set of inputs: times, their tolerances (`within`), the states before and after each event (None
+    at level 0), and the fields of the file."""
 
     times: list[Any]
     within: list[Any]

@@ -52,7 +52,7 @@ class SeparateProcess:
         return value
 
     def _answer(self, halt: Halt) -> tuple[bool, Any]:
-        """Wait for the answer to a call: (True, result) or (False, exception)."""
+        """Wait for the answer to a call and return it: (True, result) or (False, exception). Raises Halted."""
         try:
             while self._pipe is not None and not halt.called:
                 if self._pipe.poll(LOOK_SECONDS):
@@ -101,7 +101,10 @@ class SeparateProcess:
 
 
 def serve(file: int) -> None:
-    """Main function of the separate process: answer calls from a pipe until it closes or the parent ends."""
+    """Main function of the separate process: answer calls from a pipe until the pipe closes or the parent ends.
+
+    `file` is the file descriptor of the pipe.
+    """
     os.nice(10)  # low priority, so that pictures are computed first
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     pipe = Connection(file)

@@ -14,7 +14,7 @@ const page = {
   due: false, // a painting of the diagrams is scheduled
   asked: 0, // number of the last request for a picture
   whole: 0, // number of the request whose picture is painted and complete, else 0
-  data: null, // the last picture, with its place, palette and head
+  data: null, // the last picture, with its place, its palette, and `head`: its title, status line, …
   document: Bokeh.documents[0],
   seq: 0, sent: 0, began: 0, changed: 0, timer: 0, // number of the last message; times of requests
   scales: {}, // scales of both axes as drawn: linear or log

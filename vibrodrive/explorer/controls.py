@@ -48,8 +48,8 @@ def part_shown(view: View, plan: Plan) -> str:
 
 
 def _number(name: str, only: str = "") -> Control:
-    """Return the control of a parameter. If the table of names contains no slider, the slider covers the range of the
-    axis."""
+    """Return the control of a parameter. If the table NAMES contains no slider, the slider covers the range of the
+    axis in this table."""
     row = NAMES[name]
     slider = row.slider
     if slider is None and row.axis and row.axis[2] == LINEAR:

@@ -35,7 +35,10 @@ class Pace:
         return self._measured.get(self._kind(plan), self.FIRST)
 
     def learn(self, plan: Plan, points: int, seconds: float) -> None:
-        """Average the old value and a new measurement, so that a short load by other programs has less effect."""
+        """Replace the value for this kind of motion by the mean of the old value and a new measurement.
+
+        So a short load by other programs has less effect. The measurement is the time in `seconds` for `points` points.
+        """
         if points < FEWEST:  # `seconds` is then mostly the time to start the threads
             return
         periods = points * length(plan)

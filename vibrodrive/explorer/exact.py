@@ -39,7 +39,7 @@ class Curve(NamedTuple):
 
 def warm() -> None:
     """Load or compile the kernels of the functions below."""
-    orbit_lines(2.58, 2.6, 0.1, 1, "xi", 0.0)  # this window contains one bifurcation
+    orbit_lines(2.58, 2.6, 0.1, 1, "xi", 0.0)  # this range of A contains one bifurcation
     limit(1.5, transient=50, periods=50, threads=1)
 
 

@@ -1,7 +1,8 @@
 """Diagrams and maps as images: each pixel is an index into a palette.
 
 Each column of a diagram is a point of the sweep. The rows divide the range of the ordinate evenly. A column that is not
-yet computed repeats the last computed column to its left. Maps have the colours of the package's figures.
+yet computed repeats the last computed column to its left. Maps have the colours of the package's figures. A level
+(work.py) is the computed part of a sweep, with a sketch for missing points or without.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
 
 SHADES = 64
-"""Number of shades of a scale; shade 0 is blank. The palette of `difference` consists of three scales. They are for the
-pixels with ink in both images, only in the chosen image, and only in the certified image."""
+"""Number of shades of a scale. A pixel of shade 0 is blank, all others have ink. The palette of `difference` consists
+of three scales, for the pixels with ink in both images, only in the chosen image, and only in the certified image."""
 
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
@@ -69,7 +70,10 @@ def ink_palette() -> np.ndarray:
 
 
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
-    """Draw values (n, k) into columns of an image uint8 (rows, columns), as shades 0 to SHADES - 1."""
+    """Draw values (n, k) into n columns of an image uint8 (rows, columns), as shades 0 to SHADES - 1.
+
+    `columns` contains the indices of these columns. The rows divide the range from `low` to `high` evenly.
+    """
     k = values.shape[1]
     table = np.ceil(ink_of(np.arange(k + 1), k) * (SHADES - 1)).astype(np.uint8)
     paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(len(image), np.int64), image)
@@ -95,7 +99,7 @@ def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
 
 
 def pictures(level: Level, quantity: str, low: float, high: float, rows: int = PICTURE_ROWS) -> list[np.ndarray]:
-    """Return one image uint8 (rows, columns) for each method of the level."""
+    """Return for each method of the level one image uint8 (rows, columns) of the values from `low` to `high`."""
     done, rest = level.sweep.done, None
     there = done
     if level.sketch is not None:

@@ -45,7 +45,7 @@ PLAYED = ("eps", "dtau")  # sliders with a button that moves them
 
 @dataclass
 class Page:
-    """Bokeh models that the server changes."""
+    """Data that the server changes: the curves of the selected motion, and exact curves and bifurcations (marks)."""
 
     motion: ColumnDataSource
     lines: ColumnDataSource
@@ -61,7 +61,7 @@ NO_MOTION: dict[str, Any] = {name: [] for name in ("time", "xi", "dxi", "colour"
 def build(document: Document, view: View, token: str) -> Page:
     """Add to a document the models for a view, and the scripts that connect these models in the browser.
 
-    Return the models that the server changes later. `token` is a part of the address of the page (server.py).
+    `token` is a part of the address of the page (server.py).
     """
     # the second diagram has separate ranges: with common ranges it would be laid out after each move, even if it is
     # hidden

@@ -98,7 +98,7 @@ class Session:
             self._show(View.read(asked["view"]), asked.get("only_motion", False))
 
     def _show(self, view: View, only_motion: bool) -> None:
-        """Compute a view, or only the curves of its motion."""
+        """Request the picture of a view or, if `only_motion`, only the curves of its motion."""
         self.view, seq = view, self.seq
         wanted = overlay_of(view)
         if self.overlay and (wanted is None or wanted[0] != self.overlay[0]):

@@ -144,8 +144,8 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
 
 
 def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -> None:
-    """Add the exact results for a motion to its description. Report to the page if its structure, the pattern of its
-    impacts, is lost."""
+    """Add the exact results for a motion to the lines `said` of its description. Report to the page if its structure,
+    the pattern of its impacts, is lost."""
     known, losses = list(said), []
     try:
         for line, lost in exact_words(session.engine, halt, motion):
@@ -230,7 +230,7 @@ def exact_words(engine: Engine, halt: Halt, motion: Motion) -> Iterator[tuple[st
         key = str(arguments)
         if key not in engine.limits:
             if len(engine.limits) == KEPT:
-                del engine.limits[next(iter(engine.limits))]  # the oldest
+                del engine.limits[next(iter(engine.limits))]  # the oldest entry
             engine.limits[key] = engine.aside.call(halt, exact.limit_at, arguments)
         k2, velocity, how, last_kept = (engine.limits[key][part] for part in ("k2", "velocity", "how", "last_kept"))
         value = f"{k2:.4g} (as a velocity {velocity:.4g}): " if k2 == k2 else ""

@@ -29,7 +29,7 @@ from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
 DIAGRAM = "diagram"  # mode with one parameter; the mode MAP has two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
-COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # certified motions: not shown, below, …
+COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # ways to show certified motions
 UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in Method)
 MOST_COLUMNS = 4000

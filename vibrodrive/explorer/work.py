@@ -1,6 +1,6 @@
 """Computation of a view (view.py) in levels, each of which refines the picture.
 
-The first level has as many points as the time of a frame allows. The last level completes the sweep.
+The first level has as many points as the time of a frame (FRAME_SECONDS) allows. The last level completes the sweep.
 
 Every level computes points of the sweep that the configuration of the view describes. The result at a point does not
 depend, to the last bit, on the other points. So the results equal the results of the complete sweep.
@@ -117,8 +117,8 @@ class Work:
 
 
 def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return (indices, counts): the points of a product of axes, coarse grids first, and the number of points of each
-    grid."""
+    """Return (indices, counts): the flat indices of the points of a product of axes, coarse grids first, and the number
+    of points of each grid. A grid contains all coarser grids."""
     strides = STRIDES if len(shape) > 1 else [s for s in STRIDES if s <= COARSEST_DIAGRAM]
     finest = np.zeros(shape, np.int64)
     for k, stride in enumerate(reversed(strides)):

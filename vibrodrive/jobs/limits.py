@@ -24,7 +24,7 @@ Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Return the settings of the command. Raises an error for invalid axes and arguments.
+    """Return the settings of the command (`own_settings`). Raises an error for invalid axes and arguments.
 
     The axes must be one or two of A, B and eta, and for k1 A or B.
     """
@@ -64,7 +64,7 @@ def make(work: Work) -> bool:
 
 
 def _judged(config: Config) -> tuple[str, str]:
-    """Return (kind of limit, criterion) of a configuration."""
+    """Return (kind of limit: "k2", "k1" or "ku"; criterion, "" for k1 and ku) of a configuration."""
     quantity = config.limits.get("quantity", K2)
     return quantity, check_quantity(quantity, config.limits.get("criterion"))
 

@@ -18,10 +18,11 @@ NONE = {"eps": 0.0, "dtau": np.nan}  # values without a disturbance
 
 
 def undisturbed_gaps(results: Results) -> np.ndarray:
-    """Return the gaps between main impacts, as in a summary, of the undisturbed motion at each point.
+    """Return the gaps (numbers of periods between main impacts) of the undisturbed motion at each point.
 
-    The result is int64 (axes…), of length 1 along the axes eps and dtau. An entry is 0 if the gaps do not repeat. The
-    motions start as in the sweep. They are as long as in `limits`, because near a bifurcation a motion settles slowly.
+    The result is int64 (axes…), of length 1 along the axes eps and dtau, with one digit for each gap of a cycle, as in
+    a summary. An entry is 0 if the gaps do not repeat. The motions start as in the sweep. They are as long as in
+    `limits`, because near a bifurcation a motion settles slowly.
     """
     from vibrodrive.batch.sweep import run_blocks
     from vibrodrive.stability.structure import SETTLING, WATCHED

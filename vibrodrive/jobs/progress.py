@@ -38,7 +38,7 @@ class Tally:
     done: int = 0  # points computed in this run and in earlier runs
     fresh: int = 0  # points computed in this run
     periods: int = 0  # excitation periods of one point, including the transient
-    stage: str = ""  # activity before the computation of the first point
+    stage: str = ""  # activity before the first and after the last point; "" while points are computed
     elsewhere: str = ""  # possible activity of workers before the first point arrives
     waiting: str = ""  # reason why a cluster waits
     began: float = field(default_factory=time.monotonic)  # start of the computation
@@ -224,7 +224,7 @@ def shown(show: Show | None, look: Callable[[Show], None], after: float | None =
 
 @contextlib.contextmanager
 def under_way(name: str, found: Callable[[], str] = str) -> Iterator[None]:
-    """Show the elapsed time of a call, its results so far, and compilations."""
+    """While the block runs, show its elapsed time and the text `found()` about its results, or a compilation."""
     from vibrodrive.jit.compile import compilation
 
     began = time.monotonic()

@@ -5,9 +5,9 @@ chunk is in the wrong place or was never written, because the index of chunks ha
 adds a second layer:
 
 - The file of a sweep grows, so each point has a checksum of the values of all its variables and of the number of the
-  point. The points of a block are written together. After a power failure the status of a block may be on the disk
-  without the data of the block, or the index may be damaged. Only the checksums of the points detect these faults. The
-  SHA-256 of the plan (model/plan.py) covers the axes.
+  point. The points of a block (one chunk of each variable) are written together. After a power failure the status of a
+  block may be on the disk without the data of the block, or the index may be damaged. Only the checksums of the points
+  detect these faults. The SHA-256 of the plan (model/plan.py) covers the axes.
 - A file that is written in one step has the SHA-256 of its contents.
 
 All files have the SHA-256 of the configuration as an attribute. The other numeric attributes are compared with the
@@ -38,7 +38,8 @@ ENDINGS = [int(s) for s in Status if s is not Status.NOT_COMPUTED]
 
 
 def point_sums(start: int, margin: np.ndarray, switches: np.ndarray, status: np.ndarray) -> np.ndarray:
-    """Return the checksums uint64 of the points start, start + 1, …, without the summands of sections and records.
+    """Return the checksums uint64 of the points start, start + 1, …, without the summands of `section_sums` and
+    `record_sums`.
 
     margin is float64 (points,), switches int64 (points, 5), status int8 (points,).
     """

@@ -212,7 +212,7 @@ def read_header(file: h5py.File) -> Header:
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
-    """Return the names of the coordinates and plain root attributes that differ from the plan."""
+    """Return the names of the coordinates and of the root attributes of `describe.plain` that differ from the plan."""
     wrong = []
     for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
         for name, value in written.items():

@@ -1,9 +1,9 @@
 """Files of limits of stability (k₂, k₁ or k_u, see stability/limits.py) over one or two of A, B and η.
 
 A file is laid out completely and then filled limit by limit, so that it can be resumed after a stop. It is HDF5 with
-netCDF-4 dimension scales. The dimensions are `curve` (disturbance and method) and the axes in the order of the
-configuration. If A is the only axis, the file also contains the bifurcation diagram of the undisturbed motion over a
-finer axis, for the figure.
+netCDF-4 dimension scales. The dimensions are `curve` (disturbance and method; for k₁ a coordinate of the start) and the
+axes in the order of the configuration. If A is the only axis, the file also contains the bifurcation diagram of the
+undisturbed motion over a finer axis, for the figure. The `quantity` of a file is its kind of limit: "k2", "k1" or "ku".
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,9 +34,9 @@ SCHEMA, OTHERS = FILES["limits"].readable  # schema of files of k2, and schema o
 HOW_BYTES = 120
 
 IN_MM_S = {"velocity": "velocity_mm_s", "velocity_last": "velocity_last_mm_s"}
-"""Names of the quantities in mm/s, by the name of the dimensionless quantity. They need a scene in SI units."""
+"""Names of the variables in mm/s, by the name of the dimensionless variable. They need a scene in SI units."""
 
-UNIT = "velocity_unit"  # attribute of a quantity in mm/s: the unit of the dimensionless velocity, in mm/s
+UNIT = "velocity_unit"  # attribute of a variable in mm/s: the unit of the dimensionless velocity, in mm/s
 
 NOT_COMPUTED, DONE = -1, 0
 
@@ -78,7 +78,7 @@ def read(file: h5py.File) -> Limits:
 
 
 def quantity_of(file: h5py.File) -> str:
-    """Return the kind of limits in an open file. Raises KeyError if the file contains no limits."""
+    """Return the quantity of an open file. Raises KeyError if the file contains no limits."""
     found = [name for name in QUANTITIES if name in file]
     if not found:
         raise KeyError("no limits")
@@ -140,7 +140,8 @@ def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion
 
 
 def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any]:
-    """Return the settings that the plan does not contain, by name: periods, and the criterion (k2) or the quantity."""
+    """Return by name the settings that the plan does not contain: periods, and for k2 the criterion, else the
+    quantity."""
     judged = {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
     return {"periods": config.arguments.get("periods", PERIODS), **judged}
 

@@ -40,7 +40,7 @@ CONTENTS = (
     "bifurcations. The impacts of an orbit are the rows first_impact to first_impact + impacts - 1 along `impact`."
 )
 MAX_PERIOD = 3  # default of the longest period of orbits, in excitation periods
-NEXT = " | "  # separator of the flights in the name of an orbit
+NEXT = " | "  # separator of the flights (motions from a launch to the next impact) in the name of an orbit
 
 
 @dataclass(frozen=True, eq=False, repr=False)

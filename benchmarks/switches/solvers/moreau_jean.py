@@ -1,4 +1,5 @@
-"""Hand-written Numba: Moreau-Jean time-stepping, θ = 1/2. It does not locate switches.
+"""Hand-written Numba: Moreau-Jean time-stepping, which does not locate switches. With θ = 1/2 the force H and the
+velocity in a step are the means of their values at its start and its end.
 
 Friction is an impulse of at most h in a step, opposite to the velocity at the end of the step (soft thresholding). If
 half a step at the present velocity closes the gap, there is a plastic impact: the velocity at the end of the step must
