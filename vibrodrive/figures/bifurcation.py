@@ -31,7 +31,7 @@ REACH = (3, 12)
 quarter of the number of columns from one value to the next."""
 
 MARGIN = 0.03
-AT_ONCE = 4096  # values of x processed together, to limit the memory
+AT_ONCE = 4096  # number of values of x processed together, to limit the memory
 
 LABELS = {
     "impact_phase": r"phase $\varphi$ of the main impacts in rad",

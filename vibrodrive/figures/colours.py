@@ -31,7 +31,7 @@ class Painted(NamedTuple):
     """Colours of the cells of a map."""
 
     cells: np.ma.MaskedArray  # indices of `colours`, masked where nothing is drawn
-    colours: np.ndarray  # (n, 4)
+    colours: np.ndarray  # red, green, blue and opacity, 0 to 1, of each colour: float64 (n, 4)
     labels: tuple[str, ...]  # names of the classes, in the order of the first colours; () for a continuous quantity
     norm: Normalize  # scale of the first SHADES colours, for a continuous quantity
     apart: tuple[tuple[str, str], ...]  # (name, colour) of each group of points outside the scale

@@ -246,7 +246,7 @@ def cobweb(
 
 
 def _curve(ax: Axes, branch: Branch, columns: np.ndarray) -> None:
-    """Draw the curves of one branch, dashed if it is unstable."""
+    """Draw the curves of one branch over its A (`columns`, as from `traces`), dashed if the branch is unstable."""
     if branch.unstable:
         drawn: dict[str, Any] = {"color": look().other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
     else:

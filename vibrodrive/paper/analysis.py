@@ -28,12 +28,12 @@ AT_SECTION = Criterion("order and gaps", ("order", "gaps"))
 
 
 def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Return the arguments of the same motion without a grid."""
+    """Return the arguments of the same motion with certified switches, which need no grid."""
     return arguments | {"method": "certified", "dtau": None, "tol": None}
 
 
 def widths(motion: Trajectory) -> list[np.ndarray]:
-    """Return [widths of the band of ξ, widths of the band of ξ'] over the phase, float64 arrays (PHASES,)."""
+    """Return [widths of ξ, widths of ξ'], each float64 (PHASES,): the range over all periods at each phase."""
     sample = motion.sample(PHASES)
     return [np.ptp(v[:-1].reshape(-1, PHASES), axis=0) for v in (sample.xi, sample.dxi)]
 
@@ -120,7 +120,7 @@ def low_and_high(kept: Mapping[int, list[bool]]) -> list[float]:
 
 
 def shares(kept: Mapping[int, list[bool]]) -> str:
-    """Return the share of solutions whose structure is kept, for each of the first four periods, as text."""
+    """Return the share of solutions whose structure is kept, for each of the four shortest periods, as text."""
     return ", ".join(f"n = {m}: {100 * float(np.mean(kept[m])):.0f} %" for m in list(kept)[:4])
 
 

@@ -67,7 +67,7 @@ def judge(claim: Claim, session: Session) -> Judged:
 
 
 def when(reproduced: bool | np.bool_, corrected: bool | np.bool_ = False) -> Verdict:
-    """Return the verdict: reproduced, reproduced with a correction, or not reproduced."""
+    """Return the verdict: reproduced; otherwise, if `corrected`, reproduced with a correction; or not reproduced."""
     if reproduced:
         return Verdict.REPRODUCED
     return Verdict.CORRECTED if corrected else Verdict.NOT

@@ -26,7 +26,7 @@ RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
 MOST = 43  # largest number of values of A at which the limits in ε and Δτ are compared
 ALIKE = 2.0  # two limits count as equal if their velocity amplitudes differ at most by this factor
 SETTLES = 0.1  # a limit counts as independent of η if a higher η changes it at most by this share
-SEEN = 0.1  # share; if limits above the loss of sticking differ by more from their linear continuation, it affects them
+SEEN = 0.1  # share; the loss of sticking affects limits if they differ by more from their linear continuation across it
 A_OF_PERIODS = (2.4, 2.8, 3.04, 3.1, 3.25)  # the undisturbed motions have the periods 1, 2, 2, 4 and 3
 TIMES_ETA = (0.3, 1.0, 3.0, 10.0)
 INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
@@ -248,7 +248,7 @@ class _Pairs(NamedTuple):
 
 
 def _both(session: Session, **axes: Any) -> _Pairs:
-    """Return the limits in ε and in Δτ at all points of axes at which both limits are known."""
+    """Return the limits in ε and in Δτ at all those points of `axes` at which both limits are known."""
     found = [dict(each_limit({**RECORD, **axes}, kind, threads=session.threads)) for kind in ("eps", "dtau")]
     pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
@@ -276,5 +276,5 @@ def _seconds_per_period(arguments: dict[str, Any]) -> float:
 
 
 def _time(seconds: float) -> str:
-    """Return a time in µs as text with one digit, because times differ between runs."""
+    """Return a time in µs as text with one significant digit, because times differ between runs."""
     return f"{float(f'{1e6 * seconds:.0e}'):g} µs"

@@ -34,7 +34,7 @@ def route(session: Session) -> Outcome:
     )
     numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
     numbers |= {"higher_periods": higher, "share_without_period": irregular}
-    # the doublings agree with the logistic equation; if windows of regular motion replace chaos, the claim is corrected
+    # the doublings agree with the logistic equation; if windows of higher periods replace chaos, this is a correction
     return Outcome(text, numbers, when(doubling and irregular > 0.5, doubling and len(higher) > 0))
 
 

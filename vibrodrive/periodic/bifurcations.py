@@ -4,12 +4,12 @@ Flight and launch are defined in flight.py. The multiplier of an orbit is the de
 (impact_map.py) over all impacts of one period.
 
 The orbits at neighbouring values of a grid of A are compared. If they differ, one of the differing orbits is followed
-by its itinerary, the sequence of its states (continuation.py), without a search. The A at which this orbit ends is
-bisected to neighbouring floats. The way in which the orbit ends determines the kind of the bifurcation. Then the orbits
-in the rest of the interval are compared again. So every change between the orbits of two grid points is found. An orbit
-that exists only between two grid points is not found. The grid is even up to A = 4. Above A = 4 its spacing is
-proportional to A, like every other distance in A (continuation.scale_of). There the grid has about a thousand values
-between A and e·A.
+(continuation.py). It is identified by its itinerary, the sequence of its states, so the other orbits are not computed
+again. The A at which this orbit ends is bisected to neighbouring floats. The way in which the orbit ends, for example
+with a multiplier of -1, determines the kind of the bifurcation. Then the orbits in the rest of the interval are
+compared again. So every change between the orbits of two grid points is found. An orbit that exists only between two
+grid points is not found. The grid is even up to A = 4. Above A = 4 its spacing is proportional to A, like every other
+distance in A (continuation.scale_of). There the grid has about a thousand values between A and e·A.
 
 An orbit can end or change only at one of these conditions:
 
@@ -50,7 +50,7 @@ ONSET = "onset"
 
 STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A, in units of `scale_of`
 MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing the caller gives
-MOST_WORK = 10_000_000  # largest product of itineraries at the highest A and values of A; takes about an hour
+MOST_WORK = 10_000_000  # largest number of values of A, times itineraries at the highest A, of a search (about an hour)
 
 FINER = 32
 """Factor by which the spacing of A is smaller for the orbit with a rest. Between A = 3.15 and 3.19 the narrowest
@@ -219,7 +219,10 @@ class _Search:
         return sorted(self.found, key=lambda f: f.A)
 
     def check_effort(self, high: float, values: int) -> None:
-        """Raise ValueError if the search would take too long, judged by the itineraries at the highest A."""
+        """Raise ValueError if a search at so many values of A would take too long.
+
+        The number of itineraries at the highest A is used for all values of A.
+        """
         each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
@@ -235,7 +238,7 @@ class _Search:
         return values[np.union1d(changes, changes + 1)]
 
     def find_between(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
-        """Find the bifurcations between a, with the orbits `below`, and b, with the orbits `above`."""
+        """Add to `found` the bifurcations between a, with the orbits `below`, and b, with the orbits `above`."""
         waiting = [(a, below, b, above)]
         while waiting:
             a, below, b, above = waiting.pop()

@@ -20,10 +20,10 @@ from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returni
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
-ON_BREAKPOINT = 1e-7  # distance in rad of a launch phase from a breakpoint; a smaller one at the last A counts as 0
-NEAR_DOUBLING = 0.05  # largest distance of a multiplier from -1 at which a period doubling may be near
+ON_BREAKPOINT = 1e-7  # an orbit ends at a breakpoint if, at its last A, a launch phase is closer to it than this (rad)
+NEAR_DOUBLING = 0.05  # largest distance of the multiplier of `parent` from -1 if an orbit ends at a period doubling
 FIRST_STEP = 1e-9  # first step in A of a search that starts at a bifurcation, in units of `scale_of`
-ASTRAY = 1e-4  # largest distance in A of such a search from the bifurcation, in units of `scale_of`
+ASTRAY = 1e-4  # largest distance in A of this search from the bifurcation, in units of `scale_of`
 SCALE_FROM = 4.0  # smallest A from which on distances in A are proportional to A, like the spacing of floats
 
 

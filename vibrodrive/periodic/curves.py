@@ -1,10 +1,10 @@
 """The bifurcations of periodic orbits as curves in the plane (A, B).
 
 A search at each of several values of B finds the bifurcations over A (bifurcations.py). Each bifurcation satisfies a
-condition (recognition.py). If no known curve passes through the bifurcation, the curve on which this condition holds is
-followed through the plane in both directions (tracing.py). If a curve ends inside the range, a second condition holds
-at its end, and other curves begin there. So further searches follow at values of B slightly below and slightly above
-this end, until these searches find no new curve.
+condition, for example |H| = 1 at the end of a slide (recognition.py). If no known curve passes through the bifurcation,
+the curve on which this condition holds is followed through the plane in both directions (tracing.py). If a curve ends
+inside the range, a second condition holds at its end, and other curves begin there. So further searches follow at
+values of B slightly below and slightly above this end, until these searches find no new curve.
 
 A curve may cross the range of A completely between two neighbouring values B1 < B2 of B. On every curve known so far A
 grows with B, but less than in proportion. So if a curve has the value A at B2, it has at least the value A · B1/B2 at
@@ -36,7 +36,7 @@ NUM = 17  # default number of values of B at which bifurcations are searched for
 MOST_NUM = 10_000
 BESIDE = 1e-4  # distance in B of further searches from the end of a curve, as a share of the range of B
 ON_CURVE = 1e-9  # largest distance in A of a bifurcation from the curve that it belongs to, in units of `scale_of`
-ONSET_POINTS = 65  # points of the straight line A = 1 + B
+ONSET_POINTS = 65  # number of points of the onset, the straight line A = 1 + B
 
 TOWARDS_LEVEL = (1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0)
 """Additional values of B, as shares of the first step in B, if the range begins on the level (B = 0). Near B = 0 curves

@@ -13,6 +13,8 @@ piece:
 
 The slope on a piece is enclosed, not sampled. Every time and phase in the formula of the slope is monotone in ψ, so the
 values at the two ends of the piece give bounds of the slope.
+
+In all functions n is the number of flights, and `horizon` is their longest duration in excitation periods.
 """
 
 import math

@@ -231,7 +231,7 @@ def flight(psi, A, B, horizon, word, slides):
 
 @jit(_nrt=False)
 def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
-    """Compute the next impact after an impact at each phase in `phi`.
+    """Compute the next impact after an impact at each phase in `phi`, within `horizon` excitation periods.
 
     The results are written to the arrays `phase`, `periods`, `speed`, `slope` and `code` (the word as a number). These
     five arrays and `phi` have the shape (n,). `no_slides` is an empty array (0, 3).

@@ -60,8 +60,8 @@ def closing(dtau: float, longest: int) -> np.ndarray:
 def returning(section: np.ndarray, longest: int) -> np.ndarray:
     """Return the distance between a motion and the same motion m periods later, m = 1 … `longest`: float64 (longest,).
 
-    `section` is float64 (periods, 2) with more than `longest` periods. The distance is a median over time, so that
-    single transients within the record do not change it.
+    `section` is float64 (periods, 2) with more than `longest` periods. The distance is the median over time of the
+    larger of the differences of ξ and ξ'. So single transients within the record do not change it.
     """
     section = np.asarray(section, dtype=np.float64)
     return np.array([np.median(np.abs(section[m:] - section[:-m]).max(axis=1)) for m in range(1, longest + 1)])

@@ -30,7 +30,7 @@ from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, judge, keeps, reference_orbit
 
-BATCH_BYTES = 48 << 20  # largest size of the sections and impacts of a batch; up to two batches exist at a time
+BATCH_BYTES = 48 << 20  # largest size of the results of motions computed together (a batch); at most two batches exist
 
 T = TypeVar("T")
 
@@ -60,7 +60,7 @@ class Motion:
         return math.isinf(criterion.k3) or self.distance(base, criterion.k3) < criterion.k3
 
     def distance(self, base: ReferenceOrbit, enough: float = math.inf) -> float:
-        """Return the distance of the motion from the orbit as a curve.
+        """Return the distance of the motion from the orbit as a curve (orbit_curve.py).
 
         If this distance exceeds `enough`, the result is only a lower bound, which also exceeds `enough`.
         """
@@ -139,7 +139,7 @@ class Evaluator:
         return Motion(section, trajectory.impacts, lambda: trajectory)
 
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
-        """Yield the motions at these points, in order. While the caller evaluates a batch, the next is computed."""
+        """Yield the motions at these points, in order. While one batch is evaluated, the next batch is computed."""
         most = max(1, BATCH_BYTES // (settings.periods * (16 + 2 * 32)))
         parts = [points[at : at + most] for at in range(0, len(points), most)]
         tasks = [self._ahead.submit(self._computed, part, settings) for part in parts[:1]]

@@ -42,7 +42,7 @@ ROWS = 8  # space for certified switches after each start; an impact or a start 
 
 
 class SwitchCounts(NamedTuple):
-    """Numbers of switches of one motion: `judged` counts the compared switches, the others the failures by kind."""
+    """Numbers of switches of one motion: the compared switches (`judged`) and the failures of each kind."""
 
     judged: int
     missed: int

@@ -155,7 +155,7 @@ def each_limit(
     `arguments` are those arguments of `limit` that describe the motion. The points form the product of the axes in the
     order of the arguments; the last axis varies fastest. If `periods` is too small at a point, the numbers of the Limit
     at this point are NaN, and `how` gives the reason. `criterion` may be a Criterion with names that `parse_criterion`
-    does not allow.
+    does not allow, such as "order".
     """
     plan = plan_over_axes(arguments, disturbance, method)
     return LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()

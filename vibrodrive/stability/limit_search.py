@@ -21,7 +21,7 @@ class Grid(NamedTuple):
     """Grid of the values of a disturbance that are tried: `value(k)` for integers k, from `floor` to `top`."""
 
     value: Callable[[int], float]
-    decade: int  # indices per factor of ten
+    decade: int  # number of values in a factor of ten, about
     floor: float
     top: float
     batch: int  # values requested at a time: enough to use all cores, and few enough to waste little work

@@ -59,9 +59,11 @@ def impact_gaps(impacts: np.ndarray) -> np.ndarray:
 
 
 def impact_cycle(impacts: np.ndarray) -> ImpactCycle | None:
-    """Return the shortest cycle that the main impacts of an undisturbed motion repeat, or None.
+    """Return the shortest cycle that the main impacts of an undisturbed motion repeat.
 
-    The first and the last impact are left out. Next to a faster impact just outside the record they would be touches.
+    The result is None if no cycle of up to LONGEST_PERIOD periods repeats, or if a shorter cycle repeats nearly but not
+    exactly (BLURRED). The first and the last impact are left out, because a faster impact just outside the record would
+    make them touches.
     """
     inner = impacts[1:-1]
     gaps = impact_gaps(inner)

@@ -15,10 +15,10 @@ if s >= 1, and its motion is stable if s < 2. Both conditions hold between Γ = 
 
 **A little friction.** Let the slide up last h and the slide down u = 2π - h. To first order in δ the velocity after one
 period changes by δ(u - h), and the gap after one period changes by δD with D = u²/2 - hu - h²/2. Here h is the value
-for δ = 0, because y' = 0 at the turn, so that a shift of h has only an effect of second order. So
+for δ = 0, because y' = 0 at the end of the slide up, so that a shift of h has only an effect of second order. So
 cos φ = (π - δD/2π)/Γ. A launch requires Γ sin φ > 1 + δ. The derivative of the flight (periodic/flight.py) is
 -(Γ sin φ - 1 - δ) (2π - 2δu/f) / (2π + δ(h - u)), where f = 1 - Γ sin(φ + h) is the deceleration of the ball at the
-turn.
+end of the slide up.
 `laws` gives the limit of each quantity and the factor of its term of order δ.
 """
 

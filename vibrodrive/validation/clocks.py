@@ -19,7 +19,7 @@ WITHIN = 1e-12
 
 
 def million_periods() -> list[Finding]:
-    """Return a finding for each scene: the error in τ of the last ends of rests, computed from H with 50 digits."""
+    """Return a finding for each scene: the largest error in τ of the ends of rests after MILLION periods."""
     found = []
     for scene in SCENES:
         late = phase_error(simulate(A=1.5, **scene, transient=MILLION, periods=5))
@@ -31,7 +31,7 @@ def million_periods() -> list[Finding]:
 def phase_error(motion: Trajectory) -> float:
     """Return the largest difference in τ between the end of a rest and the instant at which H = 1.
 
-    Raises ValueError if there is no rest.
+    H is computed with 60 digits. Raises ValueError if there is no rest.
     """
     mp.dps = 60
     model, late = oscillator(motion), []
