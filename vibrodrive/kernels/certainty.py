@@ -113,7 +113,7 @@ def delay(value, slope, bend):
 
 @inline
 def change_of_force(w, i):
-    """Return a bound of |H'|."""
+    """Return a bound of |H'| at all times."""
     return fma(w[r.AF + i], w[r.ETA + i], w[r.A + i])
 
 
@@ -178,7 +178,8 @@ def judge_tangency(w, k, i):
     """Mark the motion as uncertain if a minimum of |ξ'| before the end of a slide is so small that the slide may end
     there.
 
-    The limit is twice the error of ξ', because the minimum is extrapolated from an instant near it.
+    The minimum is too small if it is below twice the error of ξ'. The reason for the factor is that the minimum is
+    extrapolated from an instant near it.
     """
     under = w[r.DIP_DENOMINATOR + i]
     if certain(w, i) and under > 0.0 and not switch.waits(k[r.STATE + i]) and k[r.SEARCH + i] != S1:
@@ -189,7 +190,10 @@ def judge_tangency(w, k, i):
 
 @part
 def end_of_record(w, k, i):
-    """Return the errors at the end of the record, which are 0 if the state certainly continues up to this end."""
+    """Return the errors at the end of the record, which are 0 if the state certainly continues up to this end.
+
+    Otherwise, if the slide began from rest, `jump` bounds the error of ξ'. If not, mark the motion as uncertain.
+    """
     mark_uncertain(w, k, i)
     if not certain(w, i) or switch.waits(k[r.STATE + i]):
         return NO_END
@@ -200,7 +204,7 @@ def end_of_record(w, k, i):
     near, wrong = abs(x_share) + x_more, abs(v_share) + v_more
     if abs(v) > wrong and (k[r.STATE + i] == UP or x > near):
         return NO_END
-    if w[r.V0 + i] == 0.0:  # the slide began from rest at most `late` ago, so this bound holds in any state
+    if w[r.V0 + i] == 0.0:  # the slide began from rest at most `late` ago: this bound holds even if the slide has ended
         late = h + w[r.BEGUN_LATE + i]
         return End(late, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0 * margins.magnitude_scale(w, i) * late)
     return lose_certainty(w, k, i)

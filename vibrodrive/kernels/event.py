@@ -215,7 +215,7 @@ def end_of_search(w, k, i, errors):
 def end_of_state(w, k, i, method, errors):
     """Return (event, h, side, arrival, LATE) for the outcome in lane i, as `end_of_search` does.
 
-    On a grid the arrival is computed later.
+    On a grid `process_event` computes the arrival later, and the returned one has no meaning.
     """
     if method == codes.CERTIFIED:
         if w[r.AF + i] == 0.0 and switch.waits(k[r.STATE + i]):

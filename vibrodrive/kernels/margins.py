@@ -41,7 +41,10 @@ def set_margin(w, i, where, margin):
 
 @inline
 def record_margin(w, k, i, distance, bound):
-    """Record a decision at `distance` from the opposite one. The rounding error of `distance` is at most `bound`."""
+    """Record a decision at `distance` from the opposite one. The rounding error of `distance` is at most `bound`.
+
+    If `distance` is at most `bound`, the status becomes TOO_CLOSE.
+    """
     if distance < w[r.MARGIN + i]:
         w[r.MARGIN + i] = distance
     if distance <= bound and k[r.STATUS + i] == OK:
@@ -194,7 +197,7 @@ def wait_end_distance(w, i, down):
 
 @inline
 def record_margin_of_rest(w, k, i, sticking):
-    """Record a wait that never ends. Its distance is the distance of the extrema of H from the boundaries."""
+    """Record a wait that never ends as a decision. The distance is that of the extrema of H from the boundaries."""
     reach = w[r.A + i] + w[r.AF + i]
     distance = abs(1.0 + w[r.B + i] - reach)
     if sticking:

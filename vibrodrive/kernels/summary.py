@@ -155,7 +155,7 @@ def slow_peak(s, phi, h, g, cosine, slope, totals):
     turn = (totals[TURN_UP] if s > 0.0 else totals[TURN_DOWN]) - phi
     turn -= math.floor(turn * (1.0 / TWO_PI)) * TWO_PI
     if turn < h:
-        if s * slope < 0.0:  # the maximum of |ξ'| grows from period to period
+        if s * slope < 0.0:  # |ξ'| has one maximum in each period, and the last is the largest
             turn += math.floor((h - turn) * (1.0 / TWO_PI)) * TWO_PI
         best = max(best, s * (g - slope * turn - (totals[COSINE_UP] if s > 0.0 else totals[COSINE_DOWN])))
     return best

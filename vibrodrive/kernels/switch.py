@@ -14,8 +14,8 @@ from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, S4, S5, STICK, UP, WRITE_POINT
 
 SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
-"""Costs of one evaluation in a search, and of one grid point of a literal scan, in switches. They are parts of the cost
-of a period, which the budget limits."""
+"""Costs of one evaluation in a search, and of one grid point of a literal scan. The unit is the cost of a switch. They
+are parts of the cost of a period, which the budget limits."""
 
 STEEP_COST = 1.0 / SEARCH_PRICE  # number of evaluations that cost as much of the budget as one switch
 
@@ -128,7 +128,7 @@ def commit_time_fast(w, i, where, theta, pf, qf, late):
 
 @inline
 def commit_time(w, k, i, where, period, phi, low, left, p, q):
-    """Set the time of lane i to (period, φ + low), the excitation A cos φ = p, A sin φ = q, and the time left."""
+    """Set the time of lane i to (period, φ + low), the excitation A cos φ = p, A sin φ = q, and the time to the end."""
     k[r.PERIOD + i] = choose(where, period, k[r.PERIOD + i])
     w[r.PHI + i] = choose(where, phi, w[r.PHI + i])
     w[r.LOW + i] = choose(where, low, w[r.LOW + i])
@@ -183,7 +183,7 @@ SECTION_MARGIN = 1e-9
 
 @inline
 def in_record(w, k, i, period, phi, transient):
-    """Return whether (period, φ) is after the transient."""
+    """Return whether (period, φ) is after the transient. Without a transient the result is always true."""
     n = period - k[r.PERIOD0 + i]
     return (n > transient) | ((n == transient) & (phi > w[r.PHI0 + i])) | (transient == 0)
 
@@ -201,7 +201,7 @@ def next_section_point(w, k, i, slot, period, phi, low, h, extent):
 
     due : time from (period, φ + low) to the point
     passed : true if the point is recorded and not after the switch
-    one : true if the next point is certainly after the switch
+    one : true if the point after this point is certainly after the switch
     """
     due = section_due(w, k, i, slot, period, phi, low, extent.transient)
     return due, (due <= h) & (slot < extent.periods), due + TWO_PI > h + SECTION_MARGIN
@@ -242,9 +242,10 @@ def set_remaining_work(k, i, what):
 
 @inline
 def note_end(w, k, i, which, period, phi, x, v):
-    """Store the end of a state in lane i, where the switching function `which` is zero, for `keep_switch`.
+    """Store the end of a state in lane i, where the switching function `which` is zero.
 
-    If a wait with a known end follows, the same batch of switches also advances the lane to the end of this wait.
+    `keep_switch` (history.py) and `keep_impact` (record.py) use these values. If a wait with a known end follows, the
+    same batch of switches also advances the lane to the end of this wait.
     """
     k[r.ENDED + i] = which
     k[r.END_PERIOD + i] = period

@@ -21,7 +21,7 @@ from vibrodrive.kernels.codes import ALL, CHECK_RECURRENCE, DONE, KEEP_SWITCH, S
 class Found(NamedTuple):
     """Outcome of the search in a lane.
 
-    h, event : time of the switch, and its switching function
+    h, event : time from the last switch to this switch, and the switching function that is zero there
     there, late : arrival at h, and LATE (motion.py)
     off : bound of the rounding error of ξ at the end of a slide
     work : number of evaluations of switching functions so far
@@ -118,7 +118,7 @@ def is_due(w, k, i, departs, phi):
 
 @inline_each("fast", "on_grid", "fixed")
 def apply_ordinary(w, k, i, fast, on_grid, fixed, found, extent):
-    """Apply the switch found in lane i if it is ordinary, with a disturbance (`fast`) or without. Return the result."""
+    """Apply the switch found in lane i if it is ordinary, with a disturbance (`fast`) or without. Return `Begun`."""
     event, there, period, x0 = found.event, found.there, k[r.PERIOD + i], w[r.X0 + i]
     gap, waited = event == S1, event >= S4
     force = motion.adhesive_force(w, i, there.q, there.qf) if fast else there.q - w[r.B + i]

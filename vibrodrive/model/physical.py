@@ -41,12 +41,12 @@ def friction(mu: Any, alpha: Any, g: Any) -> Any:
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
-    """Return the excitation amplitude A = Ω0² a0 / (μ g cos α) for numbers or arrays, see `friction`."""
+    """Return the excitation amplitude A = Ω0² a0 / (μ g cos α), for numbers or arrays with bitwise equal results."""
     return _each(_square, omega0) * a0 / friction(mu, alpha, g)
 
 
 def incline(mu: Any, alpha: Any) -> Any:
-    """Return B = tan α / μ (incline over friction) for numbers or arrays, see `friction`."""
+    """Return B = tan α / μ (incline over friction), for numbers or arrays with bitwise equal results."""
     return _each(_tangent, alpha) / mu
 
 
@@ -80,7 +80,7 @@ def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
 
 
 def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
-    """Return the value of `name` ("B", "mu", or "alpha" in degrees) that gives B, see `amplitude_axis`."""
+    """Return the value of `name` ("B", "mu", or "alpha" in degrees) that gives B; `known` as in `amplitude_axis`."""
     if name == "B":
         return B
     if name == "mu":
@@ -227,19 +227,25 @@ class Scene:
         return _numbers("xi", xi) * self.friction / _square(self.omega0)
 
     def velocity(self, dxi: ArrayLike) -> Any:
-        """Return the velocity dx/dt in m/s from ξ', a number or an array, see `length`."""
+        """Return the velocity dx/dt in m/s from ξ', a number or an array. Raises TypeError as `length` does."""
         return _numbers("dxi", dxi) * self.friction / self.omega0
 
     def time(self, tau: ArrayLike) -> Any:
-        """Return the time t in s from τ = Ω0 t, a number or an array, see `length`."""
+        """Return the time t in s from τ = Ω0 t, a number or an array. Raises TypeError as `length` does."""
         return _numbers("tau", tau) / self.omega0
 
     def power(self, work: ArrayLike) -> Any:
-        """Return the mean power in W from a dimensionless energy per excitation period, a number or an array."""
+        """Return the mean power in W from a dimensionless energy per excitation period, a number or an array.
+
+        Raises TypeError as `length` does.
+        """
         return power(_numbers("work", work), self.omega0, self.mu, self.alpha, self.mass, self.g)
 
     def force(self, h: ArrayLike) -> Any:
-        """Return the adhesive force F_H in N from H = F_H / (m μ g cos α), a number or array, see `length`."""
+        """Return the adhesive force F_H in N from H = F_H / (m μ g cos α), a number or an array.
+
+        Raises TypeError as `length` does.
+        """
         return _numbers("h", h) * self.mass * self.friction
 
 

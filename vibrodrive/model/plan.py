@@ -55,7 +55,8 @@ class Plan:
         Then A, or A and B, are neither axes nor scalars, but are computed for each point.
     record : names of the records (records.py).
     together : values of the parameters that change together along the axis POINT.
-    tiling : shape of a block in an existing file. So a version with other block sizes can resume the sweep.
+    tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
+        for the shape that `chunk` computes.
     """
 
     axes: dict[str, np.ndarray]
