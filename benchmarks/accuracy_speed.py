@@ -23,7 +23,7 @@ from benchmarks.switches.run import timed
 from vibrodrive.validation.reference import mp
 
 A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
-CLOSE = 1.0  # largest distance in rad of two switches that correspond
+CLOSE = 1.0  # two switches correspond if their states are equal and their τ differ by at most this (rad)
 LANES = 1024  # number of motions of the sweep in `sweep_seconds`
 
 Found = list[tuple[Any, int, int]]  # for each switch: τ, state before, state after
@@ -101,7 +101,7 @@ def measure_solver(eps: float, module: Any, setting: dict[str, Any]) -> tuple[Fo
     """Return the switches of one motion by a solver of the set, and its CPU time in seconds. If the solver fails, the
     list of switches is empty."""
     x = {"A": A, "B": 0.1, "eps": eps, "eta": vd.ETA, "xi0": 0.0, "dxi0": 0.0, "tau0": 0.0}
-    timed(module, 2, x | {"periods": 2.0}, setting, 0.0)  # compiles
+    timed(module, 2, x | {"periods": 2.0}, setting, 0.0)  # not timed: compiles the solver
     given, seconds = timed(module, 3, x | {"periods": float(PERIODS)}, setting, 0.0)
     if isinstance(given, str):
         say(f"{module.NAME}, {setting}: {given}")

@@ -33,7 +33,7 @@ from vibrodrive.model.plain import plain
 from vibrodrive.validation import reference as digits50
 
 TWO_PI = 2.0 * math.pi
-FAR = 0.5 * math.pi  # largest distance of two switches that correspond: a quarter period
+FAR = 0.5 * math.pi  # two switches correspond if their states are equal and their τ differ by at most this
 RESULTS = Path(__file__).parent / "results"
 
 STYLE: dict[Any, Any] = {

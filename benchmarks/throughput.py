@@ -35,10 +35,11 @@ repeats bit for bit within PERIODS periods."""
 
 
 def rivals(eps: float) -> dict[str, tuple[str, dict[str, Any], int, int]]:
-    """Return the solvers of the set that take part: module, setting, number of motions and number of periods.
+    """Return (module, setting, number of motions, number of periods) by name, for each solver of the set that takes
+    part.
 
-    Each needs some tenths of a second. Its setting is the fastest right setting: the step of the scan is below the
-    distance of the closest pair of zeros.
+    Each computation takes some tenths of a second. Each setting is the fastest right setting: the step of the scan is
+    below the distance of the closest pair of zeros.
     """
     if eps == 0.0:
         return {

@@ -13,7 +13,7 @@ from benchmarks.switches.zeros import Function, Zero
 from vibrodrive.validation.reference import mp
 
 NAMES = ("c0", "c1", "c2", "a", "alpha", "b", "eta", "beta", "T")
-DIGITS = 90  # precision of the arithmetic; zeros are stored to 30 digits
+DIGITS = 90  # decimal digits of the arithmetic; zeros are stored with 30 digits
 
 Inputs = dict[str, float]
 Drawn = tuple[Inputs, list[str], str]  # the fields inputs, tags and why of a case
@@ -231,7 +231,7 @@ def ripple(draw: Draw, i: int) -> Drawn:
 
 
 def late(draw: Draw, i: int) -> Drawn:
-    """Draw functions whose first zero is at 10² to 10⁶, because of a drift or a beat of two nearly equal waves."""
+    """Draw functions whose first zero is at about 10² to 10⁶, after a drift or in a beat of two nearly equal waves."""
     if i < 18:
         k = 2 + i // 4
         c1 = -draw.uniform(1.0, 4.0, 2) * float(f"1e-{k}")

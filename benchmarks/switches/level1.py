@@ -22,7 +22,7 @@ def scene(draw: Draw, disturbed: bool) -> Inputs:
 
 
 def oscillator(x: Inputs) -> Oscillator:
-    """Return the oscillator of these inputs in full precision."""
+    """Return the oscillator of these inputs, and set the precision to motions.DIGITS digits."""
     mp.dps = motions.DIGITS
     return Oscillator(x["A"], x["B"], x["eps"], x["eta"])
 

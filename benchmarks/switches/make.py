@@ -34,7 +34,7 @@ class Task(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return the family."""
+        """Return the name of the family."""
         return list(DRAWN[self.level])[self.family]
 
     @property
@@ -76,7 +76,7 @@ def tolerance(distance: Any) -> Any:
 
 
 def solve(level: int, x: dict[str, float]) -> Sequence:
-    """Return the zeros or events for these inputs. The inputs are exact numbers."""
+    """Return the solution for these inputs, which are exact numbers: the zeros (level 0) or the events."""
     if level == 0:
         zeros = level0.solve(x)
         at = [mp.zero, *(z.at for z in zeros)]

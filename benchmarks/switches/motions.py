@@ -8,8 +8,8 @@ from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, Oscil
 
 STATES = ("UP", "DOWN", "STICK", "REST", "IMPACT")
 NAMES = ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0", "periods")
-DIGITS = 80  # precision of a motion: rounding errors grow over 200 periods, and 30 digits remain correct
-NEAR = 60  # precision of the search near an event, sufficient to recognise the zero of the event itself
+DIGITS = 80  # decimal digits in a motion: rounding errors grow over 200 periods, and 30 digits remain correct
+NEAR = 60  # decimal digits in the search near an event, sufficient to recognise the zero of the event itself
 
 Inputs = dict[str, float]
 

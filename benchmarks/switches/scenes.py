@@ -9,7 +9,7 @@ from benchmarks.switches.motions import Inputs, inputs
 from vibrodrive.validation.reference import SCENES, reference, with_digits
 
 Drawn = tuple[Inputs, list[str], str]  # the fields inputs, tags and why of a case
-FEWEST, MOST = 20, 60  # number of events in 20 periods of a random scene; more would make its file too large
+FEWEST, MOST = 20, 60  # least and largest number of events in 20 periods of a random scene; MOST limits its file
 
 PAPER = ((1.5, 0.0), (2.2, 0.0), (2.65, 0.0), (3.04, 0.0), (3.15, 0.0), (3.04, 5e-5), (3.04, 2e-4), (3.15, 2e-4))
 KNOWN = ("level plane", "steep", "slides by itself", "barely holds", "slow disturbance", "thrown", "late start")

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from vibrodrive.validation.reference import mp, polish
 
-ROUNDING = 64 * 2.0**-52  # allowance in double precision, per unit of the sum of absolute terms
+ROUNDING = 64 * 2.0**-52  # allowance for rounding in double precision, as a share of the sum of |terms|
 ABOVE = 1 + 2.0**-40  # factor that covers the rounding error of a bound in double precision
 
 

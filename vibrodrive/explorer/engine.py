@@ -26,7 +26,7 @@ KEPT = 1000  # largest number of known limits, which take some hundred bytes eac
 class Pace:
     """Measured number of excitation periods computed per second, for each kind of motion."""
 
-    FIRST = 5e5  # value before the first measurement
+    FIRST = 5e5  # excitation periods per second before the first measurement
 
     def __init__(self) -> None:
         self._measured: dict[tuple[int, bool, bool], float] = {}

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 from contextlib import suppress
 
-LONGEST = 100  # characters of an expression
+LONGEST = 100  # largest number of characters of an expression
 OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: math.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,

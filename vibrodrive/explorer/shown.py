@@ -95,7 +95,7 @@ def title_of(view: View) -> tuple[str, str]:
 
 
 def place(values: Any, scale: str) -> Any:
-    """Return the coordinates at which values of an axis are drawn."""
+    """Return the coordinates at which values of an axis are drawn: their decimal logarithms if its scale is LOG."""
     return np.log10(values) if scale == LOG else values
 
 

@@ -18,7 +18,7 @@ from vibrodrive.jit.slices import Halt, Halted
 
 
 class Rank(IntEnum):
-    """Kinds of work, the most urgent first."""
+    """Kinds of work, the most urgent first: curves of the selected motion, picture, file to save, exact results."""
 
     MOTION = 0
     PICTURE = 1

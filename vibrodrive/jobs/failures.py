@@ -21,7 +21,7 @@ from vibrodrive.stability.limit import PERIODS, each_limit
 from vibrodrive.store.failures import SECOND, FailureMap, lay_out
 from vibrodrive.store.file import new_file
 
-JUDGED = 10  # excitation periods of each motion whose switches are judged
+JUDGED = 10  # number of excitation periods of each motion; all its switches are judged
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:

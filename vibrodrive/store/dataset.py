@@ -44,7 +44,8 @@ def _about(name: str) -> dict[str, str]:
 
 
 def _array(results: Results, name: str) -> np.ndarray:
-    """Return a variable of the file from results. The section is one array in Results and two variables in files."""
+    """Return from results the values of the variable `name` of a file. The section is one array in Results and two
+    variables in files."""
     columns = [v.name for v in layout.SECTIONS]
     if name in columns:
         return results.section[..., columns.index(name)]

@@ -36,7 +36,8 @@ def acting(plan: Plan) -> dict[str, Any]:
 
 
 def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return plain attributes and a comment that explains them. The comment begins with the description `what`."""
+    """Return the attributes `values`, and an attribute `comment` with the description `what` and the meanings of all
+    values."""
     known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
     return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
 

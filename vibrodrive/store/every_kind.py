@@ -31,8 +31,8 @@ LOADED = [name for name, kind in FILES.items() if kind.options is not None]  # k
 class Summary(NamedTuple):
     """Contents of a file, for `info` and `verify`.
 
-    `lines` gives the contents as text, `facts` gives them in types of JSON, and `share` is the computed share, 0 to 1.
-    The lines and facts of a damaged file, which has `faults`, may be empty.
+    `lines` gives the contents as pairs (name, text), `facts` gives them in types of JSON, and `share` is the computed
+    share, 0 to 1. The lines and facts of a damaged file, which has `faults`, may be empty, and its share NaN.
     """
 
     kind: str

@@ -170,7 +170,7 @@ def reading(path: Path, kind: str | None = None) -> Iterator[h5py.File]:
 
 
 def origin_of(file: h5py.File) -> Origin:
-    """Return the configuration of an open file."""
+    """Return the Origin of an open file: its configuration, the options that replace values, and its title."""
     attrs = file.attrs
     return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
 
@@ -187,7 +187,7 @@ def _open(path: Path, mode: str) -> h5py.File:
 
 
 def read_header(file: h5py.File) -> Header:
-    """Rebuild the plan of a file and check it. Raises NoResult."""
+    """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     path, attrs = file.filename, file.attrs
     kind_in(file, "sweep")
     check_schema(file, "sweep")

@@ -64,7 +64,7 @@ POINTS = (
     Variable("checksum", "<u8", "", 0, "weighted sum of the words of a point's values (see checksums.py)"),
     Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "result of the computation"),
 )
-"""Variables of every file. The status of a block is written last and marks the block as computed."""
+"""Variables of the file of every sweep. The status of a block is written last and marks the block as computed."""
 
 COUNTS_MAX = 2**31
 """In a file without sections the numbers of switches are int32, or int64 if a motion may have this many switches."""

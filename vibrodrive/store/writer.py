@@ -113,7 +113,8 @@ class Writer:
         self.done, self.repaired = done, wrong
 
     def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
-        """Commit the pending blocks and close the file. Return False if a write did not end within `patience` s.
+        """Commit the pending blocks and close the file. Return False if a running `write` did not end within `patience`
+        seconds (a negative number means no limit). Without `sync` the file is not flushed to the disk.
 
         Other threads may call this method during `write`. It may be called several times.
         """

@@ -13,7 +13,7 @@ from benchmarks.switches.odes import EVENTS, SUM, TOLERANCES, first_value, locat
 
 NAME, PACKAGE = "CVODE", "scikit-sundae"
 SETTINGS = [{"rtol": rtol} for rtol in TOLERANCES]
-ROOT = 2  # CV_ROOT_RETURN
+ROOT = 2  # CV_ROOT_RETURN, the status of a step that ends at an event
 MOST = 100_000  # largest number of zeros of a function
 
 
