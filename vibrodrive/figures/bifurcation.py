@@ -223,7 +223,7 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
 def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
     """Draw a FullestImage with its first row at the bottom. The values are ink unless `cmap` and `norm` are given."""
     look_of: dict[str, Any] = {"cmap": look().density, "norm": Normalize(0, 1), "origin": "lower"}
-    look_of["interpolation"] = "nearest"  # smoother interpolation would spread marks
+    look_of["interpolation"] = "nearest"  # other interpolations would spread a mark over more pixels
     drawn = FullestImage(ax, extent=extent, **(look_of | options))
     drawn.set_data(image)
     drawn.set_clip_path(ax.patch)
@@ -282,7 +282,7 @@ def place_of(results: Any, at: Mapping[str, int]) -> str:
 
 
 def quantity_index(quantity: str) -> int:
-    """Return the column of a quantity in the section. Raises ValueError for an unknown quantity."""
+    """Return the column of a quantity in the section, 0 for ξ and 1 for ξ'. Raises ValueError for another quantity."""
     if quantity not in QUANTITIES:
         raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
     return QUANTITIES.index(quantity)

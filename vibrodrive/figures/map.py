@@ -52,7 +52,7 @@ LABELS = {
 
 WIDTH = 4.7
 TALLER = 0.6
-FINEST = 4000  # cells of unequal width are divided into at most this many columns or rows
+FINEST = 4000  # largest number of columns, and of rows, of the image of cells with unequal widths
 
 
 @styled

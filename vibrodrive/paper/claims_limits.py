@@ -33,7 +33,7 @@ INCLINES = (0.05, 0.1, 0.2, 0.3, 0.4)
 A_OF_INCLINES = (1.9, 2.4, 2.8, 3.04)  # the undisturbed motions have a period for B >= 0.05
 RATIONAL = ((101.0, 1), (100.5, 2), (100 + 1 / 3, 3), (100.2, 5))  # (η = p/q, q)
 ALL_TIMES = 40_000
-DISTANCE = 0.5  # k₃
+DISTANCE = 0.5  # k₃ of the definition in §1, a distance in the plane (ξ, ξ')
 SLIDING = 0.5 * math.pi  # a phase at which the mass slides
 SHARES_OF_K2 = (0.0, 0.5, 0.9)
 HALVINGS = 10

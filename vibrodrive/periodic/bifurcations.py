@@ -50,7 +50,8 @@ ONSET = "onset"
 
 STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A, in units of `scale_of`
 MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing the caller gives
-MOST_WORK = 10_000_000  # largest number of values of A, times itineraries at the highest A, of a search (about an hour)
+MOST_WORK = 10_000_000
+"""Largest product of two numbers: values of A, and itineraries at the highest A. Such a search takes about an hour."""
 
 FINER = 32
 """Factor by which the spacing of A is smaller for the orbit with a rest. Between A = 3.15 and 3.19 the narrowest

@@ -33,7 +33,7 @@ def scale_of(A: float) -> float:
 
 
 def is_doubled(orbit: Orbit) -> bool:
-    """Return True if both halves of the orbit have the same states in the same periods, as after a period doubling."""
+    """Return True if both halves of the orbit have equal words and equal numbers of periods between launches."""
     half = orbit.impacts // 2
     return orbit.impacts % 2 == 0 and orbit.name[:half] == orbit.name[half:]
 
@@ -86,7 +86,7 @@ class Continuation:
         ]
 
     def orbit(self, A: float) -> Orbit | None:
-        """Return the orbit at A with the least |multiplier|, or None if there is no orbit."""
+        """Return the orbit of `starts` at A with the least |multiplier|; None if there is no orbit."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
@@ -122,7 +122,7 @@ class Continuation:
         return last, FOLD, last
 
     def _change(self, last: float, beyond: float) -> str:
-        """Return the kind of bifurcation at which an orbit with a rest changes between two neighbouring values of A."""
+        """Return the kind of the bifurcation of an orbit with a rest between two neighbouring values of A."""
         one, other = ImpactMap(last, self.B), ImpactMap(beyond, self.B)
         psi, phi = one.window[0], other.window[0]
         for _ in range(self.impacts):

@@ -78,7 +78,10 @@ def cosine_between(low, high):
 
 @part
 def slope_between(one, other, count, A, B):
-    """Return (low, high), bounds of |dG/dψ| between two launches, whose flights have the slides `one` and `other`."""
+    """Return (low, high), bounds of |dG/dψ| between two launches.
+
+    The slides of their flights are the first `count` rows of `one` and of `other`.
+    """
     low, high = 1.0, 1.0
     w_low, w_high, s_low, s_high = 0.0, 0.0, 0.0, 0.0
     falling = False

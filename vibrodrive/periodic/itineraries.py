@@ -48,7 +48,7 @@ class Pieces(NamedTuple):
     no_slides: np.ndarray
 
 
-FEW = 64  # number of steps of the first slice of a computation; a step may take milliseconds for long flights (B = 0)
+FEW = 64  # number of steps of the first slice (jit/slices.py); for long flights (B = 0) a step may take milliseconds
 
 
 @jit(_nrt=False)

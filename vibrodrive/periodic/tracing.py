@@ -2,9 +2,10 @@
 
 The steps follow the curve in the space of all unknowns (pseudo-arclength), so the curve may turn back in B or in A. The
 curve ends where a margin vanishes, a number that is positive as long as the motion exists (conditions.py). The curve
-also ends where it leaves the box, the range of A and B. The end is found as a zero along the last step. Every point
-at which B turns back is found in the same way. So B is monotone between neighbouring points, and each value of B
-between two neighbouring points belongs to exactly one point of the curve.
+also ends where it leaves the box, the range of A and B. The end is found as the zero of the margin, or of the distance
+from the edge of the box, along the last step. Every point at which B turns back is found in the same way, as a zero of
+the rate of B. So B is monotone between neighbouring points, and each value of B between two neighbouring points belongs
+to exactly one point of the curve.
 """
 
 import math

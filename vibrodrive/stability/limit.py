@@ -269,7 +269,7 @@ class LimitSearch:
                 ended = []
 
     def _explained(self, ended: list[tuple[_Problem, Band]], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """Yield (number of the point, Limit) of finished searches, with the structures below and at the first loss."""
+        """Yield (number of the point, Limit) of finished searches, with `kept` and `lost` of each Limit."""
 
         def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, str]:
             found = motion.judge(base)

@@ -33,8 +33,8 @@ def _round_values(k: int) -> float:
 
 
 GRIDS = {
-    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4),  # a ratio of 1.15 is fine enough for a narrow edge
-    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses need a finer grid
+    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4),  # one narrow edge: a ratio of 1.15 is enough
+    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses: the grid is finer
 }
 
 
@@ -50,7 +50,7 @@ BandSearch = Generator[np.ndarray, np.ndarray, "Band"]
 
 
 class Band(NamedTuple):
-    """Band of a limit.
+    """Band of a limit, from the first value lost to the last value kept (limit.py).
 
     lost : first value lost; inf if no value up to `searched_to` is lost.
     kept_below : largest value found below `lost` that is kept; 0 if there is none.
@@ -75,7 +75,7 @@ def search_band(grid: Grid) -> BandSearch:
         first -= 2 * grid.decade
     kept = {first: True}
     loss: int | None = None
-    last = first  # largest value kept together with its lower neighbour
+    last = first  # index of the largest value that is kept together with its lower neighbour
     top = first
     while grid.value(top + 1) <= grid.top:
         if loss is not None and grid.value(top) > BEYOND * grid.value(max(last, loss)):

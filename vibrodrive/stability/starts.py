@@ -247,6 +247,6 @@ def same_solution(solution: Solution, axis: str, deviations: np.ndarray, threads
 def _first_section(tau0: float, section_phase: float) -> int:
     """Return the number of the excitation period, from τ = 0, of the first section instant after τ0."""
     period0, phase0, _ = turns(tau0, 0.0)
-    if -1.0 < tau0 < 0.0 and phase0 == 0.0:  # as in kernels/setup.py
+    if -1.0 < tau0 < 0.0 and phase0 == 0.0:  # the start is before τ = 0, by less than the last bit of its phase
         return 0
     return int(period0) + (0 if turns(section_phase, 0.0)[1] > phase0 else 1)

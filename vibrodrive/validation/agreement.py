@@ -7,7 +7,7 @@ from vibrodrive.batch.trajectory import Trajectory, simulate
 from vibrodrive.model.choices import Status
 from vibrodrive.validation.reference import IMPACT, REST, STICK, UP, Oscillator, Reference, Slide, mp, reference
 
-ROUNDING = 2.0**-49  # eight units in the last place, as in the kernels
+ROUNDING = 2.0**-49  # eight times the spacing of floats at 1, as in the kernels
 
 
 class Agreement(NamedTuple):

@@ -161,7 +161,7 @@ BANDS: dict[str, Callable[[np.random.Generator], Scene]] = {
     "start where H falls to 1": _boundary,
     "small gap": _small_gap,
 }  # fmt: skip
-"""Functions that draw a scene, by the kind of scene."""
+"""Functions that draw a random scene, by the kind of scene."""
 
 
 def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:

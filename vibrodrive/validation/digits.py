@@ -23,8 +23,8 @@ DRAWN = 60  # number of random scenes; they take about 15 s
 SWITCHES = 16  # largest number of compared switches of a random scene
 
 UNSURE = 1e-9
-"""Least margin at which a random scene must agree with the reference. A scene with a smaller margin may differ from the
-reference if its status is TOO_CLOSE or BUDGET."""
+"""Least margin (see `reference`) at which a random scene must agree with the reference. A scene with a smaller margin
+may differ from the reference if its status is TOO_CLOSE or BUDGET."""
 
 
 def fixed_scenes() -> list[Finding]:

@@ -213,7 +213,7 @@ class Switching:
         return float(3 / m * (e / 2 + mp.sqrt(e * e / 4 + 2 * d * m / 3))) * 0.999
 
     def first_zero(self, horizon: Any, may_touch: bool) -> Any:
-        """Return the first h in [0, horizon] at which g falls to zero, or None.
+        """Return the first h in [0, horizon] at which g falls to zero; None if there is none.
 
         If `may_touch`, a zero without a change of sign is ignored, because STICK and REST last as long as |H| <= 1.
         Otherwise such a zero counts, too. Raises ArithmeticError if g has a zero of order three or higher.
