@@ -33,9 +33,9 @@ from rest accelerates until H returns to the boundary 1 or -1. |ξ'| has its pea
 begins at this peak.
 
 **Ends.** Near a simple zero the code uses the series of undisturbed.py. Let d be the step that the series gives, and
-let |g⁗| <= M4. If |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, then g' changes by less than a quarter over d. A zero within d
-is then unique, and the series ends close to it. The cursor moves to the end of the series, which may be on either side
-of the zero. If the terms of the series decrease fast, its end is the zero to the last bit.
+let |g''''| <= M4. If |g''| d + M3 d²/2 + M4 d³/6 < |g'|/4, then g' changes by less than a quarter over d. A zero within
+d is then unique, and the series ends close to it. The cursor moves to the end of the series, which may be on either
+side of the zero. If the terms of the series decrease fast, its end is the zero to the last bit.
 
 **Rounding.** A step by the bounds may end after a zero, by at most the rounding error of g divided by |g'|. If a
 minimum of g differs from 0 by less than the rounding error, g may have two zeros or no zero. The search ends there, and
@@ -396,7 +396,7 @@ def step_to_zero(taylor, m3, rate, noise):
     Return 0 if this is not certain.
 
     Over the step |g'| is at least 3/4 of its present value, so g falls. The modulus of the Taylor polynomial at the end
-    of the series, plus the remainder M5 s⁵/120 (|g⁽⁵⁾| <= M5) and the noise, is divided by this slope. The step ends
+    of the series, plus the remainder M5 s⁵/120 (M5 = m3 · rate²) and the noise, is divided by this slope. The step ends
     before the end of the series by more than this quotient.
     """
     g, dg, ddg, dddg, ddddg = taylor

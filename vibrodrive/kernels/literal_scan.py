@@ -73,9 +73,10 @@ def tabled_ripple(table, j, f):
 
 @part
 def suspects(table, n, bound, two_sided, f, fast):
-    """Return the number of suspect values among the first n of a block: values whose sign may be negative.
+    """Return the number of suspect values of f, a Block, at the first n points of a block.
 
-    A value is suspect if it is below `bound` or, if `two_sided`, if its modulus is above `bound`.
+    A value is suspect if the switching function may be negative there: if f is below `bound`. If `two_sided`, f is H,
+    and both sides of S4 are checked: a value is suspect if its modulus is above `bound`.
     """
     count = 0
     if two_sided:

@@ -18,12 +18,11 @@ are first added to the coefficients, in which they cancel exactly:
 
     c0 + d1 h + d2 h² + α (sin h - h) + β (vers h - h²/2) + ...
 
-`kernels/__init__.py` explains the terms.
-
 A slide from rest after a wait begins with ξ' = ξ'' = 0. d1 is then set to 0 and not computed. So the relative accuracy
 of ξ and ξ' is full from the beginning, and not limited by the rounding error of A.
 
 Time is (number of periods n, phase φ, phase θ), so it is as accurate after a million periods as after one.
+`kernels/__init__.py` explains the terms.
 """
 
 from typing import NamedTuple
@@ -167,7 +166,10 @@ def slide_at(segment, p, q, rate, near, h, s, v, ds, dv):
 
 @inline
 def state_at(w, i, h, fast):
-    """Return (ξ, ξ') in a slide, h after the last switch, by eqs. (4), (5), (9) and their derivatives."""
+    """Return (ξ, ξ') in a slide, h after the last switch, by eqs. (4), (5), (9) and their derivatives.
+
+    `fast` is true with a disturbance.
+    """
     eta, p = w[r.ETA + i], w[r.P + i]
     s, v, ds, dv, near = arc(h)
     if fast:

@@ -138,8 +138,8 @@ def under_way(w, i):
 def begin_refinement(w, i):
     """Begin a refinement in lane i if its scan has found a zero and has the values at the grid points on both sides.
 
-    At the start of the segment the value is the constant of the shape. This value counts as an evaluation, as in
-    `refine`.
+    If the first of these grid points is the start of the segment, the value there follows from the constant c0 of the
+    shape. This value counts as an evaluation, as in `refine`.
     """
     met, cursor, dtau = w[r.OUTCOME + i], w[r.CURSOR + i], w[r.DTAU + i]
     on, first = not under_way(w, i), cursor == 1.0

@@ -27,7 +27,10 @@ def moves(a, b):
 
 @inline
 def can_end(state, reach, b):
-    """Return whether H can reach a boundary of the wait `state`. `reach` is the largest |H + B|."""
+    """Return whether H can reach 1 or, if `state` is STICK, also -1: the wait `state` then ends.
+
+    `reach` is the largest |H + B|.
+    """
     return (reach > 1.0 + b) | ((state == STICK) & (reach > abs(1.0 - b)))
 
 

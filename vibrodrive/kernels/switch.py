@@ -172,7 +172,7 @@ def terminating_function(state):
 
 @inline
 def can_leave(w, i, state):
-    """Return whether H can reach a boundary of the wait `state`."""
+    """Return whether H can reach a value at which the wait `state` ends: 1 or, if sticking, also -1."""
     return release.can_end(state, w[r.A + i] + w[r.AF + i], w[r.B + i])
 
 

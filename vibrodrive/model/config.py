@@ -73,6 +73,7 @@ class Config:
     arguments : arguments of `plan.make_plan`.
     physical : the scene in SI units, with a0 = 0 if the configuration gives A. It is None without [physical], or if a
         quantity of the scene is an axis. If a quantity of the scene is an axis, `arguments` contains the scene.
+    figure, trajectory, limits, orbits : checked values of the tables with these names, by key.
     """
 
     text: str
@@ -185,7 +186,7 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
 
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
-    """Return the keys that only the scene may give: its own keys, B, and A if it gives a0."""
+    """Return the keys that only the scene may give: its own keys, B, and A if the scene gives a0."""
     scene = {*tables.get("physical", {}), *(key for key in tables.get("sweep", {}) if key in SCENE_AXES)}
     if not scene and "physical" not in tables:
         return []

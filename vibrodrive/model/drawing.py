@@ -27,7 +27,7 @@ OF_EVERY_SWEEP = ("status", "margin")
 OF_SECTION = ("last_xi", "last_dxi")
 """ξ and ξ' at the last section point. A map over starts shows which of the coexisting motions each start reaches."""
 
-IMPACT_POWER = "impact_power"  # `energy` in W, if the sweep contains a scene with a mass
+IMPACT_POWER = "impact_power"  # power of the impacts in W, from `energy` and the scene of the sweep
 
 KEPT = "kept"  # 1 if `gaps` equal those of the undisturbed motion, 0 if they differ, -1 if the undisturbed one has none
 
@@ -90,7 +90,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
 
 
 def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
-    """Return (kind, quantity) of a figure that is not a map, see `choose_drawing`."""
+    """Return the result of `choose_drawing` for a figure that is not a map."""
     record = swept.record
     recorded = "this sweep recorded " + ", ".join(record)
     if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:

@@ -139,13 +139,13 @@ class Plan:
 
     @property
     def point_work(self) -> float:
-        """Work of the costliest point, see `Settings.work`."""
+        """Largest work of a point, in the unit of `Settings.work`."""
         (eps, eta), dtau = (self._ends(name)[1] for name in ("eps", "eta")), self._ends("dtau")[0]
         return self.settings.work(eps, eta, dtau, ERROR in self.record)
 
     @property
     def _most_points(self) -> int:
-        """Largest number of points of a wave by WAVE_WORK and by the least number of points of a wave."""
+        """Number of points whose work is WAVE_WORK, but at least the least number of points of a wave."""
         alone = self.settings.one_by_one or ERROR in self.record
         return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
 
