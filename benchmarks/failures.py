@@ -216,7 +216,8 @@ def first_order() -> dict[str, Any]:
 
 
 def clock() -> dict[str, Any]:
-    """Return the example of the error of the phase after many periods, for a τ that grows and for a reduced phase."""
+    """Return the example of the error of the phase after many periods, for a τ that grows, and for a number of periods
+    and a phase that are stored separately."""
     periods = [1000, 3000, 10_000, 30_000, 100_000]
     case = CASES["L2-paper-04"]
     x = run.inputs(case)
@@ -339,7 +340,8 @@ def sinking() -> dict[str, Any]:
 
 
 def lateness() -> dict[str, Any]:
-    """Return the example of the error of an impact time, over the depth at which the slide would reverse."""
+    """Return the example of the error of an impact time, over the depth behind the obstacle at which the slide would
+    reverse."""
     depths = [10.0**-k for k in range(1, 13)]
     events = [CASES[f"L1-grazing-{2 * k:02}"]["events"][0] for k in range(1, 13)]
     settings = {

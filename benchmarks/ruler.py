@@ -220,7 +220,7 @@ def velocities(data: dict[str, Any], name: str, key: str = "velocity") -> np.nda
 
 
 def ratios(data: dict[str, Any], name: str) -> np.ndarray:
-    """Return the ratio of V to V of Δτ, for each A at which both are known."""
+    """Return the ratio of V of one disturbance to V of Δτ, for each A at which both are known."""
     both = velocities(data, name) / velocities(data, "dtau")
     return both[np.isfinite(both)]
 

@@ -69,7 +69,8 @@ def over_periods(quick: bool, repeats: int) -> dict[str, float]:
 
 
 def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
-    """Return the time per period over 1/Δτ, for both methods and both scans (`literal` visits all grid points)."""
+    """Return the CPU time per period in seconds at each Δτ, for both grid methods with both scans (`literal` visits all
+    grid points), and for certified switching."""
     found: dict[str, dict[str, float]] = {}
     steps = (1e-1, 1e-2, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
     for method in ("fixed", "muller"):

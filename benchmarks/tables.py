@@ -109,7 +109,8 @@ def speed(data: dict[str, Any]) -> str:
 
 
 def accuracy_speed(data: dict[str, Any]) -> str:
-    """Return the table of methods: number of right settings, and error and time of the cheapest accurate setting."""
+    """Return the table of methods: number of right settings, and error and time of the fastest setting whose error is
+    at most ten times the smallest error."""
     points: dict[tuple[float, str], list[dict[str, Any]]] = {}
     for p in data["points"]:
         points.setdefault((p["eps"], p["method"]), []).append(p)

@@ -155,8 +155,8 @@ def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[st
 
 
 def off(contestant: Contestant, eps: float) -> float:
-    """Return the share of motions whose switches in the first 10 periods differ from certified switches by more than
-    1e-3.
+    """Return the share of motions with a wrong switch in the first 10 periods: a state differs from that of the
+    certified motion, or a τ differs by more than 1e-3.
 
     Only the first periods are compared, because many of these motions are irregular, and any two computations of an
     irregular motion diverge. The first periods are sufficient to detect a missed switch.

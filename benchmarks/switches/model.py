@@ -76,7 +76,7 @@ def start(h, xi, dxi):
 
 @jit
 def decide(before, h, impact):
-    """Return the state that follows `before` (Fig. 2). At its end H = h; `impact` is True if the obstacle ends it."""
+    """Return the state that follows the state `before` (Fig. 2), which ends with H = h, at the obstacle if `impact`."""
     if before in (IMPACT, REST):
         return UP if h > 1.0 or before == REST else REST
     if before == STICK:

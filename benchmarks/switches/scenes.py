@@ -34,8 +34,8 @@ def hard_spot(draw: Draw, i: int) -> Drawn:
 
 
 def drawn(periods: int, scene: Callable[[Draw], Inputs], why: str) -> Callable[[Draw, int], Drawn]:
-    """Return a function that draws by `scene` until a scene has FEWEST to MOST switches in 20 periods. It returns this
-    scene with `periods` periods."""
+    """Return a function that calls `scene` until it returns a scene with FEWEST to MOST switches in 20 periods. The
+    function returns this scene with `periods` periods."""
 
     def make(draw: Draw, i: int) -> Drawn:
         while True:

@@ -67,7 +67,7 @@ class Worker:
             self._changed.notify_all()
 
     def follow(self, halt: Halt, slot: Slot, task: Task) -> None:
-        """Run `task` after the running task, which passes its `halt`.
+        """Run `task` after the running task, which calls this method with its `halt`.
 
         `task` is ignored if the running task was halted, or if another task waits in this slot.
         """

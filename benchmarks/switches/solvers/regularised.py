@@ -48,7 +48,7 @@ def rk4(point, setting, xi, dxi, tau, level, ahead):
 
 @jit
 def next_velocity(h, v_s, stiff, b):
-    """Return the v with stiff v + h clip(v/v_s) = b."""
+    """Return the v with stiff v + h clip(v/v_s) = b. `clip` limits its argument to [−1, 1]."""
     return b / (stiff + h / v_s) if abs(b) <= stiff * v_s + h else (b - math.copysign(h, b)) / stiff
 
 
