@@ -84,7 +84,7 @@ def landings(motion: Trajectory, base: ReferenceOrbit) -> np.ndarray:
 def structures(session: Session, name: str, **disturbance: float) -> list[Structure]:
     """Return comparisons of disturbed motions with the undisturbed orbits, at SAMPLED values of A of a configuration.
 
-    Values of A without a periodic orbit are left out.
+    `disturbance` replaces arguments of the configuration. Values of A without a periodic orbit are left out.
     """
     plan = session.config(name).plan()
     found = []

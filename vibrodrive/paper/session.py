@@ -57,6 +57,7 @@ class Session:
     def undisturbed(self, name: str, **changes: Any) -> ReferenceOrbit:
         """Return the orbit at the first point of a configuration, with ε = 0 and certified switches.
 
+        `changes` are arguments of `simulate` that replace those of the configuration.
         Raises NotApplicable if the motion has no period.
         """
         plan = self.config(name).plan()

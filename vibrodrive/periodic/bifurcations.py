@@ -179,7 +179,7 @@ def check_range(name: str, value: Any) -> tuple[float, float]:
 def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.ndarray:
     """Return values of A from low to high, whose spacing is at most `step` / `finer`.
 
-    The default of `step` is STEP × `scale_of`.
+    If `step` is None, the spacing near A is at most STEP × scale_of(A) / `finer`.
     """
     if step is not None:
         return np.linspace(low, high, 1 + math.ceil(finer * ((high - low) / step)))

@@ -186,10 +186,11 @@ class _Collection:
 
 
 def _to_level(curve: Curve, least: float) -> Curve:
-    """Extend a curve to the point A = √(1 + π²/4), B = 0, if the curve tends to this point as B falls to `least`.
+    """Extend a curve to the point A = √(1 + π²/4), B = 0, if the curve tends to this point as B falls.
 
     The distance in A of a curve from the point is proportional to B or to √B. So if B falls to a quarter, the distance
-    falls to a quarter or to a half.
+    falls to a quarter or to a half. This is tested from 4 `least` to `least`, the smallest B to which curves are
+    followed.
     """
     assert curve.condition is not None
     first = min((0, -1), key=lambda i: curve.B[i])

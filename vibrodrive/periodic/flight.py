@@ -8,9 +8,9 @@ Terms:
 * *On the level* means on a horizontal plane: B = 0.
 * The *word* of a flight is the sequence of its states.
 
-The mass leaves the obstacle at a phase ψ of the *window* [φ_up, π - φ_up], in which H > 1. If the phase of an impact is
-in the window, the mass leaves immediately, and ψ is this phase. Otherwise the mass rests until the window begins, and
-ψ = φ_up. Everything else follows from ψ. Three facts make a flight simple:
+The mass leaves the obstacle at a phase ψ of the *window* [φ_up, π - φ_up]. Inside the window H > 1, and at its ends
+H = 1. If the phase of an impact is inside the window, the mass leaves immediately, and ψ is this phase. Otherwise the
+mass rests until the window begins, and ψ = φ_up. Everything else follows from ψ. Three facts make a flight simple:
 
 * A slide up ends within a known interval, its bracket (`enclose` and the head of kernels/undisturbed.py). For B < 1 a
   slide down also ends in its bracket. For B > 1 gravity may exceed friction. ξ' then remains negative, and only an

@@ -68,7 +68,7 @@ def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarra
 
 
 class Comparison(NamedTuple):
-    """Comparison of each judged switch of a motion with the certified one, arrays of n entries.
+    """Comparison of n switches of a motion with the certified ones; each array has n entries.
 
     start : rows of `Trajectory.switches`, the switch from which the certified motion starts.
     tau, xi : float64, time and gap of this start.

@@ -126,7 +126,8 @@ def each_of(
 class Limits(Stored):
     """Limits over one or two axes, as returned by `limits` and by `load` for a file of limits.
 
-    The arrays in `numbers` and the arrays `n`, `done` and `how` have the shape (curve, axes…).
+    The arrays in `numbers` and the arrays `n`, `done` and `how` have the shape (curve, axes…). A curve is a disturbance
+    with a method, or for k₁ a coordinate of the start (`curves`).
 
     Attributes
     ----------

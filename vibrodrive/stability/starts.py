@@ -39,7 +39,7 @@ COORDINATES = ("xi0", "dxi0", "tau0")
 CLOSE = 0.5 * BLURRED  # largest distance of points of the same solution; different solutions differ by > BLURRED
 PHASES = 8  # number of section phases that are tried; the search uses the first one that separates all solutions
 LINEAR = 2**15  # number of equal steps of the first scan
-GEOMETRIC = 512  # parts into which the first step is divided, because an edge may be very close to the start
+GEOMETRIC = 512  # number of growing parts of the first of these steps, because an edge may be very close to the start
 SMALLEST = 1e-12  # smallest deviation that is tried
 PIECE = 4096  # number of deviations computed at a time
 WINDOW = 64  # number of steps before the first value lost that the next, finer scan covers
@@ -70,7 +70,7 @@ class StartLimit:
     A, B, axis
         arguments of the search.
     n : int
-        period of the undisturbed orbit, 0 if it has none.
+        period of the undisturbed orbit in excitation periods, 0 if it has none.
     below, above : Edge
         edges of the basin on both sides of the start. `lost` is the smallest deviation found with which the motion ends
         on another solution; inf if there is none. `kept` is the largest deviation found below `lost` with which the

@@ -36,7 +36,7 @@ from vibrodrive.stability.main_impacts import (
 if TYPE_CHECKING:
     from vibrodrive.stability.orbit_curve import OrbitCurve
 
-SETTLING = 20_000  # least transient of an undisturbed motion in periods: near a bifurcation it settles slowly
+SETTLING = 20_000  # least transient of an undisturbed motion in periods; near a bifurcation a motion settles slowly
 WATCHED = 256  # recorded periods of an undisturbed motion: four times the longest period (LONGEST_PERIOD)
 
 

@@ -10,7 +10,8 @@ a larger ε there may again be several solutions: at A = 3.04 there are two up t
 at 5e-4. If motions merge slowly, several are left at the end of a short record: at Δτ = 0.058 several motions are left
 after 2500 periods, and one after 5000.
 
-The starts differ in ξ0 and ξ'0. They share τ0, because another τ0 would shift the grid and so change the disturbance.
+The starts form a lattice: each of several ξ0 is combined with each of several ξ'0. All starts have the same τ0, because
+another τ0 would shift the grid and so change the disturbance.
 """
 
 from __future__ import annotations

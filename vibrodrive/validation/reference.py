@@ -1,8 +1,8 @@
 """Independent 50-digit event-driven reference of the oscillator. It imports nothing from vibrodrive.
 
 Between switches mpmath evaluates the closed forms (4), (5), (9) from the last switch. The search for the first zero
-of a switching function g divides the time ahead into windows and *proves* that the number of zeros in each is 0 or 1.
-The proof does not rely on changes of sign:
+of a switching function g divides the time ahead into windows and *proves* the number of zeros in each window. The proof
+does not rely on changes of sign:
 
 * If |g''| <= M on [a, b], g is above its chord minus M (b - a)²/8. If this lower bound is positive, g has no zero.
 * The same kind of bound for g' or g'' proves that g is monotone, convex or concave on the window. Then the values at
@@ -43,7 +43,7 @@ LONG = 2e4 * math.pi  # longest search for the next reversal of a disturbed flig
 
 
 class Switch(NamedTuple):
-    """One switch: its time, the states before and after it, ξ and ξ' before it, and H.
+    """One switch: its time τ = 2π·period + phase, the states before and after it, ξ and ξ' before it, and H.
 
     `margin` is the distance of the decision from the opposite decision; inf for a switch without a decision.
     """
