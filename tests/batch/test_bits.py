@@ -73,7 +73,7 @@ def test_bits_do_not_depend_on_slices(monkeypatch, switching):
 
 @pytest.mark.jit
 def test_each_kernel_is_compiled_once():
-    """Integers, float32 and arrays in another memory order are converted, so a kernel has one signature."""
+    """Arguments are converted to int64, float64 and C order before a call, so each kernel has one signature."""
     from vibrodrive.kernels.engine import batch
     from vibrodrive.kernels.sampling import sample_segments
     from vibrodrive.kernels.single import single

@@ -38,7 +38,7 @@ periods = 6
 
 @pytest.fixture
 def run(run):
-    """Return the command line, in a directory with the configuration above."""
+    """Return the fixture `run` of conftest.py, in a directory with the configuration SMALL."""
     Path("small.toml").write_text(SMALL)
     return run
 
@@ -483,7 +483,7 @@ def test_moving_the_file_ends_a_sweep(run, quick, monkeypatch):
                 os.rename("small.h5", "elsewhere.h5")
 
     monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
-    # the block is committed after the rename, however long the kernels take to load
+    # so that the block is written at the end of the sweep, after the rename
     monkeypatch.setattr(import_module("vibrodrive.store.writer"), "GROUP_SECONDS", np.inf)
     code, _, err = run("sweep", "small.toml")
     assert (code, err.splitlines()[-1]) == (1, "vibrodrive: small.h5: moved or deleted while it was written")
@@ -539,7 +539,7 @@ def test_unused_settings_are_named_or_refused(run):
 
 
 def test_unused_default_settings_are_not_named(capsys):
-    """A configuration may give every key, like the configurations that the explorer writes."""
+    """The explorer writes configurations with every key. A key with its default value gives no note."""
     judge_idle(parse(IDLE.replace("dtau = 0.1\ntol = 1e-9", "tol = 1e-7")))
     assert capsys.readouterr().err == ""
     judge_idle(parse(IDLE))

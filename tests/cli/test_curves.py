@@ -18,7 +18,7 @@ max_period = 1
 
 @pytest.fixture
 def run(run):
-    """Return the command line, in a directory with the configuration above."""
+    """Return the fixture `run` of conftest.py, in a directory with the configuration CONFIG."""
     Path("c.toml").write_text(CONFIG)
     return run
 

@@ -47,7 +47,7 @@ COMMANDS = [*CONFIGS]
 
 @pytest.fixture
 def run(run):
-    """Return the command line, in a directory with the configurations above."""
+    """Return the fixture `run` of conftest.py, in a directory with the configurations CONFIGS."""
     for name, text in CONFIGS.items():
         Path(f"{name}.toml").write_text(text)
     return run
@@ -191,7 +191,7 @@ def made(tmp_path_factory):
 
 @pytest.fixture
 def copied(run, made):
-    """Return the command line, in a directory with copies of the files of `made`."""
+    """Return the fixture `run`, in a directory with copies of the files of `made`."""
     for path in made.glob("*.h5"):
         Path(path.name).write_bytes(path.read_bytes())
     return run
@@ -311,7 +311,7 @@ def test_complete_file_is_neither_recomputed_nor_replaced(copied, monkeypatch, m
 
 @pytest.mark.jit
 def test_default_periods_of_limits_differ_from_those_of_a_sweep(copied, idle):
-    """By default limits have 1500 periods and a sweep has 250."""
+    """A failure map has 1500 periods by default, because it contains limits; a sweep has 250."""
     with h5py.File("failures.h5", "r+") as file:
         file.attrs["config"] = CONFIGS["failures"].replace("periods = 40", "")
         file.attrs["config_sha256"] = digest(file.attrs["config"])

@@ -81,7 +81,7 @@ def tab(opened):
 
 
 def image(tab):
-    """Return the picture as shades, uint8 (rows, columns), and its place on the axes, (x, y, dw, dh)."""
+    """Return the picture as shades, uint8 (rows, columns), and its place on the axes: left, bottom, width, height."""
     found = tab.model(
         "const d = window.explorer.data, i = d.images[0]; return [Array.from(i), i.shape, d.x, d.y, d.dw, d.dh]"
     )

@@ -86,7 +86,7 @@ def test_page_is_built_without_numba_and_matplotlib():
 
 
 def test_notebook_and_its_explorer_do_not_import_numba_at_once():
-    """`vd.explore` imports Numba before it returns: a later import in its thread could fail beside one of the user."""
+    """`vd.explore` imports Numba before it returns. Two imports at the same time in two threads could fail."""
     script = """if True:
         import sys
         import vibrodrive as vd

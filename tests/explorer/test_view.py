@@ -173,7 +173,7 @@ def test_colour_limits_of_a_map_follow_the_configuration():
 
 
 def test_limits_apply_to_the_drawn_quantity():
-    """By default a sweep with sections and summaries is drawn with ξ'. Its limits are no colour limits of a map."""
+    """By default a sweep with sections and summaries is drawn with ξ'. Then `limits` is a range of ξ'."""
     both = RANGED.replace('record = "summary"', 'record = ["section", "summary"]')
     assert view_of(config.parse(both.replace('kind = "map"\nquantity = "energy"\n', ""))).limits is None
     assert view_of(config.parse(both)).limits == (1.5, 2.5)

@@ -50,7 +50,7 @@ def image(ax):
 
 
 def at(ax, value):
-    """Return the column of the image at a value of the axis."""
+    """Return the index of the column of the image at a value of the abscissa."""
     ink, _ = image(ax)
     start, stop, _, _ = ax.get_images()[0].get_extent()
     return round((value - start) / (stop - start) * (ink.shape[1] - 1))

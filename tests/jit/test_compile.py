@@ -271,7 +271,7 @@ print("vibrodrive.jit.pieces" in sys.modules, kernel(3.0), square(2.0, True), gc
 @pytest.mark.jit
 @pytest.mark.parametrize(("numba", "private"), [("as it is", "True"), ("changed", "False")])
 def test_kernels_compile_without_private_interfaces_of_numba(tmp_path, numba, private):
-    """Without Numba's private interfaces the kernels give the same results. Python can still call their formulas."""
+    """Without Numba's private interfaces kernels give the same results, and Python can still call inlined functions."""
     (tmp_path / "pieces.py").write_text(PIECES)
     run = "import runpy, sys; runpy.run_path(sys.argv.pop(1))"
     found = python(run, tmp_path / "pieces.py", numba, NUMBA_CACHE_DIR=str(tmp_path))

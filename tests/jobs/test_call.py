@@ -145,7 +145,7 @@ def test_ctrl_c_leaves_a_file_that_resumes(quick, monkeypatch):
         m.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", some)
         with pytest.raises(KeyboardInterrupt):
             vd.sweep(**SWEEP, path="x.h5")
-    Lock(Path("x.h5")).release()  # a lock would cause the error Busy, which means an active writer
+    Lock(Path("x.h5")).release()  # raises Busy if the interrupted call still holds the lock
     assert vd.load("x.h5").computed == pytest.approx(1024 / 3000)
     vd.sweep(**SWEEP, path="x.h5")
     assert quick == [1, 2]

@@ -15,7 +15,7 @@ ROUNDING = 1e-6  # seconds that each call takes in addition to the costs of its 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Return a function that replaces computing: a simulated clock advances by the given cost of each point."""
+    """Return a function of the cost of points in seconds. Then a computation only advances a clock by this cost."""
     now = [0.0]
 
     def set_cost(cost, startup=ROUNDING):

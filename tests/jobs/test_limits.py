@@ -34,7 +34,7 @@ SCENE = "[physical]\na0 = 0.8e-3\nomega0 = 150.0\nmu = 0.6\nalpha = 3.4\n[sweep]
 
 
 def computed(text, path, progress=quiet, *, overwrite=False, **sought):
-    """Compute the limits of a configuration into a file and return them. `sought` are keys of its table [limits]."""
+    """Compute the limits of a configuration into a file and return them. `sought`: keys of the table [limits]."""
     config = parse(text, [f"limits.{name}={value}" for name, value in sought.items()])
     return run("limits", config, path, progress, overwrite=overwrite)[0]
 
@@ -45,7 +45,7 @@ class Stop(Exception):
 
 @pytest.fixture
 def invented(monkeypatch):
-    """Replace the computation of limits by a formula of the point. Return (disturbance, method, axes) of each call."""
+    """Replace the computation of limits by a formula. Return the list of (disturbance, method, axes) of the calls."""
     asked = []
 
     def found(disturbance, method, criterion, arguments):

@@ -25,9 +25,9 @@ STEPS = 4000
 def search(function: Function, m3: float, limit: float, rate: float = 0.0) -> list[float]:
     """Return the cursors (times reached, one a step) of a search for the first zero of g, g(0) > 0, on [0, limit].
 
-    `function` gives g and its first four derivatives. |g'''| <= m3, and each derivative is at most `rate` times the
-    derivative before. The last cursor is the zero, `limit` or, near a zero of high order, the cursor after STEPS steps.
-    This is the loop of `first_zero.search` for a general function.
+    `function` gives g and its first four derivatives. |g'''| <= m3, and the bound of each further derivative is `rate`
+    times the bound before (4/limit times if `rate` is 0). The last cursor is the zero, `limit` or, near a zero of high
+    order, the cursor after STEPS steps. This is the loop of `first_zero.search` for a general function.
     """
     cursors, span = [0.0], limit
     rate = rate or 4 / limit

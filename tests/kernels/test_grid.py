@@ -107,7 +107,7 @@ def test_fixed_converges_with_order_one():
 @pytest.mark.jit
 @pytest.mark.parametrize("tol", [1e-3, 1e-5, 1e-7, 1e-9, 1e-12])
 def test_muller_reaches_its_tolerance(tol):
-    """The error of a switch is below tol times the amplification from one period to the next (at most 20)."""
+    """The error of a switch is below tol times the factor by which errors grow in the motion (at most 20)."""
     exact = vd.simulate(A=3.04, transient=0, periods=3)
     t = vd.simulate(A=3.04, method="muller", dtau=0.01, tol=tol, transient=0, periods=3)
     late = np.abs(t.switches["phase"] - exact.switches["phase"])

@@ -162,7 +162,7 @@ def test_periods_and_exponents_equal_those_of_the_orbits():
 @pytest.mark.jit
 @pytest.mark.parametrize("number", [0, 1])
 def test_exponent_is_the_growth_of_a_small_difference(number):
-    """An irregular motion is restarted slightly before and slightly after each impact. The next impacts diverge."""
+    """From each impact, motions start slightly earlier and later. Their distances grow until their next impacts."""
     run = dict(transient=500, periods=60)
     many = vd.sweep(A=np.linspace(6.0, 8.0, 401), **run, record="summary")
     A = float(many.axes["A"][(many.period == 0) & (many.lyapunov > 0.1)][number])

@@ -96,7 +96,7 @@ def test_fig06_the_limit_lies_between_153e_6_and_177e_6():
     assert rho[-1] > 5 * rho[0], "the points must form a cloud"
 
 
-# Fig. 5: a broad band of the same coarse motion
+# Fig. 5: the disturbance adds many switches, but one main impact a period remains
 
 
 @pytest.mark.parametrize(("eps", "switches"), [(0.0, 4.0), (5e-4, 83.0)])

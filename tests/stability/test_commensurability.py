@@ -1,6 +1,6 @@
-"""Tests of the convergents of Δτ/2π, at which a number of steps is nearly a number of periods.
+"""Tests of the convergents of Δτ/2π: pairs of a number of steps and a nearly equal number of periods.
 
-They are known numbers, and no smaller number of periods is a better approximation.
+Some are known, and no smaller number of periods is a better approximation.
 """
 
 import math

@@ -31,6 +31,7 @@ def naive_distance(vertices, point):
 
 
 def farthest(curve, points, edge, enough=math.inf):
+    """Return the largest distance of `points` from `curve`, or the first above `enough`. `edge`: where to begin."""
     out = np.zeros(1)
     raise_farthest(np.array(points, float), np.array(edge), curve.vertices, *curve.edges, enough**2, out)
     return math.sqrt(out[0])

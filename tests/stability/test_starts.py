@@ -112,7 +112,7 @@ def test_edge_in_time_is_the_phase_of_an_unstable_orbit():
 
 
 def test_map_of_phases_separates_the_two_sides_of_an_edge():
-    """At A = 3.04 the map takes starts on both sides of an edge to solutions an odd number of periods apart."""
+    """By the impact-phase map, starts on both sides of an edge end in solutions an odd number of periods apart."""
     follow = impact_map(3.04)
     edge = limit_at(3.04, "tau0").above
     ends = []

@@ -178,7 +178,7 @@ def an_orbit(path):
 
 
 def test_orbits_of_another_incline_have_no_sweep(tmp_path):
-    """The searched values of A are taken from the file and not from the configuration."""
+    """If B differs from that of the configuration in the file, only the values of A with orbits are known."""
     for name, B, searched in (("same.h5", 0.1, [2.0, 2.1]), ("other.h5", 0.2, [2.0])):
         found = orbits.Family(np.array([2.0, 2.1]), B, 1, [[replace(ORBIT, B=B)], []], [])
         orbits.save(tmp_path / name, found, Origin("[sweep]\nA = [2.0, 2.1]\n"), 0.0)

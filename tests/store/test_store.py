@@ -372,7 +372,7 @@ def test_resuming_computes_missing_blocks_only(path):
 
 
 def test_file_keeps_its_block_size(path):
-    """A version with other block sizes resumes a file with the blocks of this file."""
+    """A version of the program that uses blocks of another size resumes a file with the blocks of this file."""
     write(path, make(), which=[0])
     plan = replace(make(), tiling=None)
     assert plan.chunk == (90, 2)
