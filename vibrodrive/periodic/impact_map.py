@@ -28,8 +28,8 @@ from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
 HORIZON = 10_000  # longest flight that is computed, in excitation periods; for a small B flights may be longer
 
 LANDINGS = 100
-"""Longest duration, in excitation periods, of flights whose breakpoints are listed by default. Flights of up to about
-0.1/B periods exist, and each number of periods gives one breakpoint."""
+"""Longest duration, in excitation periods, of flights whose breakpoints are listed by default. Each possible number of
+periods gives one breakpoint, and in total there are about 0.1/B breakpoints."""
 
 LARGEST_PHASE = 1e12  # a larger double has too few digits for the phase within a period
 PHASES = f"a number between {-LARGEST_PHASE:g} and {LARGEST_PHASE:g}, or an array of such numbers"
