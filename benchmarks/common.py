@@ -140,7 +140,8 @@ def paired(contestants: Mapping[str, Callable[[], object]], repeats: int) -> dic
 
 
 def ratio(slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1.0, wall: bool = False) -> float:
-    """Return the median over the repetitions of (time of `slow` per unit)/(time of `fast` per unit)."""
+    """Return the median over the repetitions of (time of `slow` per unit)/(time of `fast` per unit). `per_slow` and
+    `per_fast` are the numbers of units of work, such as periods."""
     a, b = (slow.wall, fast.wall) if wall else (slow.cpu, fast.cpu)
     return float(np.median((a / per_slow) / (b / per_fast)))
 

@@ -68,7 +68,8 @@ def mouse(tab: Tab) -> Iterator[Callable[[int, int], None]]:
 
 
 def drag(tab: Tab, seconds: float) -> dict[str, Any]:
-    """Drag a diagram back and forth. Return the number of frames, the latencies in ms, and the load of the machine."""
+    """Drag a diagram back and forth. Return the number and rate of frames, the latencies in ms and their quantiles, the
+    seconds from the release to the complete picture, and the load of the machine."""
     tab.ask("(page.frames.length = page.latencies.length = 0)")
     tab.mouse("Pressed", 500, 300)
     with mouse(tab) as move:

@@ -13,8 +13,8 @@ Item = TypeVar("Item")
 
 
 class Draw:
-    """splitmix64 (Steele, Lea and Flood, 2014). Its start depends on the seed, the level, the family and the number of
-    the case."""
+    """Random number generator splitmix64 (Steele, Lea and Flood, 2014). Its start depends on the seed, the level, the
+    family and the number of the case."""
 
     def __init__(self, level: int, family: int, case: int) -> None:
         self.state = SEED

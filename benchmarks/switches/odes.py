@@ -1,7 +1,7 @@
 """The model as differential equations with events, for solvers of such equations.
 
 The variables of a slide are ξ and ξ'. A slide from rest begins with ξ' = ±1e-16, because at ξ' = 0 some solvers report
-the start as an event, and others miss the next event. The end of a wait (STICK or REST) is an arcsine if ε = 0. If
+the start as an event, and others miss the next event. If ε = 0, an arcsine gives the end of a wait (STICK or REST). If
 ε > 0, H is integrated in a wait, so that the steps follow the disturbance.
 """
 

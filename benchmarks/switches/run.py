@@ -41,7 +41,7 @@ MOTION = {"A": 1.5, "B": 0.1, "eps": 0.0, "eta": 100.0, "xi0": 0.3, "dxi0": 0.1,
 WARM_UP = [(0, WAVES), (2, MOTION), (2, MOTION | {"eps": 1e-4})]
 
 Answer = dict[str, list[Any]]
-Firsts = dict[str, list[list[Any] | None]]  # first zero or event for each case and setting
+Firsts = dict[str, list[list[Any] | None]]  # by case: for each setting [first zero or event], [], or None if refused
 
 
 def cases_of(levels: list[int]) -> list[dict[str, Any]]:

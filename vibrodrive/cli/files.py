@@ -85,7 +85,7 @@ def verify(file: Path) -> None:
 
 
 PATIENCE = 60
-"""Longest time in seconds for one step of reading: a block of a sweep, a few MB, or a complete file of another kind."""
+"""Longest time in seconds for a step of reading: a block of a sweep (a few MB), or a complete file of another kind."""
 
 
 def read_in_process(file: Path, read: Callable[..., Summary], patience: int = PATIENCE) -> Summary:

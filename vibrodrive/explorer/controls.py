@@ -40,7 +40,7 @@ def symbol(name: str, with_unit: bool = True) -> str:
 
 
 def part_shown(view: View, plan: Plan) -> str:
-    """Return the part of a sweep that a view shows: its axes, and the values of the other axes."""
+    """Describe the part of a sweep that a view shows: the quantity, its axes, and the values of the other axes."""
     shown = view.shade.replace("_", " ") if view.mode == MAP else symbol(view.quantity)
     rest = {name: axis for name, axis in plan.axes.items() if name not in view.axes and len(axis) > 1}
     others = [f"{symbol(name)} = {axis[0]:.6g}, the first of {len(axis)} values" for name, axis in rest.items()]

@@ -27,8 +27,8 @@ JUDGED = 10  # number of excitation periods of each motion; all its switches are
 def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Return {"periods": recorded periods of each motion of the search for limits}.
 
-    Raises ConfigError for axes other than A and dtau, or A and eps, for an axis that does not ascend from its first to
-    its last value, for dtau or eps that begins at 0, and for axes A and eps without dtau.
+    Raises ConfigError for axes other than A and dtau, or A and eps, for an axis with fewer than two values or values
+    that do not ascend, for an axis dtau or eps that begins at 0, and for axes A and eps without a value of dtau.
     """
     names = list(plan.axes)
     if len(names) != 2 or names[0] != "A" or names[1] not in SECOND:

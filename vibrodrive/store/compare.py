@@ -37,7 +37,7 @@ def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[
 
 
 def altered(file: h5py.File, **own: object) -> list[str]:
-    """Return a text for each parameter or setting in the root attributes of an open file that contradicts the
+    """Return a text for each parameter, setting or range in the root attributes of an open file that contradicts the
     configuration in the file.
 
     No checksum covers these attributes. `own` contains the default values of the attributes that a command adds to its

@@ -132,7 +132,7 @@ def about(kind: str, origin: Origin) -> dict[str, Any]:
 
 
 def axes_of(plan: Plan) -> dict[str, np.ndarray]:
-    """Return the axes as dimensions of the file."""
+    """Return the axes as dimensions of the file; for a sweep of one point, the axis `point`."""
     return plan.axes or {POINT: np.zeros(1)}
 
 

@@ -39,7 +39,10 @@ class Lock:
     """
 
     def __init__(self, path: Path, *, create: bool = False, name: Path | None = None) -> None:
-        """Lock an existing file, or create it. Raises Busy, or OSError if the system refuses."""
+        """Lock an existing file, or with `create` also a new file. Raises Busy, or OSError if the system refuses.
+
+        `name` is the path that messages give, by default `path`.
+        """
         while True:
             try:
                 self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)

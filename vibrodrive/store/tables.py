@@ -31,8 +31,7 @@ def save(
     """Write a file of tables, given by the names of their dimensions. After an error no new file is left.
 
     `contents` describes the file in a sentence. `shared` and `further` are root attributes; the comment of the file
-    explains only `shared`. Raises OSError, or NoResult if an existing file at `path` is not a result file of
-    this program.
+    explains only `shared`. Raises the exceptions of `new_file`.
     """
     with new_file(path, seal=True) as file:
         file.attrs.update(about(kind, origin) | {FILES[kind].schema: FILES[kind].readable[-1]})
