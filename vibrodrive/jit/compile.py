@@ -43,8 +43,8 @@ _ROOT = Path(__file__).parents[__name__.count(".") - 1]
 
 _IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
 """An import statement that is not indented, with its continuation lines. Indented imports are in functions or for type
-checks, so no kernel depends on them. Parsing only these statements takes a tenth of the time of parsing whole
-modules."""
+checks, so no kernel depends on them. To parse these statements takes a tenth of the time that entire modules would
+take."""
 
 
 def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:

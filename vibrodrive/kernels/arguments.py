@@ -24,7 +24,7 @@ class Arguments(NamedTuple):
 
     An array that the kernel does not use may be None.
 
-    lanes_w float64 (2, ROWS_W STRIDE), lanes_k int64 (2, ROWS_K STRIDE): memory of the lanes in row 0, memory for
+    lanes_w float64 (2, ROWS_W · STRIDE), lanes_k int64 (2, ROWS_K · STRIDE): memory of the lanes in row 0, memory for
     tables and lists in row 1 (lane.py)
     halt int64 (1,): the kernel returns early if this is not 0
     points float64 (n, columns): parameters and initial values of each point, in the order of model/names.py
@@ -35,7 +35,8 @@ class Arguments(NamedTuple):
     status int8 (n,), margin float64 (n,): status and margin of each motion
     counts int64 (n, 5): number of switches into each state
     work float64 (n,): number of evaluations of switching functions
-    impacts float64 (n, 2 periods, 4): main impacts (record.py), NaN after the last; (n, 0, 4) if they are not recorded
+    impacts float64 (n, 2 · periods, 4): main impacts (record.py), NaN after the last; (n, 0, 4) if they are not
+        recorded
     history float64 (LANES, APART, 6), totals float64 (LANES, TOTALS): memory for summaries (history.py, summary.py)
     summary float64 (n, OUT): summary of each motion; not computed if totals is (LANES, 0)
     rows SWITCH (cap,), for one motion: the last switch before the record, or else the start of the motion; then the

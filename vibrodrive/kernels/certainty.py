@@ -311,7 +311,7 @@ def end_by_reversal(w, k, i, event, v_off, x_off, force, there):
 
 @inline
 def is_decided(w, i, distance, late, there):
-    """Return whether H, at `distance` from a boundary, certainly does not reach it within the time `late`."""
+    """Return whether H, at `distance` from 1 or -1, certainly does not reach this value within the time `late`."""
     change = change_nearby(w, i, there.p, there.pf, late)
     return late < INFINITY and distance > fma(change, late, margins.ROUNDING * margins.magnitude_scale(w, i))
 

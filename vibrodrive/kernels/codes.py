@@ -45,8 +45,8 @@ are below 0."""
 
 
 NONE_BEGUN, COMPLETE, LEAVING, CLOSING_IN = 0.0, 1.0, 2.0, 3.0
-"""Stages of the refinement of a zero (muller.py). NONE_BEGUN: not begun. COMPLETE: complete. LEAVING: bisection moves
-away from the zero at which the slide began. CLOSING_IN: Muller's method approaches the next zero."""
+"""Stages of the refinement of a zero (muller.py). LEAVING: bisection moves away from the zero at which the slide began.
+CLOSING_IN: Muller's method approaches the next zero."""
 
 
 DONE, UNUSUAL, WRITE_POINT, CHECK_RECURRENCE, KEEP_SWITCH = 0, 1, 2, 4, 8

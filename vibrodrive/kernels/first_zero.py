@@ -205,7 +205,7 @@ def unknown_values(w, i, where):
 
 @inline
 def restart_search(w, k, i, which, limit, cursor):
-    """Begin the search for the first zero of `which` in lane i, without a mask, at `cursor` after the last switch."""
+    """Begin the search for the first zero of switching function `which` in lane i, without a mask, at `cursor`."""
     set_search(w, k, i, True, which, search_shape(w, i, which, limit), cursor)
     unknown_values(w, i, True)
 

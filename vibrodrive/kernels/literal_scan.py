@@ -26,8 +26,8 @@ BLOCK = 896
 
 @part
 def fill_tables(table, dtau, eta):
-    """Write five tables, one after the other, into `table`, float64 (5 BLOCK,): sin x, vers x, sin ηx, vers ηx and x at
-    x = Δτ, 2Δτ, …
+    """Write five tables, one after the other, into `table`, float64 (5 · BLOCK,): sin x, vers x, sin ηx, vers ηx and x
+    at x = Δτ, 2Δτ, …
     """
     for j in range(BLOCK):
         x = float(j + 1) * dtau

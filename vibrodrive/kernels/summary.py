@@ -70,8 +70,8 @@ LONGEST = 64  # longest period of a motion that is searched for, in excitation p
 REACH = 1024  # number of switches before the last one among which the period is searched for
 
 SAME = 1e-6
-"""Largest difference in time, ξ and ξ' between a switch and the same switch a period later. A smaller value would miss
-periods, because a motion approaches its orbit only like |multiplier|ⁿ."""
+"""A switch is a repetition of an earlier switch if time (less a period), ξ and ξ' differ by at most this value. A
+smaller value would miss periods, because a motion approaches its orbit only like |multiplier|ⁿ."""
 
 
 class Drive(NamedTuple):

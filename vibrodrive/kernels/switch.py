@@ -139,7 +139,7 @@ def commit_time(w, k, i, where, period, phi, low, left, p, q):
 
 @inline
 def commit_cost(w, k, i, where, counted, cost):
-    """Set the cost of period `counted` to `cost` switches, including the present switch."""
+    """Set the cost of period `counted` to `cost`, which includes the present switch and all evaluations so far."""
     w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
     k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
     k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])

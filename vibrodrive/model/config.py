@@ -353,7 +353,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     if len(path) > 1 and path[0] in (*HOMES, "physical"):
         for name in (*HOMES, "physical"):
             if name != path[0] and isinstance(tables.get(name), dict):
-                tables[name].pop(path[1], None)  # each key is given once
+                tables[name].pop(path[1], None)  # a key may be in one table only
     table = tables
     for name in path[:-1]:
         table = table.setdefault(name, {})

@@ -250,7 +250,7 @@ class Scene:
 
 
 def _numbers(key: str, value: object) -> Any:
-    """Return a real number as it is, and an array of real numbers (of any library) as a NumPy array.
+    """Return a number as a float, a sequence of numbers as a NumPy array, and an array of any library as it is.
 
     Raises TypeError with the sentence of `bad`.
     """

@@ -50,7 +50,8 @@ SAMPLED = 100  # largest number of values of the axis `point` that are checked b
 class Plan:
     """A checked sweep.
 
-    axes : values of each axis, in the order of the user. Quantities of the scene (SCENE_AXES) may be axes.
+    axes : values of each axis, in the order of the call or of the configuration. Quantities of the scene (SCENE_AXES)
+        may be axes.
     scalars : parameters with one value. If a quantity of the scene is an axis, the rest of the scene is in `scalars`.
         Then A, or A and B, are neither axes nor scalars, but are computed for each point.
     record : names of the records (records.py).

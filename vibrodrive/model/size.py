@@ -82,8 +82,7 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
 
 
 def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
-    """Raise TooLarge if `need` exceeds `have`, both in bytes. `takes` is a part of the message, like "the file
-    takes"."""
+    """Raise TooLarge if `need` exceeds `have` (bytes). `takes` is a part of the message, such as "the file takes"."""
     if need > have:
         raise TooLarge(f"{what}: must be small enough for {room}; {takes} {human(need)}, and {human(have)} are {are}")
 

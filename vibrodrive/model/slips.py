@@ -1,6 +1,7 @@
 """Warnings of allowed but unlikely arguments. Likely mistakes are: A and B swapped, ε in per cent, a scene not in SI.
 
-Only `limit`, `orbits` and scenes are checked. The parameters of a sweep without a scene may have any values.
+Only the arguments of limits and of orbits, and scenes, are checked. The parameters of a sweep without a scene may have
+any values.
 """
 
 import warnings
