@@ -210,7 +210,7 @@ def test_command_opens_a_link_without_its_token(link, monkeypatch):
 
 @pytest.mark.parametrize("option", [["--set", "eps=0"], ["--method", "fixed"]])
 def test_link_with_a_configuration_option_is_refused(option):
-    with pytest.raises(click.ClickException, match="--set and --method change a configuration, not a link"):
+    with pytest.raises(click.ClickException, match="--set and --method: must be left out without a configuration file"):
         explore.main(["--no-browser", *option, "?low=3.0"], standalone_mode=False)
 
 

@@ -38,8 +38,8 @@ def explore(
         raise click.ClickException("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
     link = config is not None and "?" in config.name and not config.exists()
     if (config is None or link) and (overrides or method):
-        needed = "give a configuration, or leave out these options"
-        raise click.ClickException(f"--set and --method change a configuration, not a link: {needed}")
+        allowed = "left out without a configuration file, because they change its keys"
+        raise click.ClickException(f"--set and --method: must be {allowed}")
     from vibrodrive.explorer.controls import part_shown
     from vibrodrive.explorer.session import read_address
     from vibrodrive.explorer.view import View, view_of

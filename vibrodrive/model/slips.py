@@ -20,7 +20,7 @@ def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
     said = []
     if all(A * (1.0 + eps * eta**2) <= 1.0 + B for A, B, eps, eta in given):
         said.append(
-            f"A = {A:g}, B = {B:g}: the mass cannot leave the obstacle unless A (1 + ε η²) > 1 + B "
+            f"A = {A:g}, B = {B:g}: the mass cannot leave the obstacle, because A (1 + ε η²) <= 1 + B "
             f"(are A and B swapped, or is a scene not in SI units: {UNITS}?)"
         )
     if all(eps > SMALL for _, _, eps, _ in given):
