@@ -108,7 +108,9 @@ SETTINGS: dict[str, Name] = {
         "excitation periods before the record begins", "transient", "", "run", 1000, slider=(0, 2000, 10)
     ),
     "periods": Name("excitation periods recorded", "periods", "", "run", 250, 1, slider=(10, 1000, 10)),
-    "budget": Name("switches allowed in a period", "budget", "", "run", 100_000, 1),
+    "budget": Name(
+        "switches allowed in a period; evaluations also count, with a small weight", "budget", "", "run", 100_000, 1
+    ),
 }
 """Integer settings common to all points of a sweep. They are the fields of `Settings`."""
 
