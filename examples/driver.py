@@ -50,10 +50,9 @@ def course(omega0: Sequence[float] | np.ndarray) -> Course:
 
 
 def limit_velocity(omega0: float) -> float:
-    """Return the limit k₂ in ε at this frequency, over 200 periods, as a velocity in m/s. Return NaN if there is no
-    limit."""
+    """Return the limit k₂ in ε at this frequency as a velocity in m/s. Return NaN if there is no limit."""
     scene = vd.Scene(omega0=omega0, **DRIVER)
-    return float(scene.velocity(vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200).velocity))
+    return float(scene.velocity(vd.limit(scene.A, "eps", B=scene.B).velocity))
 
 
 def figure(found: Course, frequencies: Sequence[float] | np.ndarray, limits: Sequence[float]) -> Figure:

@@ -30,7 +30,7 @@ def test_course_equals_single_motions():
 @pytest.mark.jit
 def test_limit_velocity_is_in_metres_per_second():
     scene = vd.Scene(omega0=150.0, **DRIVER)
-    k = vd.limit(scene.A, "eps", B=scene.B, transient=200, periods=200)
+    k = vd.limit(scene.A, "eps", B=scene.B, transient=1000, periods=1500)
     assert limit_velocity(150.0) == pytest.approx(k.k2 * vd.ETA * DRIVER["a0"] * 150.0, rel=1e-12)
 
 
