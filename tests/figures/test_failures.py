@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vibrodrive.figures.failures import LEAST, failures_figure
-from vibrodrive.stability.failures import KINDS, METHODS
+from vibrodrive.stability.failures import JUDGED, KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
 
@@ -40,10 +40,11 @@ def test_zero_small_and_unjudged_shares_look_different(found):
 
 def test_figure_names_the_line_and_the_conditions(found):
     fig = failures_figure(found)
-    assert "structure of the motion lost above this line" in {t.get_text() for t in fig.legends[0].get_texts()}
+    line = "structure of the motion lost above this line (periods 201–500)"
+    assert line in {t.get_text() for t in fig.legends[0].get_texts()}
     said = fig.axes[2].get_title(loc="right")
     assert r"\varepsilon = 2" in said
-    assert "periods 201–500" in said
+    assert f"periods 201–{200 + JUDGED}" in said, "the failures are counted in these periods only"
     assert r"\Delta" not in said, "Δτ is an axis and no condition"
 
 

@@ -33,8 +33,16 @@ def test_skipped_sticking_is_found_in_the_sequence_of_states(session):  # noqa: 
 def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
     found = outcome("zeros-in-step", session(atlas_undisturbed={DTAU: "dtau = [0.7, 1.2, 1.9]"}))
     numbers = found.record["numbers"]
-    assert numbers.get("missed, even", 0) + numbers.get("late, even", 0) > 0
-    assert numbers["wrong, one"] > 0
+    assert all(n.get("missed, even", 0) + n.get("late, even", 0) > 0 for n in numbers.values())
+    assert numbers["fixed"]["wrong, one"] > 0
+    assert [claims_switches._named(n) for n in ([1], [1, 0], [1, 1], [1, 2], [3, 1])] == [
+        "one",
+        "one",
+        "both",
+        "even",
+        "odd",
+    ]
+    assert f"{numbers['muller']['judged']} switches with the method muller" in found.text
     assert found.verdict == Verdict.CORRECTED
     fine = {DTAU: "dtau = [1e-4, 1e-3]"}
     assert outcome("zeros-in-step", session(atlas_undisturbed=fine)).verdict == Verdict.NOT  # no switch fails
@@ -57,7 +65,7 @@ def test_jumps_of_the_state_grow_with_the_step(session):  # noqa: F811
     assert numbers["Δτ = 0.05"]["dxi"][1] <= 0.05 * (
         3.04 + 1.1
     )  # change of ξ' within one step at the largest acceleration
-    assert numbers["Muller"]["dxi"][1] < 1e-14
+    assert numbers["Muller's method at Δτ = 1e-05 and tol = 1e-07"]["dxi"][1] < 1e-14
 
 
 @pytest.mark.jit
@@ -110,3 +118,11 @@ def test_start_and_disturbance_share_one_distance(session, monkeypatch):  # noqa
     assert 0 < disturbed < calm < math.inf
     monkeypatch.setattr(claims_limits, "DISTANCE", 0.1)
     assert outcome("jointly", session()).record["numbers"]["k1"][0] < calm
+
+
+def test_errors_of_the_start_have_one_size_and_all_signs():
+    errors = claims_limits._directions()
+    sizes = [math.hypot(e["xi0"], e["dxi0"]) + abs(e["tau0"]) for e in errors]
+    assert sizes == pytest.approx([1.0] * len(errors))
+    signs = {tuple(np.sign(np.round(list(e.values()), 9)).tolist()) for e in errors}
+    assert len(signs) == 3**3 - 1, "each combination of signs except (0, 0, 0) must occur"

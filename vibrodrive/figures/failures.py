@@ -17,7 +17,7 @@ from vibrodrive.figures.conditions import conditions
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, narrow, new, note, styled
 from vibrodrive.model.drawing import Style, Width
-from vibrodrive.stability.failures import KINDS, METHODS
+from vibrodrive.stability.failures import JUDGED, KINDS, METHODS
 from vibrodrive.store.failures import FailureMap
 
 LEAST = 1e-3  # smaller shares have the same tone; they are rare, because about a thousand switches are compared
@@ -53,6 +53,8 @@ def failures_figure(
     scale = inks.with_extremes(under=look().density(LESS_INK))
     scale.colorbar_extend = "min"  # type: ignore[assignment]
     shades = LogNorm(LEAST, 1.0)
+    first = found.settings["transient"] + 1
+    lost = f"structure of the motion lost above this line (periods {first}–{first + found.settings['periods'] - 1})"
     mesh = None
     for c, kind in enumerate(KINDS):
         for m, method in enumerate(METHODS):
@@ -65,17 +67,17 @@ def failures_figure(
             mesh = ax.pcolormesh(found.A, found.other, some.T, cmap=scale, norm=shades, rasterized=True)
             known = np.isfinite(found.limit[m])
             ax.plot(found.A[known], found.limit[m][known], "-", color="white", lw=2.2)
-            lost = "structure of the motion lost above this line"
             ax.plot(found.A[known], found.limit[m][known], "--", color=look().other, lw=1.0, label=lost)
             letter(ax, row * cols + col, f"{method}: {kind}")
             ax.set_yscale("log")
             ax.set_ylim(found.other.min(), found.other.max())
             name_axes(ax, "A" if row == rows - 1 else None, found.name if col == 0 else None)
     apart = {"A", found.name, "method"}
-    said = conditions({n: value for n, value in found.shared.items() if n not in apart}, apart, section=False)
+    known = {n: value for n, value in found.shared.items() if n not in apart}
+    said = conditions(known | {"periods": JUDGED}, apart, section=False)
     note(axes[0, -1], said + ([equation("dtau", found.shared["dtau"])] if found.name == "eps" else []))
     bar = fig.colorbar(mesh, ax=axes.ravel().tolist(), shrink=0.6, pad=0.02)
-    bar.set_label("share of switches (white: none)")
+    bar.set_label(f"share of the switches of {JUDGED} periods (white: none)")
     unmoved = [Patch(**HATCHED, label="no switch: the mass never moves")]
     explain(fig, unmoved if (found.judged == 0).any() else [])
     return fig

@@ -16,12 +16,10 @@ from vibrodrive.model.config import Config
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import Plan
-from vibrodrive.stability.failures import KINDS, METHODS, failures_of_methods
+from vibrodrive.stability.failures import JUDGED, KINDS, METHODS, failures_of_methods
 from vibrodrive.stability.limit import PERIODS, each_limit
 from vibrodrive.store.failures import SECOND, FailureMap, lay_out
 from vibrodrive.store.file import new_file
-
-JUDGED = 10  # number of excitation periods of each motion; all its switches are judged
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:

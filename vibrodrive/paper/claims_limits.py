@@ -36,7 +36,8 @@ ALL_TIMES = 40_000
 DISTANCE = 0.5  # k₃ of the definition in §1, a distance in the plane (ξ, ξ')
 SLIDING = 0.5 * math.pi  # a phase at which the mass slides
 SHARES_OF_K2 = (0.0, 0.5, 0.9)
-HALVINGS = 10
+SIZES = DISTANCE * 2.0 ** (np.arange(-32, 1) / 4)  # errors of the start, in ascending order, tried before the bisection
+HALVINGS = 6
 AFTER = 200  # number of simulated periods after each start
 AROUND_LOSS = 0.15  # largest distance in A from the loss of sticking
 
@@ -212,21 +213,42 @@ def jointly(session: Session) -> Outcome:
 
     def within(size: float, eps: float) -> bool:
         return all(
-            curve_distance(curve, simulate(**point, **moved, eps=eps, transient=0, periods=AFTER)) < DISTANCE
-            for name in start
-            for moved in (start | {name: start[name] + size}, start | {name: start[name] - size})
+            curve_distance(curve, simulate(**point, **moved, eps=eps, transient=0, periods=AFTER), enough=DISTANCE)
+            < DISTANCE
+            for moved in ({name: start[name] + size * part[name] for name in start} for part in _directions())
         )
 
     found = []
     for share in SHARES_OF_K2:
-        low, high = 0.0, DISTANCE
-        for _ in range(HALVINGS):
+        low = 0.0
+        for high in SIZES:
+            if not within(high, share * k2):
+                break
+            low = high
+        for _ in range(HALVINGS if low < SIZES[-1] else 0):
             size = 0.5 * (low + high)
             low, high = (size, high) if within(size, share * k2) else (low, size)
         found.append(low)
     pairs = ", ".join(f"{k1:.2g} at ε = {share:g} k₂" for k1, share in zip(found, SHARES_OF_K2, strict=True))
-    text = f"at A = {point['A']:g} and k₃ = {DISTANCE:g}, k₂(ε) = {k2:.3g}; the error k₁ of ξ, ξ' or τ may be {pairs}"
+    text = (
+        f"at A = {point['A']:g} and k₃ = {DISTANCE:g}, k₂(ε) = {k2:.3g}, and k₁ is {pairs}; the distance is below k₃ "
+        f"for {AFTER} periods after all starts tried, with errors in {len(_directions())} directions of (ξ, ξ', τ) and "
+        f"of sizes ‖ΔX₀‖ + |Δt₀| from {SIZES[0]:.2g} to k₁"
+    )
     return Outcome(text, {"k2": k2, "k1": found, "share": SHARES_OF_K2}, when(min(found) > 0))
+
+
+def _directions() -> list[dict[str, float]]:
+    """Return errors of the start with ‖ΔX₀‖ + |Δt₀| = 1: {"xi0": Δξ, "dxi0": Δξ', "tau0": Δτ}.
+
+    ‖ΔX₀‖ is the Euclidean norm of (Δξ, Δξ'). The part of Δτ is 0, ±1/2 or ±1, and (Δξ, Δξ') has eight angles.
+    """
+    of_state = [
+        {"xi0": (1 - abs(tau)) * math.cos(angle), "dxi0": (1 - abs(tau)) * math.sin(angle), "tau0": tau}
+        for tau in (-0.5, 0.0, 0.5)
+        for angle in np.arange(8) * math.pi / 4
+    ]
+    return [*of_state, *({"xi0": 0.0, "dxi0": 0.0, "tau0": tau} for tau in (-1.0, 1.0))]
 
 
 class _Pairs(NamedTuple):

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,12 +12,15 @@ from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import without_grid
 from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import Session
-from vibrodrive.stability.failures import KINDS, Comparison, compared
+from vibrodrive.stability.failures import JUDGED, KINDS, METHODS, Comparison, compared
 from vibrodrive.verdicts import NotApplicable
 
 LONG = 600  # number of periods in which skipped switches are counted
-JUDGED = 10  # number of periods of each motion whose switches are judged, as in a map of failures
 FRACTIONS = 400  # number of parts of a step in which the zeros of a switching function are counted
+ZEROS = ("odd", "even", "one", "both")
+"""Numbers of zeros of the switching functions in a step: "odd" if a function has an odd number of three zeros or more,
+"even" if a function has an even number, "one" if there is one zero in total, "both" if two functions have one each."""
+
 PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}  # the paper's setting of Muller's method
 
 FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
@@ -55,36 +58,43 @@ def skipped(session: Session) -> Outcome:
 )
 def zeros_in_step(session: Session) -> Outcome:
     plan = session.config("atlas_undisturbed").plan()
-    found: Counter[str] = Counter()
-    for index in range(plan.n_points):
-        step = float(plan.axes["dtau"][index % plan.shape[1]])
-        motion = make_plan(plan.arguments(index) | {"method": "fixed", "dtau": step, "periods": JUDGED})
-        comparison = compared(motion)
-        found["judged"] += len(comparison.behind)
-        for kind in KINDS:
-            for k in np.flatnonzero(comparison.of(kind)).tolist():
-                zeros = zeros_of_step(motion, comparison, k)
-                more = "even" if any(n and n % 2 == 0 for n in zeros) else "odd" if max(zeros) > 1 else "one"
-                found[f"{kind}, {more}"] += 1
-    unseen = found["missed, even"] + found["late, even"]
-    passed = sum(n for name, n in found.items() if name.startswith(("missed", "late")))
-    wrong = sum(n for name, n in found.items() if name.startswith("wrong"))
+    rows, numbers = [], {}
+    unseen: Counter[str] = Counter()
+    wrong: Counter[str] = Counter()
+    for method in METHODS:
+        judged, failed = _failures(plan, method)
+        passed = Counter(f.zeros for f in failed if f.kind != "wrong")
+        steps = {z: [f.dtau for f in failed if f.kind == "wrong" and f.zeros == z] for z in ZEROS}
+        count = {zeros: len(dtau) for zeros, dtau in steps.items()}
+        least = {zeros: f"{len(dtau)} (at Δτ ≥ {min(dtau):.2g})" if dtau else "0" for zeros, dtau in steps.items()}
+        rows.append(
+            f"of {judged} switches with the method {method}, {passed.total()} are not found, and {passed['even']} of "
+            f"these have an even number of zeros in the step; {sum(count.values())} are found in time but lead to the "
+            "wrong next state"
+        )
+        if any(count.values()):
+            rows[-1] += (
+                f", and of these {least['odd']} have an odd number of three zeros or more, {least['even']} have an "
+                f"even number, {least['one']} have one zero that is found too late for the right decision, and "
+                f"{least['both']} have one zero of each of two switching functions"
+            )
+        numbers[method] = {"judged": judged} | Counter(f"{f.kind}, {f.zeros}" for f in failed)
+        unseen.update(passed)
+        wrong.update(count)
     text = (
-        f"{found['judged']} switches at ε = 0 are compared, at {plan.n_points} pairs of A and Δτ with Δτ up to "
-        f"{plan.axes['dtau'][-1]:g}; {passed} are not found, and {unseen} of these have an even number of zeros in the "
-        f"step; {wrong} are found in time but lead to the wrong next state, and of these {found['wrong, odd']} have an "
-        f"odd number of three zeros or more, {found['wrong, even']} have an even number, and {found['wrong, one']} "
-        "have one zero that is found too late for the right decision"
+        f"switches are compared at {plan.n_points} pairs of A and Δτ with ε = 0 and Δτ up to "
+        f"{plan.axes['dtau'][-1]:g}; {'; '.join(rows)}"
     )
-    told = unseen == passed > 0
-    return Outcome(text, dict(found), when(told and found["wrong, odd"] == wrong > 0, told))
+    told = unseen.total() == unseen["even"] > 0
+    return Outcome(text, numbers, when(told and wrong.total() == wrong["odd"] > 0, told))
 
 
 @claim("fig09", "A wrong localisation disturbs the state at all switching points, by instantaneous jumps of ξ and ξ'.")
 def disturbed_switches(session: Session) -> Outcome:
     arguments = session.points("fig09")
     rows, numbers, jumping = [], {}, []
-    for name, at in [(f"Δτ = {a['dtau']:g}", a) for a in arguments] + [("Muller", arguments[0] | PAPERS)]:
+    muller = f"Muller's method at Δτ = {PAPERS['dtau']:g} and tol = {PAPERS['tol']:g}"
+    for name, at in [(f"Δτ = {a['dtau']:g}", a) for a in arguments] + [(muller, arguments[0] | PAPERS)]:
         switches = simulate(**at).switches
         before, after = switches["before"], switches["after"]
         turned = (before <= State.DOWN) & (after != State.IMPACT)
@@ -119,6 +129,38 @@ def touching(session: Session) -> Outcome:
 def _lands(height: float, way: dict[str, Any]) -> bool:
     """Return True if the first switch of a motion with this initial gap is an impact. `way` gives the method."""
     return bool(simulate(**FALL, xi0=height, **way).switches[0]["after"] == State.IMPACT)
+
+
+class _Failure(NamedTuple):
+    """Failure at a switch: its kind (a name in KINDS), the zeros in the step (a name in ZEROS), and Δτ."""
+
+    kind: str
+    zeros: str
+    dtau: float
+
+
+def _failures(plan: Plan, method: str) -> tuple[int, list[_Failure]]:
+    """Return the number of judged switches at all points of a plan over A and Δτ, and the failures of the method."""
+    judged, failed = 0, []
+    for index in range(plan.n_points):
+        step = float(plan.axes["dtau"][index % plan.shape[1]])
+        motion = make_plan(plan.arguments(index) | {"method": method, "dtau": step, "periods": JUDGED})
+        comparison = compared(motion)
+        judged += len(comparison.behind)
+        for kind in KINDS:
+            for k in np.flatnonzero(comparison.of(kind)).tolist():
+                counts = zeros_of_step(motion, comparison, k)
+                failed.append(_Failure(kind, _named(counts), step))
+    return judged, failed
+
+
+def _named(counts: list[int]) -> str:
+    """Return the name in ZEROS of the numbers of zeros of the switching functions in a step."""
+    if any(n and n % 2 == 0 for n in counts):
+        return "even"
+    if max(counts) > 1:
+        return "odd"
+    return "both" if sum(counts) > 1 else "one"
 
 
 def zeros_of_step(motion: Plan, comparison: Comparison, k: int) -> list[int]:

@@ -37,6 +37,7 @@ from vibrodrive.model.states import State
 KINDS = ("missed", "late", "wrong")
 METHODS = ("fixed", "muller")
 
+JUDGED = 10  # number of excitation periods of each motion; all switches in them are judged
 AHEAD = 2  # excitation periods that the certified motion covers; every sticking or rest that ends is shorter
 ROWS = 8  # space for certified switches after each start; an impact or a start close to a boundary gives more than one
 

@@ -17,7 +17,7 @@ import numpy as np
 from vibrodrive.model.config import Config
 from vibrodrive.model.described import Stored, axis_facts
 from vibrodrive.model.kinds import above
-from vibrodrive.stability.failures import KINDS, METHODS
+from vibrodrive.stability.failures import JUDGED, KINDS, METHODS
 from vibrodrive.stability.limit import PERIODS
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import altered
@@ -31,9 +31,10 @@ if TYPE_CHECKING:
 SECOND = ("dtau", "eps")
 
 CONTENTS = (
-    "For each method and point of the axes: the number of switches that were judged, each by comparison with the exact "
-    "switch from the same state, and the numbers of those that were missed, late or wrongly decided. `limit`: the "
-    "disturbance at which the motion loses its structure, judged over `periods` recorded periods."
+    f"For each method and point of the axes: the number of switches that were judged in the first {JUDGED} recorded "
+    "periods, each by comparison with the exact switch from the same state, and the numbers of those that were missed, "
+    "late or wrongly decided. `limit`: the disturbance at which the motion loses its structure, judged over `periods` "
+    "recorded periods."
 )
 
 
