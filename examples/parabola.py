@@ -61,10 +61,10 @@ def _until_root(start: float, reach: float, value: float, slope: float, bend: fl
 
 
 def search(tau: float = 0.0, reach: float = 0.5, closest: float = 1e-9) -> list[Step]:
-    """Return the steps from τ until the length of a step is at most `closest`. `reach` is the largest length of the
-    first step of `below_all`.
+    """Return the steps from τ until the length of a step is at most `closest`.
 
-    Each step is the longer of the steps of two parabolas, `below_all` and `below_slow`.
+    Each step is the longer of the steps of two parabolas, `below_all` and `below_slow`. The first parabola of
+    `below_all` is at most as long as `reach`.
     """
     steps: list[Step] = []
     while not steps or steps[-1].length > closest:

@@ -100,7 +100,7 @@ def _missing_limits(
 def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
     """Yield disjoint sets that together contain exactly the True entries of a bool array with one or two axes.
 
-    Each set is a product of indices along the axes, one array for each axis.
+    A set is given by one array of indices for each axis. It contains all combinations of these indices.
     """
     if missing.ndim == 1:
         if missing.any():

@@ -7,8 +7,11 @@ Terms of this package; docs/glossary.md has the others:
 * batch: the trajectories that are computed together, one in each lane. batch of switches: the switches that one pass
   of the loop in engine.py applies in these lanes
 * decision: the choice of the next state at a switch. It depends on H, or on the sign of ξ at the end of a slide down
-* wait: sticking or resting. slide: sliding up or down. segment: the motion between two switches, in closed form
-* departure: a switch at which the mass leaves the obstacle
+* wait: sticking or resting. slide: sliding up or down. segment: the motion between two switches, in closed form. A
+  state of long duration is divided into several segments (motion.py)
+* departure: a switch at which the mass leaves the obstacle. reference: the state at an earlier departure, with which
+  the state at each departure is compared (recurrence.py)
+* scan: the search of Muller's method and of `fixed`. It goes along the grid up to the first change of sign
 * period, phase: the time τ is 2π · period + φ + low, with an integer period, the phase φ in [0, 2π), and `low`, which
   is below the last bit of φ. θ is ητ mod 2π
 * record: the excitation periods after the transient. Section points and switches in the record are results

@@ -32,8 +32,8 @@ class Start(NamedTuple):
 def begin_search(w, k, i, state, from_rest, method):
     """Begin the search for the end of `state`, which has just begun (at rest if `from_rest`).
 
-    The limit of the search is the end of the record, or an earlier instant at which a new segment of the same state
-    begins (`longest` in motion.py).
+    The limit of the search is the end of the record, or the end of the longest segment (`longest` in motion.py) if this
+    is earlier. If the state lasts longer, it continues in a new segment.
     """
     which, slides = switch.terminating_function(state), from_rest and not switch.waits(state)
     if method == codes.CERTIFIED:

@@ -1,11 +1,11 @@
 """Switches on a grid at ε = 0 in all lanes of a batch, without branches. The results equal the results of a scan.
 
-The end of a slide from rest, or of a wait, is found as for certified motions (undisturbed.py). A scan would stop at the
-grid point after this zero. A few values prove that it would not stop earlier. The switching function rises up to a
-known phase and then falls. If it exceeds its rounding error at two points, it also exceeds this error at all points in
-between. The second of the two points is the last grid point before the zero. The first is the start of a wait, or the
-first grid point after the start of a slide. The other side of S4 either grows throughout, or has its minimum,
-1 + B - A, at the peak of H.
+The end of a slide from rest, or of a wait, is a zero of its switching function. This zero is found as for certified
+motions (undisturbed.py). A scan would stop at the grid point after the zero. A few values prove that it would not stop
+earlier. The switching function rises up to a known phase and then falls. If it exceeds its rounding error at two
+points, it also exceeds this error at all points in between. The second of the two points is the last grid point before
+the zero. The first is the start of a wait, or the first grid point after the start of a slide. The other side of S4
+either grows throughout, or has its minimum, 1 + B - A, at the peak of H.
 
 The method `fixed` then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the
 two grid points around the zero. So the bits equal those of a scan.

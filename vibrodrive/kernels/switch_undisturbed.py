@@ -105,7 +105,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     undisturbed.keep_guesses(w, i, over & rising, (over | aside) & falling, rested, phi, h, rate)
     lo, hi, fall, guess = undisturbed.bracket(w, i, s, phi2, p2, segment.slope)
 
-    # if the mass leaves the obstacle, its state may equal the reference (recurrence.py)
+    # if the mass leaves the obstacle, its state may equal an earlier state, the reference (recurrence.py)
     left_obstacle = over & gap
     look = take_over.is_due(w, k, i, left_obstacle, phi2) | (left_obstacle & rested)
     more = choose(point1, codes.WRITE_POINT, codes.DONE) + choose(look, codes.CHECK_RECURRENCE, codes.DONE)

@@ -155,7 +155,7 @@ def apply_ordinary(w, k, i, fast, on_grid, fixed, found, extent):
         switch.commit_segment_fast(w, i, over, segment)
         switch.commit_time_fast(w, i, over, there.theta, there.pf, there.qf, found.late)
     else:
-        # after an impact or a rest the state may equal the reference (recurrence.py)
+        # after an impact or a rest the state may equal an earlier state, the reference (recurrence.py)
         look = is_due(w, k, i, over & (gap | (event == S5)), there.phi) & (not fixed)
         kept, more = recorded | (k[r.HISTORY_KEEPS + i] == ALL), choose(look, CHECK_RECURRENCE, DONE)
     more += choose(kept, KEEP_SWITCH, DONE)

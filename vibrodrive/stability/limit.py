@@ -62,8 +62,8 @@ class Found:
     def as_velocity(self, value: float) -> float:
         """Return the dimensionless amplitude of the velocity that a value of the disturbance adds to the motion.
 
-        A disturbance ε sin ητ of the excitation adds a velocity of amplitude εηA. A switch that is late by Δτ changes
-        the velocity by about Δτ, because accelerations are of the order 1.
+        The velocity of the disturbance ξ_p = -ε A sin ητ, eq. (9), has the amplitude εηA. A switch that is late by Δτ
+        changes the velocity by about Δτ, because accelerations are of the order 1.
         """
         return value * (self.A * self.eta) if self.disturbance == "eps" else value
 
@@ -152,10 +152,10 @@ def each_limit(
 ) -> Iterator[tuple[int, Limit]]:
     """Yield (number of the point, Limit) for limits over axes of A, B and η, in the order in which they are found.
 
-    `arguments` are those arguments of `limit` that describe the motion. The points form the product of the axes in the
-    order of the arguments; the last axis varies fastest. If `periods` is too small at a point, the numbers of the Limit
-    at this point are NaN, and `how` gives the reason. `criterion` may be a Criterion with names that `parse_criterion`
-    does not allow, such as "order".
+    `arguments` are those arguments of `limit` that describe the motion. The points are all combinations of
+    the values of the axes. The axes have the order of the arguments, and the last axis varies fastest. If `periods` is
+    too small at a point, the numbers of the Limit at this point are NaN, and `how` gives the reason. `criterion` may be
+    a Criterion with names that `parse_criterion` does not allow, such as "order".
     """
     plan = plan_over_axes(arguments, disturbance, method)
     return LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
