@@ -113,8 +113,10 @@ def assigned(node: ast.AST) -> tuple[list[Any], list[Any]]:
 class Package:
     """Expressions of the package.
 
-    given : by (function, name) the values assigned to a name in a function, or in a module if the function is None; by
-        (kind, name) the calls, returned values, properties or attributes; by (path, name) the file of an imported name
+    given : lists of expressions or files, with keys of three kinds:
+        (function, name): values assigned to the name in the function, or at module level if function is None
+        (kind, name): calls, returned values, properties or attributes with this name
+        (path, name): file from which the module at this path imports the name
     messages : expressions that are messages
     """
 

@@ -41,7 +41,8 @@ MOTION = {"A": 1.5, "B": 0.1, "eps": 0.0, "eta": 100.0, "xi0": 0.3, "dxi0": 0.1,
 WARM_UP = [(0, WAVES), (2, MOTION), (2, MOTION | {"eps": 1e-4})]
 
 Answer = dict[str, list[Any]]
-Firsts = dict[str, list[list[Any] | None]]  # by case: for each setting [first zero or event], [], or None if refused
+Firsts = dict[str, list[list[Any] | None]]
+"""For each case a list with one entry for each setting: [first zero or event], [] if there is none, None if refused."""
 
 
 def cases_of(levels: list[int]) -> list[dict[str, Any]]:
@@ -68,8 +69,8 @@ def answer(module: Any, level: int, x: dict[str, float], setting: dict[str, Any]
 
 
 def timed(module: Any, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
-    """Return the answer, or the error as a text, and the CPU time in seconds. The system ends this process if the limit
-    is exceeded."""
+    """Return (answer, seconds): the answer, or the error as a text, and the CPU time. The system ends this process
+    if the limit is exceeded."""
     spent: list[float] = []
     while not spent or (len(spent) < 4 and spent[0] < SHORT):
         signal.setitimer(signal.ITIMER_PROF, 0.0 if spent else limit)  # CPU time is coarse while this timer runs
@@ -102,7 +103,7 @@ class Solver:
         self.warm: list[Any] = []
 
     def ask(self, level: int, x: dict[str, float], setting: Any, limit: float) -> tuple[Answer | str, float]:
-        """Return the answer, or the reason why there is no answer, and the CPU time in seconds."""
+        """Return (answer, seconds): the answer, or the reason why there is none, and the CPU time."""
         if self.process is None:
             context = get_context("spawn")
             self.channel, other = context.Pipe()
@@ -141,7 +142,7 @@ def written(setting: dict[str, Any]) -> str:
 
 
 def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, float]]) -> dict[str, Any]:
-    """Return verdicts (a letter for each case), digits of right answers, and reasons of refusals."""
+    """Return a dict with the verdicts (a letter for each case), digits of right answers, and reasons of refusals."""
     judged = [judge(case, given[case["id"]][0]) for case in cases]
     refused: dict[str, list[str]] = {}
     for case in cases:
@@ -157,10 +158,10 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
 def run(
     module: Any, cases: list[dict[str, Any]], limits: list[float], answers: Path | None
 ) -> Iterator[dict[int, tuple[dict[str, Any], Firsts]]]:
-    """After each setting of a solver, yield for each level the pair (result, first zeros or events) of all settings so
-    far.
+    """Run a solver with all its settings. After each setting, yield the results of all settings so far.
 
-    The complete answers are written into the folder `answers`.
+    The yielded dict has a pair (result, firsts) for each level: the fields of the result file, and the first zero or
+    event of each case. The complete answers are written into the folder `answers`.
     """
     name = module.__name__.rpartition(".")[2]
     head = {"solver": module.NAME, "version": importlib.metadata.version(module.PACKAGE) if module.PACKAGE else ""}

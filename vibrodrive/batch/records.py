@@ -35,7 +35,7 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
 def as_quantities(
     summary: np.ndarray | None, impacts: np.ndarray | None, errors: Errors | None
 ) -> dict[str, np.ndarray]:
-    """Return the output of kernels as a dict of arrays by the names in model/records.py.
+    """Return the output of kernels as a dict of arrays. Its keys are the names in model/records.py.
 
     The arguments are fields of `Arrays`. If an argument is None, its arrays are missing in the result.
     """

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from vibrodrive.model.drawing import Style, Width
 
-LONG = 100_000  # number of periods from which on progress is shown, because the motion may take more than a second
+LONG = 100_000  # from this number of periods on, progress is shown, because the computation may take more than a second
 
 SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 """Row of `Trajectory.switch_errors`: bounds of the errors of the row of `Trajectory.switches` with the same index."""

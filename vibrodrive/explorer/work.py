@@ -27,7 +27,7 @@ from vibrodrive.model.size import result_bytes
 
 FRAME_SECONDS = 0.03  # time for the first level; together with the drawing about 15 frames per second are possible
 LEVEL_SECONDS = 0.15  # time for each later level
-STRIDES = (16, 8, 4, 2, 1)  # distances of the points of successive grids, as multiples of those of the sweep
+STRIDES = (16, 8, 4, 2, 1)  # spacings of successive grids, as multiples of the spacing of the sweep
 COARSEST_DIAGRAM = 4  # largest stride of a diagram; a larger stride would break up its lines
 GROWTH = 4.0  # largest ratio of the numbers of points of two successive levels
 SHORTEST = 8  # least number of transient and of recorded periods of a sketch
@@ -92,7 +92,7 @@ class Work:
             yield Level(self.part, sketch)
 
     def _points_within(self, pace: Pace, seconds: float) -> int:
-        """Return the number of points of each plan that can be computed in this time."""
+        """Return n, at least 1: n points of every plan take this time in total."""
         each = sum(length(plan) / pace.of(plan) for plan in self.plans)
         return max(1, int(seconds / each))
 

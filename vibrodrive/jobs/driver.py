@@ -1,4 +1,8 @@
-"""`vd.driver`: motion of a driver in SI units, and its change if a parameter changes by ±1 %."""
+"""`vd.driver`: motion of a vibratory driver in SI units, and its change if a parameter changes by ±1 %.
+
+A vibratory driver is the machine that the oscillator models: a mass, an incline that vibrates, and an obstacle. A
+`Scene` describes it.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +27,7 @@ TURN = 2.0 * math.pi
 
 @dataclass(frozen=True)
 class Driver:
-    """Motion of a driver in SI units, from rest at the obstacle, after its transient.
+    """Motion of a vibratory driver in SI units, from rest at the obstacle, after its transient.
 
     Attributes
     ----------
@@ -107,7 +111,7 @@ conveying: mean velocity without an obstacle, negative down the incline; with th
 
 
 def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:
-    """Compute the motion of a driver in SI units, and its change if a0, omega0, mu or alpha changes by ±1 %.
+    """Compute the motion of a vibratory driver in SI units, and its change if a0, omega0, mu or alpha changes by ±1 %.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ def _at_address(typingctx, address):
     result = types.NamedTuple(arrays, Arguments)
 
     def codegen(context, builder, signature, args):
-        from numba.np.arrayobj import populate_array  # imports the compiler, so not at module level
+        from numba.np.arrayobj import populate_array  # imported here, because it loads the compiler
 
         integer = ir.IntType(64)
         cells = builder.inttoptr(args[0], integer.as_pointer())

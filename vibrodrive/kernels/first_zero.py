@@ -18,9 +18,9 @@ bounded remainder gives, for any S > 0,
     g(τ + s) >= g + g's + (g'' - M3 S/3) s²/2       for 0 < s <= S
 
 The right side is a parabola in s. It is positive, and so is g, up to S or up to its first positive root, whichever is
-smaller. This length is the step of the search. S is arbitrary; the code derives it from the last step. Near a
-transversal zero, the root of the parabola is then before the zero, by an error that shrinks faster than the square of
-the distance to the zero.
+smaller. This length is the step of the search. S is arbitrary; the code derives it from the last step. Let d
+be the distance from the cursor to a transversal zero. The root of the parabola is before this zero, and its distance
+from the zero decreases faster than d² as d → 0.
 
 If a fast ripple of amplitude a dominates M3, a second bound may give a longer step: g_slow + g_slow's + b s²/2 - a. It
 uses the slow part of g, and the small bound M2 of the second and third derivatives of the slow part. b is the larger of
@@ -61,9 +61,9 @@ from vibrodrive.kernels import motion
 from vibrodrive.kernels.codes import BOTH, FALLEN, INFINITY, LEAVING, LIMIT_MET, NOTHING, S1, S2, S3, S4, UNKNOWN, ZERO
 
 NOISE_SHARE = 1e-13
-"""Share of the sum of the magnitudes of its terms. A switching function must exceed this share at a skipped grid point,
-so that its sign is certain. The share is four hundred times the rounding error of one term. A larger share costs only a
-few more evaluations."""
+"""Share of the sum of the magnitudes of the terms of a switching function. The function must exceed this share at each
+skipped grid point, so that its sign there is certain. The share is four hundred times the rounding error of one term.
+A larger share costs only a few more evaluations."""
 
 LATE_SHARE = 4e-3
 """Search.noise includes NOISE_SHARE · LATE_SHARE · a η h, because the time of a grid point is rounded. a is the
@@ -382,7 +382,7 @@ def series(h, u, half, third, fourth, m3, scale, rate):
 
 @inline
 def is_nearly_straight(way, dg, ddg, m3, rate):
-    """Return whether g' < 0 and g' certainly changes by less than BENT |g'| within the time `way`.
+    """Return True if g' < 0 and g' certainly changes by less than BENT |g'| within the time `way`.
 
     dg = g', ddg = g'', |g'''| <= m3, and |g''''| <= m3 · rate.
     """
@@ -488,8 +488,8 @@ def free_step(w, i, taylor, ripple, trusted, fast):
 def note_dip(w, i, h, taylor, x):
     """Store the distance of a minimum of the switching function from 0, if it is the smallest so far.
 
-    The distance is |g - g'²/2g''|, that of the minimum of the parabola of second order at h. It is stored only if the
-    third derivative is too small to invalidate this minimum. It is stored as a fraction, to avoid a division.
+    The minimum is that of the Taylor polynomial of degree two at h, so the distance is |g - g'²/2g''|. It is stored
+    only if the third derivative is too small to invalidate this minimum. A fraction is stored, to avoid a division.
     """
     g, dg, ddg = taylor.g, taylor.dg, taylor.ddg
     over, under = abs(dot(2.0 * g, ddg, -dg, dg)), 2.0 * ddg

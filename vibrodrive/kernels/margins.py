@@ -129,8 +129,9 @@ def record_margin_of_force(w, k, i, distance, late):
 def record_margin_of_start(w, k, i, v, force):
     """Record the start of a motion with ξ' = v as a decision, if |H| is 1 within rounding and v is tiny.
 
-    In this case ξ'' may reverse the motion. Let δ be the rounding error of H, so |ξ''| < δ. Until H' changes the sign
-    of ξ'', |ξ'| falls by at most δ²/2|H'|. If |H'| is below √(δ |H''|), |ξ'| falls by about δ²/√(δ |H''|) instead.
+    In this case ξ'' may reverse the motion. Let δ be the rounding error of H. Then |ξ''| < δ, because ξ'' = H ∓ 1 and
+    |H| is 1 within δ. Until H' changes the sign of ξ'', |ξ'| falls by at most δ²/2|H'|. If |H'| is below √(δ |H''|),
+    |ξ'| falls by about δ²/√(δ |H''|) instead.
     """
     slope = w[r.P + i] + w[r.ETA + i] * w[r.PF + i]
     bend = w[r.A + i] + w[r.AF + i] * w[r.ETA + i] * w[r.ETA + i]

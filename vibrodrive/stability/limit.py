@@ -269,7 +269,10 @@ class LimitSearch:
                 ended = []
 
     def _explained(self, ended: list[tuple[_Problem, Band]], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """Yield (number of the point, Limit) of finished searches, with `kept` and `lost` of each Limit."""
+        """Yield (number of the point, Limit) for each finished search.
+
+        The motions at `kept_below` and at `k2` are computed again, for the fields `kept`, `lost` and `how`.
+        """
 
         def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, str]:
             found = motion.judge(base)

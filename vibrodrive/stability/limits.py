@@ -33,8 +33,8 @@ class Quantity(NamedTuple):
     """One kind of limit over axes.
 
     curves : disturbance and method of each curve of limits.
-    numbers : names and meanings of the dimensionless variables, float64 (curve, axes…). The names are attributes of a
-        Limit, StartLimit or UniqueLimit.
+    numbers : meaning of each number of a limit, by name. The names are attributes of a Limit, StartLimit or
+        UniqueLimit, and the keys of `Limits.numbers`.
     last : name of the upper end of the band (limit.py) above the limit; "" if this limit has no band.
     """
 
