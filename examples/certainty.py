@@ -100,7 +100,7 @@ same bound with three replacements: ξ instead of ξ', $|\\xi'|$ minus its error
 of $|\\xi''|$ instead of $M$. After an impact ξ = ξ' = 0 exactly, so only the error of the instant of the impact
 remains. **Sticking** ends where H = ±1, and **a rest** ends where H = 1. The time of such an end does not depend
 on the errors of the earlier motion. For ε = 0 this time is an arcsine, accurate to its last bits. For ε > 0 it
-is a zero of |H| − 1, and its error is the rounding error of H divided by |H'|. After a rest no earlier error
+is a zero of H − 1 or H + 1, and its error is the rounding error of H divided by |H'|. After a rest no earlier error
 remains. After sticking only the error of ξ remains.
 
 **Signs.** Bounds that use only absolute values would grow even along stable motions. The reason is that the

@@ -18,8 +18,9 @@ complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
 
       δξ₁ = δξ₀ - a₀ h δφ₀,    δφ₁ = a₀ δφ₀ / a₁   at a zero of ξ',    δφ₁ = -δξ₁ / ξ'   at an impact
 
-  A wait ends at a known phase, so δφ = 0 after it. The product of these factors from one impact to the next is the
-  derivative of the impact-phase map. The mean of log |δφ₁ / δφ₀| per period is the Lyapunov exponent (ε = 0).
+  A wait ends at a known phase, so δφ = 0 after it. An impact sets δξ to 0. So these equations, applied to each slide
+  from one impact to the next, give the derivative of the impact-phase map: the ratio of the delays of the two impacts.
+  The mean of log |ratio| per period is the Lyapunov exponent (ε = 0).
 
 record.py defines main impacts. Here the first and the last main impact of a record are omitted, because an impact
 outside the record may be faster than one of these.

@@ -1,14 +1,17 @@
-"""Ends of states at ε = 0. Without a disturbance every state has one end, at a known phase or in a known interval.
+"""Ends of states at ε = 0: at a known phase, or at the only zero of a function in a known interval.
 
 **Waits** end at a known phase, the arcsine of (1 + B)/A or (B - 1)/A.
 
-**Slides** begin at rest. Let g = s ξ', with s = 1 in a slide up and s = -1 in a slide down. Then g' = sH - 1. g starts
-at 0 and grows to the peak of |ξ'|. There, at the time lo, sH falls to 1 at a known phase. Then g falls until the time
-hi, at which sH rises to 1 again at another known phase. The integral of g' from one phase at which sH rises to 1 to the
-next is -2π(1 + sB). A slide that begins after such a phase lacks a part of the growth of g. So g at hi is at most
+**Slides** from rest. Let g = s ξ', with s = 1 in a slide up and s = -1 in a slide down. Then g' = sH - 1. g starts at 0
+and grows to the peak of |ξ'|. There, at the time lo, sH falls to 1 at a known phase. Then g falls until the time hi, at
+which sH rises to 1 again at another known phase. The integral of g' from one phase at which sH rises to 1 to the next
+is -2π(1 + sB). A slide that begins after such a phase lacks a part of the growth of g. So g at hi is at most
 -2π(1 + sB), which is below zero for 1 + sB > 0. Therefore g has exactly one zero on [lo, hi], and no zero between the
 start and lo. Any method that converges inside this bracket finds the switch. The depth of g below zero at hi is the
-margin of this decision.
+distance of this decision from the opposite decision.
+
+The first slide of a motion may begin with ξ' ≠ 0. The end of such a slide, and of a slide with 1 + sB < LEAST_FALL, is
+searched for by steps (first_zero.py).
 
 **Impacts.** While ξ' < 0, ξ decreases strictly. So if ξ is not positive at the end of the slide, ξ has exactly one zero
 before this end.

@@ -13,9 +13,9 @@ B = 0 that never return to the obstacle are not orbits of the map and are not li
 
 **On the level (B = 0)** slides up and down cancel each other, and at every A > 1 exactly one motion returns to the
 obstacle. This motion touches the obstacle once a period, without speed (flight.py). It is listed as "touching", and no
-search is necessary. It has no multiplier and is neither stable nor unstable. The same motion shifted up by any ξ is a
-periodic motion without impacts. After a later launch the mass lands with some speed. If `simulate` reaches the
-touching motion, the status is TOO_CLOSE.
+search is necessary. The same motion shifted up by any ξ is a periodic motion without impacts. After a later launch the
+mass lands with some speed. So the touching motion is neither stable nor unstable, and it has no multiplier. If
+`simulate` reaches this motion, the status is TOO_CLOSE.
 
 **Close to the level** an orbit without a rest has an impact speed of about 10 B, and each of its flights multiplies a
 difference of launch phases by about A/B. The launch phase of such an orbit is in an interval of width B/A divided by
