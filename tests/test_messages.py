@@ -5,8 +5,11 @@
 The list contains, for each module, the texts that are raised, issued as warnings, or printed. A name or an expression
 in braces stands for a value, and | separates alternatives. If a value is itself a text of the package, an indented line
 `name = text` contains this text. The test finds these texts: it follows a name to its assignments, a parameter to the
-calls of its function, and a call to the returned values. It does not follow default values, loop variables, unpacked
-tuples and fields of a dataclass, and does not list single words that are parts of a message.
+calls of its function, and a call to the returned values.
+
+The test does not find texts in default values, loop variables, unpacked tuples, fields of a dataclass, `__str__` and
+`error.args`, and in a built-in exception that is assigned to a name before it is raised. Single words that are parts of
+a message are not listed.
 
 The list leaves out internal assertions, texts of Python, click and the operating system, help texts, labels of figures,
 and texts of the explorer's page except its refusals.
