@@ -1,10 +1,9 @@
 """Level 0 with the kernels of the package. The three methods search g in the same way as a switching function.
 
-In the kernels a function is a shape: its coefficients in h = τ − t, and bounds of its derivatives. Here g is written as
-a shape, with its fast wave as the disturbance. As in the computation of a motion, the shape gets a new origin t after
-each zero, and otherwise after at most two excitation periods. After a zero, the certified method and Muller's method
-search a function that is 0 at its start. The method `fixed` reports the grid point after the zero, so it searches g
-itself.
+In the kernels a switching function is a shape in h = τ − t (kernels/motion.py). Here g is written as a shape, with its
+fast wave as the disturbance. As in the computation of a motion, the shape gets a new origin t after each zero, and
+otherwise after at most two excitation periods. After a zero, the certified method and Muller's method search a function
+that is 0 at its start. The method `fixed` reports the grid point after the zero, so it searches g itself.
 """
 
 import math
@@ -22,8 +21,11 @@ from vibrodrive.kernels.single import follow_certified, follow_on_grid
 
 @jit
 def shape(f, t, on_zero, sign, limit):
-    """Return the search of ±g in h = τ − t, with its shape. If g = 0 at t > 0 (`on_zero`), the sign is that of g', and
-    otherwise it is `sign`. `limit` is the longest h of the search."""
+    """Return ±g as a shape in h = τ − t, with the data of its search, as `first_zero.Search`.
+
+    `on_zero` is true if g = 0 at t. If g = 0 at t > 0, the sign of the shape is the sign of g' at t. Otherwise it is
+    `sign`. `limit` is the largest h of the search.
+    """
     sin, cos = math.sin(t), math.cos(t)
     p = f.a * (math.cos(f.alpha) * cos - math.sin(f.alpha) * sin)
     q = f.a * (math.sin(f.alpha) * cos + math.cos(f.alpha) * sin)

@@ -282,7 +282,7 @@ def test_malformed_answer_is_refused(answer):
     [
         ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"]], "right"),
         ([[1.0000009, "UP", "DOWN"], ["2.00000009", "DOWN", "STICK"]], "right"),
-        ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"], [9.5, "STICK", "UP"]], "right"),  # the last is after certain_until
+        ([[1, "UP", "DOWN"], [2, "DOWN", "STICK"], [9.5, "STICK", "UP"]], "right"),  # last event after certain_until
         ([[1, "UP", "DOWN"], ["2.00000011", "DOWN", "STICK"]], "missed"),
         ([[1, "UP", "DOWN"]], "missed"),
         ([], "missed"),

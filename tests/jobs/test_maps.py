@@ -39,7 +39,10 @@ def test_undisturbed_gaps_equal_the_cycle_of_limits():
 
 @pytest.mark.jit
 def test_structure_is_lost_at_the_limit():
-    """The gaps of short records change at k₂, which `vd.limit` finds in another way, from single impacts."""
+    """The gaps in a summary equal the undisturbed gaps at three values of ε below k₂, and differ from them at k₂.
+
+    `vd.limit` finds k₂ independently of the summary, from recorded main impacts.
+    """
     for A in (1.5, 2.5, 2.8):
         k2 = vd.limit(A, transient=100, periods=200).k2
         eps = k2 * np.array([0.3, 0.9, 0.97, 1.0])

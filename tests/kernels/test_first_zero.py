@@ -2,8 +2,8 @@
 
 Difficult roots are cases in which event finders fail: two very close roots, roots at the ends of the interval, double
 and triple roots, a function that touches zero (Hipparchus' `CloseEventsTest`), three roots of a cubic in one step
-(scipy issue 9228: one is found), and a simple root after a double root. ((t - 1)² - e)(1.2 - t) is the simplest example
-of the last case.
+(scipy issue 9228: scipy finds only one of them), and a simple root after a double root. ((t - 1)² - e)(1.2 - t) is the
+simplest example of the last case.
 """
 
 import math
@@ -183,7 +183,10 @@ def test_zero_free_span_contains_no_zero(rise, bend, m3):
     rate=st.floats(1e-3, 1e3),
 )
 def test_series_is_used_only_if_the_zero_is_unique(g, dg, ddg, share, m3, rate):
-    """On a step longer than the safe step, or back from g < 0, g' hardly changes. So it has at most one zero."""
+    """The series may move the cursor beyond the safe step, or back if g < 0. Then g' changes by at most |g'|/3.
+
+    So g has at most one zero on this way.
+    """
     h = 5.0
     step, _ = safe_step(max(g, 0.0), dg, ddg, m3, 1 / rate)
     ahead, _ = advance(h, Taylor(g, dg, ddg, share * m3, -share * m3 * rate), m3, 1 / rate, rate, step, 1e9)

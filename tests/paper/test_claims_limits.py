@@ -1,5 +1,6 @@
-"""Claims of the paper about limits of stability. Their results agree with other computations, and depend on the
-configuration.
+"""Claims of the paper about limits of stability.
+
+The results of the claims agree with other computations. If the configuration changes, the results change.
 """
 
 import shutil

@@ -27,7 +27,7 @@ const page = {
   followed: NaN, // coordinate of the selected motion on the abscissa
   marks: [], // coordinates of the marks on the abscissa
   pinged: 0, // time of the last ping of the server; 0 after the answer
-  played: "", // field whose slider is moved by its button
+  played: "", // field whose slider the button ▶ moves at present, or ""
   judging: false, // true until the selected motion has been compared with its limits; meanwhile the slider does not move
   fit: false, // the ordinate follows the values, until the user moves the ordinate
   refused: "", // error message of the last request

@@ -64,7 +64,11 @@ def make(work: Work) -> bool:
 
 
 def _judged(config: Config) -> tuple[str, str]:
-    """Return (kind of limit: "k2", "k1" or "ku"; criterion, "" for k1 and ku) of a configuration."""
+    """Return (quantity, criterion) of a configuration.
+
+    quantity : the kind of limit, "k2", "k1" or "ku"
+    criterion : the criterion of k2; "" for k1 and ku
+    """
     quantity = config.limits.get("quantity", K2)
     return quantity, check_quantity(quantity, config.limits.get("criterion"))
 
@@ -113,10 +117,12 @@ def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
 
 
 def table(found: Limits) -> str:
-    """Return a line for each point: the values of the axes, n, and the limits k1, k2 or ku.
+    """Return a table as text: a head, a line for each point, and a line that explains the limits.
 
-    A limit k2 or ku has a velocity amplitude V. With Muller's method a limit in Δτ has no V, because switches are not
-    late by Δτ. With a scene in SI units the line contains V in mm/s. "-" means unknown; "<" marks an upper bound.
+    The line of a point contains the values of the axes, the period n of the undisturbed orbit, and the limits k1, k2 or
+    ku. A limit k2 or ku has a velocity amplitude V. With Muller's method a limit in Δτ has no V, because switches are
+    not late by Δτ. With a scene in SI units the line also contains V in mm/s. "-" means unknown; "<" marks an upper
+    bound.
     """
     k, values = found.quantity, found.values
     kept = found.numbers["several_below" if k == KU else "kept_below"]

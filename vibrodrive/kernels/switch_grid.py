@@ -4,8 +4,10 @@ The end of a slide from rest, or of a wait, is a zero of its switching function.
 motions (undisturbed.py). A scan would stop at the grid point after the zero. A few values prove that it would not stop
 earlier. The switching function rises up to a known phase and then falls. If it exceeds its rounding error at two
 points, it also exceeds this error at all points in between. The second of the two points is the last grid point before
-the zero. The first is the start of a wait, or the first grid point after the start of a slide. The other side of S4
-either grows throughout, or has its minimum, 1 + B - A, at the peak of H.
+the zero. The first is the start of a wait, or the first grid point after the start of a slide. S4 has two sides, 1 - H
+and 1 + H, and sticking ends when one of them is zero. The other side must exceed its rounding error, too. Either this
+side grows until the end, so its least value is at the start. Or it is 1 - H, with the minimum 1 + B - A at the peak of
+H.
 
 The method `fixed` then switches at the grid point after the zero, eq. (10). Muller's method refines the zero from the
 two grid points around the zero. So the bits equal those of a scan.
@@ -51,7 +53,7 @@ class Cell(NamedTuple):
 
 @inline
 def cell_of(w, k, i, which):
-    """Return the cell of the grid that contains the cursor of lane i, the end of its state."""
+    """Return the cell of the grid that contains the end of the state of lane i, at its cursor."""
     a, b, dtau = w[r.A + i], w[r.B + i], w[r.DTAU + i]
     number = np.floor(w[r.CURSOR + i] / dtau)
     low, high = number * dtau, (number + 1.0) * dtau

@@ -198,7 +198,7 @@ def all_times(session: Session) -> Outcome:
 
 @claim(
     "limits",
-    "For a distance k₃ there are k₁ and k₂: starts within ‖ΔX₀‖ + |Δt₀| < k₁ and disturbances below k₂ stay within k₃.",
+    "For a distance k₃ there are k₁ and k₂: motions with ‖ΔX₀‖ + |Δt₀| < k₁ and a disturbance below k₂ stay within k₃.",
 )
 def jointly(session: Session) -> Outcome:
     scalars = session.config("limits").plan().scalars
