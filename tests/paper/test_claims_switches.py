@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.paper.test_claims_limits import outcome, session  # noqa: F401 (a fixture)
+from tests.paper.test_claims_limits import axis, outcome, session  # noqa: F401 (a fixture)
 from vibrodrive.model.plan import make_plan
-from vibrodrive.paper import claims_limits, claims_switches
+from vibrodrive.paper import claims_limits, claims_switches, zeros
 from vibrodrive.paper.claim import Verdict
+from vibrodrive.paper.figures import FIGURES
 from vibrodrive.stability.failures import compared
 
 DTAU = 'dtau = {start = 1e-3, stop = 2.0, num = 40, scale = "log"}'
@@ -35,7 +36,7 @@ def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
     numbers = found.record["numbers"]
     assert all(n.get("missed, even", 0) + n.get("late, even", 0) > 0 for n in numbers.values())
     assert numbers["fixed"]["wrong, one"] > 0
-    assert [claims_switches._named(n) for n in ([1], [1, 0], [1, 1], [1, 2], [3, 1])] == [
+    assert [zeros.name_of_zeros(n) for n in ([1], [1, 0], [1, 1], [1, 2], [3, 1])] == [
         "one",
         "one",
         "both",
@@ -49,13 +50,27 @@ def test_zeros_in_a_step_depend_on_the_parity(session):  # noqa: F811
 
 
 @pytest.mark.jit
+def test_figure_marks_each_failure_by_its_zeros(session):  # noqa: F811
+    few = {DTAU: "dtau = [0.7, 1.2, 1.9]", axis("atlas_undisturbed"): "A = [1.3, 1.9]"}
+    made = session(atlas_undisturbed=few)
+    numbers = outcome("zeros-in-step", made).record["numbers"]
+    fixed, muller = FIGURES["zeros"].draw(made).axes
+    drawn = {name: set(zip(*line.get_data(), strict=True)) for name, line in zip(zeros.ZEROS, fixed.lines, strict=True)}
+    assert (1.9, 0.7) in drawn["one"], "sticking is so short at A = 1.9 that the step passes over it"
+    assert not drawn["odd"]
+    for name, line in zip(zeros.ZEROS, muller.lines, strict=True):
+        count = sum(n for found in numbers.values() for key, n in found.items() if key.endswith(f", {name}"))
+        assert line.get_label().endswith(f"({count} switches)")
+
+
+@pytest.mark.jit
 @pytest.mark.parametrize("A", [1.5, 3.04])
 def test_step_of_a_fine_grid_has_one_zero(A):
     """In the small step in which a state ends, the switching functions of this state have one zero in total."""
     plan = make_plan({"A": A, "method": "fixed", "dtau": 1e-3, "transient": 200, "periods": 4})
     found = compared(plan)
     for k in range(len(found.behind)):
-        assert sum(claims_switches.zeros_of_step(plan, found, k)) == 1
+        assert sum(zeros.zeros_of_step(plan, found, k)) == 1
 
 
 @pytest.mark.jit

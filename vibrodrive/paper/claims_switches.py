@@ -1,26 +1,20 @@
 """Claims about single switches on a grid (§3 and §5 of the paper)."""
 
-import math
 from collections import Counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import without_grid
 from vibrodrive.paper.claim import Outcome, claim, when
 from vibrodrive.paper.session import Session
-from vibrodrive.stability.failures import JUDGED, KINDS, METHODS, Comparison, compared
+from vibrodrive.paper.zeros import ZEROS, failures_by_zeros
+from vibrodrive.stability.failures import METHODS
 from vibrodrive.verdicts import NotApplicable
 
 LONG = 600  # number of periods in which skipped switches are counted
-FRACTIONS = 400  # number of parts of a step in which the zeros of a switching function are counted
-ZEROS = ("odd", "even", "one", "both")
-"""Numbers of zeros of the switching functions in a step: "odd" if a function has an odd number of three zeros or more,
-"even" if a function has an even number, "one" if there is one zero in total, "both" if two functions have one each."""
-
 PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}  # the paper's setting of Muller's method
 
 FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
@@ -62,7 +56,7 @@ def zeros_in_step(session: Session) -> Outcome:
     unseen: Counter[str] = Counter()
     wrong: Counter[str] = Counter()
     for method in METHODS:
-        judged, failed = _failures(plan, method)
+        judged, failed = failures_by_zeros(plan, method)
         passed = Counter(f.zeros for f in failed if f.kind != "wrong")
         steps = {z: [f.dtau for f in failed if f.kind == "wrong" and f.zeros == z] for z in ZEROS}
         count = {zeros: len(dtau) for zeros, dtau in steps.items()}
@@ -129,60 +123,3 @@ def touching(session: Session) -> Outcome:
 def _lands(height: float, way: dict[str, Any]) -> bool:
     """Return True if the first switch of a motion with this initial gap is an impact. `way` gives the method."""
     return bool(simulate(**FALL, xi0=height, **way).switches[0]["after"] == State.IMPACT)
-
-
-class _Failure(NamedTuple):
-    """Failure at a switch: its kind (a name in KINDS), the zeros in the step (a name in ZEROS), and Δτ."""
-
-    kind: str
-    zeros: str
-    dtau: float
-
-
-def _failures(plan: Plan, method: str) -> tuple[int, list[_Failure]]:
-    """Return the number of judged switches at all points of a plan over A and Δτ, and the failures of the method."""
-    judged, failed = 0, []
-    for index in range(plan.n_points):
-        step = float(plan.axes["dtau"][index % plan.shape[1]])
-        motion = make_plan(plan.arguments(index) | {"method": method, "dtau": step, "periods": JUDGED})
-        comparison = compared(motion)
-        judged += len(comparison.behind)
-        for kind in KINDS:
-            for k in np.flatnonzero(comparison.of(kind)).tolist():
-                counts = zeros_of_step(motion, comparison, k)
-                failed.append(_Failure(kind, _named(counts), step))
-    return judged, failed
-
-
-def _named(counts: list[int]) -> str:
-    """Return the name in ZEROS of the numbers of zeros of the switching functions in a step."""
-    if any(n and n % 2 == 0 for n in counts):
-        return "even"
-    if max(counts) > 1:
-        return "odd"
-    return "both" if sum(counts) > 1 else "one"
-
-
-def zeros_of_step(motion: Plan, comparison: Comparison, k: int) -> list[int]:
-    """Return the number of zeros of each switching function of eq. (8) in one step, as a list.
-
-    The step is that of the grid of the motion which contains the certified switch of entry k of the comparison. The
-    result is [0] if no certified switch follows. A slide is continued beyond its end by the closed form of eqs. (4) and
-    (5) at ε = 0.
-    """
-    A, B, step = (motion.scalars[name] for name in ("A", "B", "dtau"))
-    state, start, end = comparison.start["after"][k], comparison.tau[k], comparison.certified[k]
-    if end == np.inf:
-        return [0]
-    steps = max(1, math.ceil((end - start) / step - 1e-9))
-    first = 1 if steps == 1 else 0  # leaves out the zero at the beginning of the state
-    tau = start + step * (steps - 1 + np.arange(first, FRACTIONS + 1) / FRACTIONS)
-    if state in (State.REST, State.STICK):
-        force = A * np.sin(tau) - B
-        tests = [force - 1.0, force + 1.0][: 1 if state == State.REST else 2]
-    else:
-        drag, since = B + (1.0 if state == State.UP else -1.0), tau - start
-        speed = A * (np.cos(start) - np.cos(tau)) - drag * since
-        fall = A * (np.sin(tau) - np.sin(start) - np.cos(start) * since) + 0.5 * drag * since**2
-        tests = [speed, comparison.xi[k] - fall][: 1 if state == State.UP else 2]
-    return [int(np.count_nonzero(np.diff(np.signbit(values)))) for values in tests]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -20,7 +20,9 @@ from vibrodrive.figures.scheme import scheme
 from vibrodrive.model.states import State
 from vibrodrive.paper.analysis import LAGS, SETTLED, closing_periods, find_phase_slip, without_grid
 from vibrodrive.paper.session import Session
+from vibrodrive.paper.zeros import ZEROS, failures_by_zeros
 from vibrodrive.stability.commensurability import closing, returning
+from vibrodrive.stability.failures import JUDGED, METHODS
 from vibrodrive.stability.structure import deviation
 from vibrodrive.verdicts import NotApplicable
 
@@ -165,6 +167,40 @@ def grid(session: Session) -> Figure:
     return fig
 
 
+MARKS: dict[str, dict[str, Any]] = {
+    "one": {"marker": "s", "ms": 3.6, "mew": 0, "color": "0.75"},
+    "even": {"marker": "o", "ms": 3.6, "mew": 0.8, "mfc": "none", "mec": INK},
+    "both": {"marker": "x", "ms": 3.6, "mew": 0.8, "color": INK},
+    "odd": {"marker": "^", "ms": 3.6, "mew": 0.8, "color": INK},
+}
+"""Marks of the numbers of zeros in a step, by their names in ZEROS."""
+
+
+@style.styled
+def zeros(session: Session) -> Figure:
+    """Mark over A and Δτ the numbers of zeros in the steps at which a switch is missed, late or followed by a wrong
+    state, at ε = 0. There is a panel for each grid method."""
+    plan = session.config("atlas_undisturbed").plan()
+    fig, axes = style.new(1, len(METHODS), height=3.8, sharey=True)
+    failed = [failures_by_zeros(plan, method)[1] for method in METHODS]
+    for k, (ax, method, failures) in enumerate(zip(axes[0], METHODS, failed, strict=True)):
+        for name, meaning in ZEROS.items():
+            points = sorted({(f.A, f.dtau) for f in failures if f.zeros == name})
+            count = sum(f.zeros == name for found in failed for f in found)
+            A, dtau = zip(*points, strict=True) if points else ((), ())
+            ax.plot(A, dtau, ls="none", label=f"{meaning} ({count} switches)", **MARKS[name])
+        ax.set_yscale("log")
+        ax.set_xlim(plan.axes["A"][0] - 0.05, plan.axes["A"][-1] + 0.05)
+        ax.set_ylim(plan.axes["dtau"][0], 1.2 * plan.axes["dtau"][-1])
+        style.name_axes(ax, "A", None if k else "dtau")
+        style.letter(ax, k, method)
+    first = plan.settings.transient + 1
+    said = conditions(plan.scalars, ("A", "dtau"), section=False)
+    style.note(axes[0, -1], [*said, f"periods {first}–{first + JUDGED - 1}"])
+    style.explain(fig)
+    return fig
+
+
 def _axis_values(session: Session, name: str) -> list[str]:
     """Return a title for each point of a configuration, with the values of the axes."""
     plan = session.config(name).plan()
@@ -191,6 +227,7 @@ FIGURES = {
     "fig11": Drawing("phase curves, exact and with a constant step", fig11),
     "fig12": Drawing("basic and transient motions", fig12),
     "coexisting": Drawing("solutions reached from different starts", coexisting),
+    "zeros": Drawing("zeros in the steps at which a switch fails", zeros),
     "grid": Drawing("periods after which a grid closes and its motion returns", grid),
 }
-"""Drawings of `vibrodrive paper`: the figures of the paper, and two that explain Fig. 4 and Fig. 12."""
+"""Drawings of `vibrodrive paper`: the figures of the paper, and three that explain Fig. 4, Fig. 12 and §5."""
