@@ -1,4 +1,4 @@
-"""Express the limits of five numerical disturbances as velocities, over the amplitude A.
+"""Express the limits of five disturbances as velocities, over the amplitude A.
 
 `vd.limit` finds the limits in ε (a force) and Δτ (late switches). This program finds the limits of other methods by the
 same criterion: in 1500 periods, after a transient of 1000, the main impacts have the gaps and the order of the
@@ -12,9 +12,9 @@ v_s  The width of smoothed friction. V = v_s, the largest velocity at which the 
 k    The stiffness of a spring in place of the obstacle. V is the velocity that the mass lacks after an impact on the
      spring, compared with a plastic impact. A mass of speed 1 hits the obstacle under an acceleration of 1 away from
      it. After a plastic impact the velocity grows from 0, and is t at the time t. From the spring with critical damping
-     the mass separates at t = s/√k, where exp s = 1 + s + s √k, with a velocity below t. V is the difference of the two
-     velocities at this t, about 0.9 to 0.95 t. V is of the order 1/√k, the time constant of the contact, times a
-     logarithm.
+     the mass separates at t = s/√k, where exp s = 1 + s + s √k, with the velocity (s - 1 + t) exp(-s). V is the
+     difference of the two velocities at this t, about 0.9 to 0.95 t. V is of the order 1/√k, the time constant of the
+     contact, times a logarithm.
 
     python -m benchmarks.ruler                    # measure, write ruler.json, draw, fill in the table (an hour)
     python -m benchmarks.ruler --only v_s k       # measure only these again, keep the other results
@@ -225,6 +225,18 @@ def ratios(data: dict[str, Any], name: str) -> np.ndarray:
     return both[np.isfinite(both)]
 
 
+def rates(data: dict[str, Any]) -> str:
+    """Return the sentence about the exchange rates: values of the other disturbances that have the effect of Δτ = x."""
+    median = {name: number(float(np.median(ratios(data, name)))) for name in NAMES}
+    roots, x = np.geomspace(1e-6, 1.0, 2000), 0.01
+    root = np.interp(float(median["k"]) * x, [velocity_loss(r) for r in roots], roots)
+    return (
+        f"Exchange rates, from the medians over A: Δτ = x has the effect of ε = {median['eps']} x/(ηA), h = "
+        f"{median['h']} x, v_s = {median['v_s']} x, and a spring with V = {median['k']} x (k = {number(root**-2)} for "
+        f"x = {x:g})."
+    )
+
+
 def markdown(data: dict[str, Any]) -> str:
     """Return the table: limits at the paper's A, and ratios of the velocities over all A."""
     head = ["disturbance", f"first lost at A = {PAPER}", "V there", "V last kept", "V / V(Δτ) over A: median"]
@@ -239,13 +251,13 @@ def markdown(data: dict[str, Any]) -> str:
         same = [point["repeats_at_half"] for point in points if "repeats_at_half" in point]
         counts = [f"{near} of {len(over)}", f"{sum(same)} of {len(same)}"]
         rows.append([LABELS[name][1], first, number(row["velocity"]), number(row["velocity_last"]), *spread, *counts])
-    return table(head, rows)
+    return f"{table(head, rows)}\n\n{rates(data)}"
 
 
 def draw(data: dict[str, Any]) -> Any:
     """Return the chart: limits over A as velocities, and their ratios to the limit in Δτ."""
     fig, axes = figure(6.3, 6.8, rows=2)
-    fig.suptitle("Limits of five numerical disturbances, as velocities $V$", fontsize=10)
+    fig.suptitle("Limits of five disturbances, as velocities $V$", fontsize=10)
     A, scale = np.array(data["A"]), velocities(data, "dtau")
     for i, name in enumerate(n for n in NAMES if n in data["limits"]):
         V, last = velocities(data, name), velocities(data, name, "velocity_last")
@@ -253,6 +265,11 @@ def draw(data: dict[str, Any]) -> Any:
         symbol, meaning = LABELS[name]
         axes[0, 0].semilogy(A, V, label=f"{symbol}, {meaning.split(':')[0]}", **style)
         axes[0, 0].vlines(A, V, np.maximum(V, last), color=style["color"], linewidth=0.5)
+        gaps = A[np.isnan(V)]
+        if len(gaps):
+            least = OWN[name].velocity(OWN[name].grid.floor)
+            below = f"{symbol}: lost at all $V$ tried ($V$ ≥ {least:g})"
+            axes[0, 0].plot(gaps, np.full(len(gaps), least), "x", color=style["color"], ms=5, label=below)
         if name != "dtau":
             axes[1, 0].semilogy(A, V / scale, **style)
     axes[0, 0].vlines([], [], [], color="black", linewidth=0.5, label="from first lost to last kept")
@@ -264,7 +281,7 @@ def draw(data: dict[str, Any]) -> Any:
     axes[0, 0].set_ylabel("$V$ that first changes the order of impacts")
     axes[1, 0].set_ylabel(r"that $V$, over that of $\Delta\tau$")
     axes[1, 0].set_xlabel("$A$")
-    axes[0, 0].legend(loc="lower left")
+    axes[0, 0].legend(loc="lower left", labelspacing=0.25)
     axes[1, 0].legend(handles=[factor], loc="upper center")
     return fig
 
