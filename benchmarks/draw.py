@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,25 +42,31 @@ class Curve(NamedTuple):
 
 CURVES = (
     Curve("time-stepping", "time-stepping", "#d55e00", "s", ((1e-4, 0.1), (1.5e-7, 1e-2))),
-    Curve("scan + Newton", "scan + Newton", "#009e73", "^", ((1.6e-8, 1e-12), (5.5e-3, 3e-11))),
-    Curve("Muller on a grid", "Muller on a grid", "#7a6000", "D", ((1.5e-3, 2e-14), (1e-4, 1e-15))),
-    Curve("heyoka", "heyoka", "#8f4a86", "v", ((3e-7, 1e-8), (9e-4, 1e-5))),
-    Curve("scipy", "", "#333333", "o", ((6e-3, 1e-7), (1.3e-3, 1e-8))),
+    Curve("scan + Newton", "scan + Newton", "#009e73", "^", ((1.6e-8, 4e-11), (5.5e-3, 3e-11))),
+    Curve("Muller on a grid", "Muller on a grid", "#7a6000", "D", ((1.5e-3, 2e-14), (1e-4, 2e-16))),
+    Curve("heyoka", "heyoka", "#8f4a86", "v", ((3e-8, 1e-8), (8e-7, 1e-5))),
+    Curve("scipy", "", "#333333", "o", ((3.3e-3, 1e-7), (5e-3, 3e-3))),
     Curve("certified", "certified: each\nswitch guaranteed", "#0072b2", "*", ((3e-8, 2e-17), (1.5e-7, 3e-11))),
 )
 PAPER = ("Muller on a grid", 1e-5)
 
 
+def dated(fig: Any, data: dict[str, Any]) -> None:
+    """Write the date of the measurement into the lower right corner of a figure."""
+    fig.supxlabel(f"measured {data['measured']}", x=0.99, ha="right", fontsize=7, color="0.4")
+
+
 def draw_curve(ax: Any, curve: Curve, row: float, points: list[dict[str, Any]], at: tuple[float, float]) -> None:
-    """Draw one method: a line over its settings, hollow marks at the ordinate `row` for wrong settings, and its name at
-    the point `at` with the number of right settings."""
+    """Draw one method: a line over its right settings, hollow marks at the ordinate `row` for wrong settings, and its
+    name at the point `at` with the number of right settings."""
     x, y = [p["seconds"] for p in points], [p["error"] if p["right"] else row for p in points]
-    ax.plot(x, y, "-", color=curve.colour, lw=1.1, zorder=2)
+    line = [p["error"] if p["right"] else np.nan for p in points]  # a hollow mark has no error, so no line leads to it
+    ax.plot(x, line, "-", color=curve.colour, lw=1.1, zorder=2)
     for right, face in ((True, curve.colour), (False, "white")):
         marks = [(a, b) for a, b, p in zip(x, y, points, strict=True) if p["right"] == right] or [(np.nan, np.nan)]
         size = 13 if curve.mark == "*" else 5
         ax.plot(*zip(*marks, strict=True), curve.mark, ms=size, mfc=face, mec=curve.colour, zorder=3)
-    count = f"\n{sum(p['right'] for p in points)} of {len(points)} right"
+    count = f"\n{sum(p['right'] for p in points)} of {len(points)} settings right"
     text = curve.label if curve.method == "certified" else (curve.label or points[0]["method"]) + count
     ax.text(*at, text, color=curve.colour, fontsize=8, va="center", linespacing=1.1)
 
@@ -75,23 +82,24 @@ def chart(data: dict[str, Any]) -> Any:
         for k, curve in enumerate(CURVES):
             points = [p for p in data["points"] if p["eps"] == eps and p["method"].startswith(curve.method)]
             draw_curve(ax, curve, BAND * ROW**k, points, curve.at[column])
-        for method, words in (("certified", "one motion"), ("certified sweep", "in a sweep")):
+        for method, words, shift in (("certified", "one motion", 8), ("certified sweep", "in a sweep", -8)):
             star = next(p for p in data["points"] if (p["eps"], p["method"]) == (eps, method))
-            offset = {"xytext": (0, -15), "textcoords": "offset points", "ha": "center"}
+            offset = {"xytext": (shift, -15), "textcoords": "offset points", "ha": "center"}
             ax.annotate(words, (star["seconds"], star["error"]), color=CURVES[-1].colour, fontsize=8, **offset)
         paper = next(p for p in data["points"] if (p["eps"], p["method"], p["value"]) == (eps, *PAPER))
         at, colour = (paper["seconds"], paper["error"]), CURVES[2].colour
         ax.plot(*at, "o", mfc="none", mec=colour, ms=12, mew=1.1)
-        offset = {"xytext": (0, -22), "textcoords": "offset points", "ha": "center"}
-        ax.annotate("the paper's setting", at, color=colour, fontsize=8, **offset)
+        offset = {"xytext": (-10, -22), "textcoords": "offset points", "ha": "left"}
+        words = f"the paper (1999): $\\Delta\\tau = 10^{{{np.log10(PAPER[1]):.0f}}}$"
+        ax.annotate(words, at, color=colour, fontsize=8, **offset)
         ax.set_title("undisturbed" if eps == 0 else f"with a fast disturbance, $\\varepsilon = {eps:g}$")
         ax.set_ylim(FLOOR, CEILING)
         ax.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
-        ax.set_xlim(1e-8 if eps == 0 else 1e-7, 1.0)
+        ax.set_xlim(1e-8, 1.0)
     axes[0, 0].set_ylabel("largest error of a switching time (rad)")
-    fig.suptitle(
-        f"All switches of {data['periods']} periods from rest, $A = {data['A']:g}$: error over cost", fontsize=10
-    )
+    title = f"All switches of {data['periods']} periods from rest, $A = {data['A']:g}$: error over cost"
+    fig.suptitle(f"{title}\neach mark: one step or tolerance of a method", fontsize=10)
+    dated(fig, data)
     return fig
 
 
@@ -101,31 +109,39 @@ EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 15]  # ends of intervals of −log₁₀
 FAMILIES = ("close pair", "near miss", "two in a step", "three in a step")
 
 
-def difficulty(_: dict[str, Any]) -> Any:
-    """Draw for each method the pass rate over the distance of the closest zeros: mean and range over its settings."""
+def difficulty(data: dict[str, Any]) -> Any:
+    """Draw for each method the pass rate over the distance of the closest zeros: mean and range over its settings. Draw
+    the number of functions in each interval in a last panel."""
     shown = [m for m in passes.methods() if m.rates({"L0-plain-01"})]
-    fig, axes = figure(8.4, 6.4, columns=4, rows=-(-len(shown) // 4))
-    for ax in axes.flat[len(shown) :]:
-        ax.set_axis_off()
+    fig, axes = figure(8.4, 6.4, columns=4, rows=-(-(len(shown) + 1) // 4))
+    middles = [0.5 * (a + b) for a, b in pairwise(EDGES)]
     for k, (ax, method) in enumerate(zip(axes.flat, shown, strict=False)):
         rates = passes.over_difficulty(method, EDGES, FAMILIES)
-        bins = [(0.5 * (a + b), r) for a, b, r in zip(EDGES[:-1], EDGES[1:], rates, strict=True) if r]
+        bins = [(at, r) for at, r in zip(middles, rates, strict=True) if r]
         x, mean = [10.0**-at for at, _ in bins], [sum(r) / len(r) for _, r in bins]
         ax.fill_between(x, [min(r) for _, r in bins], [max(r) for _, r in bins], color="0.85", lw=0)
         ax.plot(x, mean, "o-", color="black" if "(ours)" in method.label else "#0072b2", ms=3, lw=1.3)
-        ax.set(
-            xscale="log",
-            xlim=(10.0**0.2, 10.0**-13.5),
-            ylim=(-0.05, 1.08),
-            yticks=[0, 0.5, 1],
-            xticks=[1, 1e-4, 1e-8, 1e-12],
-        )
-        ax.minorticks_off()
+        ax.set(ylim=(-0.05, 1.08), yticks=[0, 0.5, 1])
         ax.set_title(method.label, fontsize=9)
         ax.set_yticklabels(["0", "50 %", "100 %"] if k % 4 == 0 else [])
+    counts = [len(ids) for ids in passes.by_difficulty(EDGES, FAMILIES)]
+    ends = [10.0**-edge for edge in EDGES]
+    ax, *rest = axes.flat[len(shown) :]
+    ax.stairs(counts[::-1], ends[::-1], fill=True, color="0.7")
+    for at, count in zip(middles, counts, strict=True):
+        ax.text(10.0**-at, count + 0.5, str(count), fontsize=7, ha="center")
+    ax.set_title("number of functions", fontsize=9)
+    ax.set(ylim=(0, 1.2 * max(counts)), yticks=[])
+    for ax in axes.flat[: len(shown) + 1]:
+        ax.set(xscale="log", xlim=(10.0**0.2, 10.0**-15.2), xticks=[1, 1e-4, 1e-8, 1e-12])
+        ax.minorticks_off()
+    for ax in rest:
+        ax.set_axis_off()
+    note = "Time-stepping and regularised\nmethods compute motions only,\nso they have no panel here."
+    rest[0].text(0.0, 0.5, f"{note}\n\nmeasured {data['measured']}", fontsize=8, va="center", color="0.3")
     fig.suptitle("Functions whose first zero is found, over the distance of their closest two zeros", fontsize=11)
     fig.supxlabel("distance of the closest two zeros (smaller, and so harder, to the right)", fontsize=10)
-    fig.supylabel("share of functions (line: mean of all settings; grey: range)", fontsize=10)
+    fig.supylabel("share of functions (line: mean over settings; grey: range over settings)", fontsize=10)
     return fig
 
 
@@ -186,16 +202,22 @@ def stored(name: str) -> dict[str, Any]:
     return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
+def stored_dated(name: str) -> dict[str, Any]:
+    """Return the measured data of a benchmark with their date, for a chart that shows this date."""
+    data = stored(name)
+    return data | {"measured": data["environment"]["measured"]}
+
+
 def stored_rates() -> dict[str, Any]:
     """Return the results of all solvers at level 0 of the set of switches."""
     found = [result for result in passes.results() if result["level"] == 0]
-    return {"environment": {"measured": passes.dates()}, "solvers": found}
+    return {"environment": {"measured": passes.dates()}, "measured": passes.dates(), "solvers": found}
 
 
 def charts() -> list[Chart]:
     """Return all charts."""
     found = [
-        Chart(DOCS / "accuracy_speed.png", lambda: stored("accuracy_speed"), "benchmarks.accuracy_speed", chart),
+        Chart(DOCS / "accuracy_speed.png", partial(stored_dated, "accuracy_speed"), "benchmarks.accuracy_speed", chart),
         Chart(DOCS / "difficulty.png", stored_rates, "benchmarks.switches.run", difficulty),
     ]
     failures = stored("failures")

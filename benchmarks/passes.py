@@ -107,11 +107,16 @@ def grids() -> tuple[list[str], list[list[str]]]:
     return ["method", "number of settings", "numerical parameters of the settings"], rows
 
 
-def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:
-    """Return the pass rates of all settings in each interval of difficulty. Only cases of `families` with the verdict
+def by_difficulty(edges: list[int], families: Sequence[str]) -> list[set[str]]:
+    """Return the ids of the cases of level 0 in each interval of difficulty. Only cases of `families` with the verdict
     `certain` count."""
     cases = [c for c in cases_of([0]) if c["family"] in families and c["difficulty"] and c["verdict"] == "certain"]
-    return [method.rates({c["id"] for c in cases if a <= c["difficulty"] < b}) for a, b in pairwise(edges)]
+    return [{c["id"] for c in cases if a <= c["difficulty"] < b} for a, b in pairwise(edges)]
+
+
+def over_difficulty(method: Method, edges: list[int], families: Sequence[str]) -> list[list[float]]:
+    """Return the pass rates of all settings in each interval of `by_difficulty`."""
+    return [method.rates(ids) for ids in by_difficulty(edges, families)]
 
 
 def results() -> list[dict[str, Any]]:
