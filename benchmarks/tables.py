@@ -218,6 +218,43 @@ def failures(data: dict[str, Any]) -> str:
     return "\n\n".join(sections)
 
 
+CAUSES = {
+    "pair": "[a pair missed in a step](#a-pair-missed-in-a-step): the next zero or event is {distance} later",
+    "start": "[the zero at the start found again](#a-zero-at-the-start-found-again-or-the-next-one-lost): the slide "
+    "ends {took} after its start",
+    "touch": "[nearly a touch](#the-time-of-an-impact-that-is-nearly-a-touch): the slide would reverse {distance} "
+    "after the impact",
+    "threshold": "H decides which state follows, and is ±1 at a time {distance} from the switch; the error of the "
+    "switching time is {error}",
+    "sunk": "[the mass is below the obstacle](#below-the-obstacle-at-fixed-steps), so it rests: the true ξ is {xi}, "
+    "its depth below the obstacle is {depth}",
+    "drift": "errors of earlier times, up to {error}, have changed the motion",
+}
+"""Texts of the causes in `benchmarks.first_difference`."""
+
+
+def extent(values: Iterable[float], show: Callable[[float], str] = number) -> str:
+    """Return the least and the largest value as a text."""
+    found = sorted(values)
+    return " … ".join(dict.fromkeys(show(x) for x in (found[0], found[-1])))
+
+
+def first_differences(data: dict[str, Any]) -> str:
+    """Return the table of all wrong settings: a row for each ε, method and cause."""
+    groups: dict[tuple[float, str, str], list[dict[str, Any]]] = {}
+    for row in data["rows"]:
+        groups.setdefault((row["eps"], row["method"], row["cause"]), []).append(row)
+    rows = []
+    for (eps, method, cause), found in groups.items():
+        numbers = {key: extent(r[key] for r in found) for key, x in found[0].items() if isinstance(x, float)}
+        values = ", ".join(f"{r['value']:g}".replace("e-0", "e-") for r in found)
+        switches = dict.fromkeys(f"{r['true']} / {r['reported']}" for r in found)
+        periods = extent((r["period"] for r in found), lambda x: f"{math.floor(x)}")
+        setting = f"{found[0]['setting']} {values}"
+        rows.append([method, f"{eps:g}", setting, periods, "; ".join(switches), CAUSES[cause].format(**numbers)])
+    return table(["method", "ε", "wrong settings", "period", "true / reported switch", "cause"], rows)
+
+
 class Place(NamedTuple):
     """A table: its page, the name of its JSON file ("" if it has none), and the function that makes the table."""
 
@@ -239,6 +276,7 @@ TABLES = {
     "explorer": Place(ROOT / "docs" / "explorer.md", "explorer", explorer),
     "first_picture": Place(ROOT / "docs" / "explorer.md", "first_picture", first_picture),
     "failures": Place(FAILURES, "failures", failures),
+    "first_difference": Place(FAILURES, "first_difference", first_differences),
     "switches_measured": Place(FAILURES, "", measured_switches),
     "switches_grids": Place(FAILURES, "", lambda _: table(*passes.grids())),
     "switches_level_0": Place(FAILURES, "", pass_rates(0)),

@@ -32,9 +32,9 @@ A case counts as refused if its answer is left out, is null, or has another form
   wrong event  the first difference: the right time, the wrong states
 
 A true zero is found if the answer is within min(1e-6, a third of the distance to the nearest other true zero; at level
-0 also to the start of the search). An answer to a case with the verdict `either` is right if it is one of the `answers`
-of the case. At levels 2 and 3, events after `certain_until` are not judged. "all zeros": share of the cases of level 0
-with every zero right. Digits: -log10 of the relative error of a right answer (of its worst event), at most 30."""
+0 also to the start of the search). At levels 0 and 1, an answer to a case with the verdict `either` is right if it is
+one of the `answers` of the case. At levels 2 and 3, only events up to `certain_until` are judged. "all zeros": share of
+the cases of level 0 with every zero right. Digits: -log10 of the largest relative error of a right answer, up to 30."""
 
 VERDICTS = ("right", "missed", "invented", "wrong event", "refused")
 COLUMNS = ("level", "family", "cases", *VERDICTS, "pass %", "all zeros %", "digits, median", "least", "seconds")

@@ -94,7 +94,7 @@ def stored(name):
     return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("name", ["failures", "accuracy_speed"])
+@pytest.mark.parametrize("name", ["failures", "accuracy_speed", "first_difference"])
 def test_page_shows_the_stored_measurements(name):
     place = tables.TABLES[name]
     text = place.page.read_text(encoding="utf-8")
@@ -120,3 +120,25 @@ def test_points_of_the_chart_have_an_error_if_right():
     data = stored("accuracy_speed")
     for p in data["points"]:
         assert (p["error"] is not None) == p["right"] == (p["until"] == data["periods"])
+
+
+def test_every_wrong_setting_of_the_chart_has_a_cause():
+    wrong = [(p["eps"], p["method"], p["value"]) for p in stored("accuracy_speed")["points"] if not p["right"]]
+    rows = stored("first_difference")["rows"]
+    assert sorted((row["eps"], row["method"], row["value"]) for row in rows) == sorted(wrong)
+    assert {row["cause"] for row in rows} <= set(tables.CAUSES)
+    assert all(row["depth"] > 0.0 for row in rows if row["cause"] == "sunk")
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(("method", "value"), [("scan + Newton", 0.001), ("time-stepping", 0.0001)])
+def test_cause_of_a_wrong_setting_is_reproduced(method, value):
+    pytest.importorskip("mpmath")
+    from benchmarks import first_difference
+
+    kept = next(r for r in stored("first_difference")["rows"] if (r["method"], r["value"]) == (method, value))
+    made = first_difference.row(next(m for m in first_difference.methods(2e-4) if m.name == method), 2e-4, value)
+    assert {key: x for key, x in made.items() if not isinstance(x, float)} == {
+        key: x for key, x in kept.items() if not isinstance(x, float)
+    }
+    assert made["period"] == kept["period"]

@@ -10,25 +10,22 @@ SETTINGS = [{"step": step} for step in (0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-
 
 @jit
 def value(which, point, s, tau):
-    """Return ξ', −ξ', ξ, 1 − H or 1 + H for `which` = 0 to 4. This switching function is positive before the state
-    ends."""
-    if which < 2:
-        v = velocity(point, s, tau)
-        return v if which == 0 else -v
-    if which == 2:
+    """Return ±ξ', ξ, 1 − H or 1 + H for `which` = 0 to 3. This switching function is positive before the state ends."""
+    if which == 0:
+        return s[0] * velocity(point, s, tau)
+    if which == 1:
         return gap(point, s, tau)
-    return 1.0 - force(point, tau) if which == 3 else 1.0 + force(point, tau)
+    return 1.0 - force(point, tau) if which == 2 else 1.0 + force(point, tau)
 
 
 @jit
 def slope(which, point, s, tau):
     """Return the derivative of `value` with respect to τ."""
-    if which < 2:
-        h = force(point, tau)
-        return h - 1.0 if which == 0 else -h - 1.0
-    if which == 2:
+    if which == 0:
+        return s[0] * force(point, tau) - 1.0
+    if which == 1:
         return velocity(point, s, tau)
-    return -force_rate(point, tau) if which == 3 else force_rate(point, tau)
+    return -force_rate(point, tau) if which == 2 else force_rate(point, tau)
 
 
 @jit
@@ -52,7 +49,7 @@ def newton(value, slope, function, low, high):
 @jit
 def locate(point, setting, state, t0, xi, dxi, end):
     low, k = t0, 0
-    first = 0 if state == UP else 1 if state == DOWN else 3
+    first = 0 if state in (UP, DOWN) else 2
     s = constants(point, 1.0 if state == UP else -1.0, t0, xi, dxi)
     while low <= end:
         k += 1
@@ -60,12 +57,12 @@ def locate(point, setting, state, t0, xi, dxi, end):
         ended = value(first, point, s, high) <= 0.0
         if ended:
             high = newton(value, slope, (first, point, s), low, high)
-        if state == DOWN and value(2, point, s, high) <= 0.0:
-            return newton(value, slope, (2, point, s), low, high), True, 0.0
+        if state == DOWN and value(1, point, s, high) <= 0.0:
+            return newton(value, slope, (1, point, s), low, high), True, 0.0
         if ended:
-            return high, False, xi if first == 3 else gap(point, s, high)
-        if state == STICK and value(4, point, s, high) <= 0.0:
-            return newton(value, slope, (4, point, s), low, high), False, xi
+            return high, False, xi if first == 2 else gap(point, s, high)
+        if state == STICK and value(3, point, s, high) <= 0.0:
+            return newton(value, slope, (3, point, s), low, high), False, xi
         low = high
     return low, False, xi
 
