@@ -430,6 +430,10 @@ def test_junit(judged, tmp_path):
     assert {test.get("classname") for test in suite} == {"level0.a"}
 
 
+def test_score_fits_on_few_pages():
+    assert len((FOLDER / "score.py").read_text(encoding="utf-8").splitlines()) <= 200
+
+
 @pytest.mark.integration
 def test_score_runs_without_the_repository(tmp_path):
     """score.py runs without site-packages and away from the repository."""
@@ -445,8 +449,8 @@ def test_score_runs_without_the_repository(tmp_path):
     assert re.search(r"^L0-plain-01 +right +30\.0$", done.stdout, re.M)
 
 
-def test_solver_of_the_readme_scores_as_shown(tmp_path, monkeypatch, capsys):
-    text = (FOLDER / "README.md").read_text(encoding="utf-8")
+def test_solver_of_the_page_scores_as_shown(tmp_path, monkeypatch, capsys):
+    text = (FOLDER.parents[1] / "docs" / "where_methods_fail.md").read_text(encoding="utf-8")
     (solver,) = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     assert len([line for line in solver.splitlines() if line]) == 20
     (tmp_path / "solver.py").write_text(solver, encoding="utf-8")
