@@ -293,6 +293,32 @@ def test_control_without_effect_is_disabled_and_gives_the_reason(tab, explorer):
     tab.settle()
     assert disabled() == {"A"}
     assert "ε > 0" not in tab.ask("page.fields.eta.control.title")
+    tab.choose("quantity", "impact_phase")
+    tab.choose("scene", "SI")
+    tab.settle()
+    assert disabled() == {"A", "section_phase", "mass", "a0", "omega0", "g"}
+
+
+def test_slider_follows_an_expression_and_the_window_follows_its_fields(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    tab.choose("eps", "1/5000")
+    tab.settle()
+    assert float(tab.ask("document.querySelector('[data-field=eps] [type=range]').value")) == pytest.approx(2e-4)
+    for name, value in (("left", "3,0"), ("right", "3.2"), ("lower", "0.8"), ("upper", "1.6")):
+        tab.driver.execute_script(
+            "const f = document.getElementById(arguments[0]); f.value = arguments[1];"
+            "f.dispatchEvent(new Event('change'))",
+            name,
+            value,
+        )
+    tab.settle()
+    view = shown(tab)
+    assert (view.low, view.high, view.bottom, view.top, view.eps) == (3.0, 3.2, 0.8, 1.6, 2e-4)
+    tab.driver.execute_script("document.getElementById('reset').click()")
+    tab.until("page.state().low !== 3", "the first view")
+    tab.settle()
+    ends = [float(tab.ask("document.getElementById(arguments[0]).value", name)) for name in ("left", "right")]
+    assert ends == pytest.approx([shown(tab).low, shown(tab).high], abs=1e-3)
 
 
 def test_drag_runs_one_computation_at_a_time_and_ends_on_the_last_view(tab, explorer, monkeypatch):
@@ -531,6 +557,10 @@ def test_each_initial_view_is_shown(tab, explorer):
     tab.settle()
     assert tab.notice() == ""
     assert "fixed steps of Δτ = 0.1" in page_text(tab)
+    assert tab.ask("document.getElementById('start').value") == "", "the same view can be selected again"
+    tab.choose("x", "eps")
+    tab.settle()
+    assert "fixed steps of Δτ = 0.1" not in page_text(tab), "the text describes another picture"
 
 
 def test_motion_is_removed_with_its_column(tab, explorer):
@@ -656,6 +686,7 @@ def test_exact_orbits_match_the_diagram_and_bifurcations_are_named(tab, explorer
     found = tab.model(marks + "return [Array.from(s.data.A), Array.from(s.data.kind)]")
     (doubling,) = vd.bifurcations((2.55, 2.65), max_period=1)
     assert (repr(doubling.A), "period doubling") in list(zip(*found, strict=True))
+    tab.until(f"/━━ stable orbit.*○ period doubling/.test({NOTE})", "the key to the lines and circles")
 
 
 def test_page_reports_pending_exact_curves(tab, explorer, monkeypatch):
@@ -719,6 +750,7 @@ def test_saved_picture_equals_the_page(tab, explorer):
     assert tab.ask("page.file.name") == "dxi_over_A_3_3.25_fixed_0.1_minus_certified.png"
     saved = np.array(Image.open(io.BytesIO(base64.b64decode(tab.ask("page.file.base64")))).convert("RGB")).astype(int)
     on_page = canvas(tab)[0][::-1].astype(int)
+    on_page = on_page.repeat(round(export.CELL / on_page.shape[1]), 1)
     (height, width, _) = on_page.shape
     part = saved[:, export.LEFT : export.LEFT + width]
     same = [(part[top : top + height] == on_page).all(axis=2).mean() for top in range(len(part) - height)]
@@ -738,6 +770,8 @@ def test_errors_are_shown_in_one_line(tab, explorer):
         assert "must be" in notice
         assert "<" not in notice
         assert "\n" not in notice
+        hint = tab.ask("document.getElementById(arguments[0]).textContent", name + "-hint")
+        assert hint.startswith({"eps": "ε = '<script>", "periods": "periods = -1: must be"}[name])
         tab.choose(name, good)
         tab.until("page.refused === ''", "the end of the refusal")
     tab.settle()
@@ -758,6 +792,9 @@ def test_stopped_server_is_reported_until_it_continues(opened):
         opened.settle()
         server.kill()
         opened.until(lambda: "does not answer" in page_text(opened), "a notice that it has ended")
+        for _ in range(40):  # the notice stays, although the page asks the server repeatedly
+            assert "does not answer" in page_text(opened)
+            sleep(0.2)
         assert "Client connection" not in page_text(opened)  # the message of Bokeh
     finally:
         server.kill()
@@ -786,12 +823,12 @@ def test_unusual_statuses_have_ticks_and_are_selectable(tab, explorer):
         tab.driver.execute_script("document.querySelector('#status button').click()")
         tab.until(lambda: tab.state()["at"] is not None, "a motion")
         assert tab.state()["at"] == pytest.approx(columns[column], abs=1e-6)
-        tab.until("page.words.includes('NEVER_LEAVES')", "its description")
+        tab.until("page.words.includes('rests for ever')", "its description")
 
 
 def test_values_under_the_mouse_and_ratio_of_marks(tab, explorer):
     def read():
-        return tab.ask("document.getElementById('read').textContent")
+        return tab.ask("['read', 'marks'].map((id) => document.getElementById(id).textContent).join('')")
 
     tab.open(explorer.address + SMALL + "&low=2.4&high=3.2&bottom=0.5&top=2.0")
     left, top, width, height = tab.frame()

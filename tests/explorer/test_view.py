@@ -315,16 +315,17 @@ def test_saved_picture_has_the_pixels_of_its_images_and_the_exact_curves(chosen,
     assert files["pdf"].startswith(b"%PDF")
     assert files["svg"].count(b"data:image/png") == len(picture.images) + len(picture.key.scale[:1])
     saved = np.array(Image.open(io.BytesIO(files["png"])).convert("RGB"))
-    block = 8 if view.mode == "map" else 1
+    rows = 8 if view.mode == "map" else 1  # of a cell, which is 8 columns wide
     for image in picture.images:
         wanted = np.ascontiguousarray(picture.palette[image]).view(np.uint8).reshape(*image.shape, 4)[::-1, :, :3]
-        wanted = wanted.repeat(block, 0).repeat(block, 1)[2:-2, 2:-2]  # the frame of the axes covers the edges
+        wanted = wanted.repeat(rows, 0).repeat(8, 1)[2:-2, 2:-2]  # the frame of the axes covers the edges
         (height, width, _), left = wanted.shape, export.LEFT + 2
         columns = saved[:, left : left + width]
         assert any(np.array_equal(columns[top : top + height], wanted) for top in range(len(saved) - height))
     page.lines.data = {
         "x": [[3.0, 3.2]],
         "y": [[picture.y, picture.y + picture.dh]],
+        "kind": ["unstable orbit"],
         "colour": ["blue"],
         "width": [1.5],
         "dash": ["dashed"],

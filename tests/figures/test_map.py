@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 
 import vibrodrive as vd
-from vibrodrive.figures.colours import APART, digits, states
+from vibrodrive.figures.colours import APART, MANY, digits, paint, states
 from vibrodrive.figures.limits import limits_map
 from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.map import borders_of, map_figure
@@ -201,6 +201,17 @@ def test_values_beyond_the_limits_have_the_end_colours(plane, limits):
     _, below, above = map_figure(line, "energy", limits=limits).axes[0].lines
     assert (np.flatnonzero(np.isfinite(below.get_ydata())), below.get_marker()) == (0, "v")
     assert (np.flatnonzero(np.isfinite(above.get_ydata())), above.get_marker()) == (3, "^")
+
+
+@pytest.mark.parametrize("quantity", ["friction_loss", "lyapunov"])
+def test_few_extreme_values_do_not_set_the_scale(quantity):
+    values = np.linspace(1.0, 2.0, MANY)
+    values[0], values[-1] = -50.0, 60.0
+    painted = paint(quantity, values, np.full(MANY, Status.OK), None)
+    assert 1.99 < painted.norm.vmax < 2.0
+    assert painted.extend == "both"
+    few = paint(quantity, values[1:], np.full(MANY - 1, Status.OK), None)
+    assert few.norm.vmax == 60.0
 
 
 def test_cells_match_their_values_and_the_rarest_class_of_a_pixel_is_shown():

@@ -31,6 +31,7 @@ const page = {
   judging: false, // true until the selected motion has been compared with its limits; meanwhile the slider does not move
   fit: false, // the ordinate follows the values, until the user moves the ordinate
   refused: "", // error message of the last request
+  numbers: {}, // values of the fields with sliders, from the server
   good: {}, // accepted values of fields; they replace refused values
   pixels: null, // width and height of the frame in pixels of the screen, for which pictures are computed
   status: "", // status line below the diagrams, without COMPILING
@@ -92,19 +93,22 @@ page.state = () => {
 };
 
 const refuses = (field) => field.control.classList.contains("refused");
+const label_of = ({control}) => control.querySelector("label").textContent;
 const accept = (field) => {
   field.control.classList.remove("refused");
+  field.input.ariaInvalid = null;
   element(field.name + "-hint").textContent = field.hint;
 };
 
 // Mark the field whose name begins an error message. The view then contains the last accepted value of this field.
 const refuse = (text) => {
-  page.played = "";
+  end_play();
   say(page.refused = text, "notice");
   const field = fields[text.split(" = ")[0]];
   if (!field || refuses(field) || !(field.name in page.good)) return;
   field.control.classList.add("refused");
-  element(field.name + "-hint").textContent = text;
+  field.input.ariaInvalid = "true";
+  element(field.name + "-hint").innerHTML = text.replace(field.name, label_of(field)); // the server has escaped the text
   request_picture(true);
 };
 
@@ -113,7 +117,7 @@ page.send = () => {
   const view = page.state(), only_motion = page.tapped && page.last === but_for_motion(view);
   Object.assign(page, {busy: true, pending: false, tapped: false, sent: performance.now(), last: but_for_motion(view)});
   clearTimeout(page.slow);
-  page.slow = setTimeout(() => { if (page.status) say(COMPILING); }, SLOW); // before the first picture LOADING is shown
+  page.slow = setTimeout(() => { if (page.status && said.notice !== GONE) say(COMPILING); }, SLOW); // before the first picture LOADING is shown
   tell({view, only_motion, pixels: page.pixels});
   if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
 };
@@ -174,6 +178,7 @@ const free = () => {
 };
 
 page.command = (message) => {
+  if (!("file" in message || "start" in message)) say("", "story"); // it describes the previous picture
   if (!("file" in message)) Object.assign(page, {asked: 0, settled: false}); // the running request is obsolete
   tell({view: page.state(), pixels: page.pixels, ...message});
 };
@@ -191,8 +196,10 @@ page.slide = (name, again) => {
   page.ask(again);
 };
 
+// Number in a field. The server sends the value of an expression with each picture.
+const number = ({name, value}) => (Number.isFinite(Number(value)) ? Number(value) : page.numbers[name]);
 const follow = (name) => {
-  const slider = sliders[name], value = Number(fields[name].value);
+  const slider = sliders[name], value = number(fields[name]);
   if (!slider || !Number.isFinite(value)) return;
   slider.value = exponents.includes(name) ? Math.log10(value) : value;
 };
@@ -201,7 +208,6 @@ const REARRANGE = ["x", "y", "mode", "quantity", "shade", "scale", "y_scale", "s
 page.enter = (field) => {
   const {name, value} = field;
   accept(field);
-  if (name === "mode") say("", "story"); // clear the text that describes the previous picture
   if (REARRANGE.includes(name)) return page.command({changed: name});
   follow(name);
   arrange();
@@ -252,8 +258,13 @@ const idle = () => {
     if (!methods.includes(fields.method.value)) why[name] = `acts only if switches are found by ${methods.join(" or ")}`;
   }
   if (is("method", "certified")) why.compare = "compares another method with certified: select fixed or muller above";
-  if (!crossed("eps") && Number(fields.eps.value) === 0) why.eta = "acts only where ε > 0";
+  if (!crossed("eps") && number(fields.eps) === 0) why.eta = "acts only where ε > 0";
   if (!crossed("A") || (over_plane && !crossed("B"))) why.orbits = "are drawn only over A, or over A and B";
+  if (over_plane || fields.quantity.value.startsWith("impact")) why.section_phase = "acts only on section points";
+  if (is("scene", "SI") && !(over_plane && is("shade", "impact_power"))) {
+    why.mass = "acts only on the impact power of a map";
+    for (const name of ["a0", "omega0", "g"]) if (crossed("A")) why[name] = "acts only through A, which is on an axis";
+  }
   for (const axis of along) why[fields[axis].value] = "is on an axis: the range of this axis sets its values";
   return why;
 };
@@ -272,7 +283,7 @@ const arrange = () => {
     const where = control.dataset.only, reason = why[name];
     control.hidden = where !== undefined && !shown_now.includes(where);
     for (const part of control.querySelectorAll("input, select, button")) part.disabled = Boolean(reason);
-    control.title = reason ? `${control.querySelector("label").textContent} ${reason}.` : hint;
+    control.title = reason ? `${label_of(fields[name])} ${reason}.` : hint;
   }
 };
 
@@ -309,6 +320,11 @@ page.paint = (sent) => {
   say(head.note, "note");
   say(head.title, "title");
   for (const [name, field] of Object.entries(fields)) if (!refuses(field)) page.good[name] = field.value;
+  page.numbers = head.numbers;
+  const typed = Object.keys(sliders).filter((name) => !Number.isFinite(Number(fields[name].value)));
+  typed.forEach(follow);
+  if (typed.length) arrange();
+  show_window();
   if (head.seq === page.asked) remember(head.address);
   free();
   requestAnimationFrame(() => setTimeout(() => {
@@ -425,7 +441,10 @@ page.back = () => {
 
 // The server answers in milliseconds, also while it computes.
 setInterval(() => {
-  if (page.pinged) return page.lost(performance.now() - page.pinged > SILENCE);
+  if (page.pinged) {
+    if (performance.now() - page.pinged > SILENCE) page.lost(true);
+    return;
+  }
   page.pinged = performance.now();
   tell({ping: true});
 }, SILENCE / 4);
@@ -460,7 +479,8 @@ press("close", () => KEYS.Escape());
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
 element("save").addEventListener("change", ({target}) => {
   const link = location.href.replace(/token=[^&]*&?/, "");
-  if (target.value === "link") offer("link.txt", link, link); else page.command({file: target.value});
+  const command = `vibrodrive explore "${link}"`;
+  if (target.value === "link") offer("link.txt", command, command); else page.command({file: target.value});
   target.value = "";
 });
 press("grid", ({currentTarget}) => {
@@ -481,23 +501,45 @@ const run = (name, place) => {
   if (!page.over_plane && !(page.followed >= start && page.followed <= end)) select((start + end) / 2);
   sliders[name].value = place;
   Object.assign(page, {played: name, judging: !page.over_plane});
+  document.querySelector(`[data-play=${name}]`).textContent = "■";
   page.slide(name, true); // also if the slider is already at its least value
+};
+const end_play = () => {
+  page.played = "";
+  for (const button of document.querySelectorAll("[data-play]")) button.textContent = "▶";
 };
 const play_on = () => {
   const {value, min, max} = sliders[page.played];
-  if (Number(value) >= max) page.played = ""; else run(page.played, Number(value) + (max - min) / STEPS);
+  if (Number(value) < max) return run(page.played, Number(value) + (max - min) / STEPS);
+  if (!page.over_plane) say(`the structure is kept up to ${label_of(fields[page.played])} = ${fields[page.played].value}`, "note");
+  end_play();
 };
 const judged = (lost) => {
   page.judging = false;
   if (page.played && lost) {
-    page.played = "";
+    end_play();
     say(`stopped: ${lost}`, "note");
   }
   settle();
 };
 for (const button of document.querySelectorAll("[data-play]")) {
   const name = button.dataset.play;
-  button.addEventListener("click", () => (page.played ? page.played = "" : run(name, sliders[name].min)));
+  button.addEventListener("click", () => (page.played ? end_play() : run(name, sliders[name].min)));
+}
+
+// Fields with the ends of the window.
+const edges = {left: [x_range, "start"], right: [x_range, "end"], lower: [y_range, "start"], upper: [y_range, "end"]};
+const scale_of = (range) => (range === x_range ? "scale" : "y_scale");
+const show_window = () => {
+  for (const [id, [range, end]] of Object.entries(edges)) {
+    if (element(id) !== document.activeElement) element(id).value = read_off(range[end], range, 1000, scale_of(range));
+  }
+};
+for (const [id, [range, end]] of Object.entries(edges)) {
+  element(id).addEventListener("change", ({target}) => {
+    const place = drawn(Number(target.value.replace(",", ".")), scale_of(range));
+    if (Number.isFinite(place) && place !== range[end === "end" ? "start" : "end"]) range[end] = place;
+  });
 }
 
 // Move a range by a share of its width, and make it wider by a factor.
@@ -510,14 +552,16 @@ const KEYS = {
   ArrowLeft: () => shift(x_range, -0.1), ArrowRight: () => shift(x_range, 0.1),
   ArrowUp: () => shift(y_range, 0.1), ArrowDown: () => shift(y_range, -0.1),
   "+": () => shift(x_range, 0, 0.5), "-": () => shift(x_range, 0, 2),
-  Home: () => { say("", "story"); page.command({reset: true}); },
-  Escape: () => { page.played = ""; page.extra.at = null; point_at(NaN); page.ask(true); },
+  Home: () => page.command({reset: true}),
+  Escape: () => { end_play(); page.extra.at = null; point_at(NaN); page.ask(true); },
   Backspace: () => history.back(), f: () => page.fit_now(), " ": () => page.play(), n: () => page.step(),
   x: () => element("full").click(), m: () => element("mark").click(), g: () => element("grid").click(),
 };
 window.addEventListener("keydown", (event) => {
   const on = (kinds) => event.target.matches?.(kinds);
-  if (event.ctrlKey || event.metaKey || event.altKey || on("input, select, textarea, summary")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (on("input:not([type=range]), select, textarea, summary") && event.key !== "Escape") return;
+  if (on("[type=range]") && /Arrow|Home|[+-]/.test(event.key)) return;
   if (on("button") && event.key === " ") return;
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
@@ -525,8 +569,9 @@ window.addEventListener("keydown", (event) => {
 
 element("start").addEventListener("change", () => {
   const {name, text, address} = starts[element("start").value];
+  element("start").value = ""; // so that the same view can be chosen again
   say(`<b>${name}.</b> ${text}`, "story");
-  page.command({address});
+  page.command({address, start: true});
 });
 
 scale_letters();

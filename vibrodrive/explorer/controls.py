@@ -55,7 +55,9 @@ def _number(name: str, only: str = "") -> Control:
     if slider is None and row.axis and row.axis[2] == LINEAR:
         low, high, _ = row.axis
         slider = low, high, (high - low) / SLIDER_STEPS
-    return Control(name, symbol(name), f"{row.meaning[0].upper()}{row.meaning[1:]}.", slider=slider, only=only)
+    return Control(
+        name, symbol(name), f"{row.meaning[0].upper()}{row.meaning[1:]}.".replace("_s", "ₛ"), slider=slider, only=only
+    )
 
 
 def _choice(name: str, label: str, hint: str, options: dict[str, str], only: str = "") -> Control:

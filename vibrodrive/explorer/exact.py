@@ -18,7 +18,7 @@ from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
 from vibrodrive.stability.questions import limit
 
-VALUES = 60  # number of values of A at which orbits are computed; `family` adds values near bifurcations
+VALUES = 240  # number of values of A at which orbits are computed; `family` adds values near bifurcations
 SAME = 1e-6  # largest difference in rad of the impact phases of a motion and of an orbit that count as equal
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.explorer.controls import symbol
 from vibrodrive.explorer.image import round_numbers
-from vibrodrive.explorer.layout import ODD, Page
+from vibrodrive.explorer.layout import CURVES, LOOKS, ODD, Page
 from vibrodrive.explorer.shown import Picture, place, title_of
 from vibrodrive.explorer.view import BESIDE, DIFFERENCE, View
 from vibrodrive.model import config
@@ -27,6 +27,7 @@ from vibrodrive.store.layout import Origin
 from vibrodrive.store.writer import open_writer
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 POINTS = 100  # points of a motion in a CSV file, per excitation period
@@ -36,12 +37,15 @@ LARGEST_FILE = 200_000_000  # largest number of bytes that a page downloads
 def file_name(view: View, kind: str) -> str:
     """Return a file name that describes the content: "dxi_over_A_2.4_3.25.png", "motion_at_A_3.04.csv"."""
     if kind == "csv":
-        return f"motion_at_{view.x}_{view.at:.6g}.csv"
-    parts = [view.shade if view.mode == MAP else view.quantity, "over", view.x, f"{view.low:.6g}", f"{view.high:.6g}"]
-    parts += [view.y, f"{view.y_low:.6g}", f"{view.y_high:.6g}"] if view.mode == MAP else []
+        parts = ["motion", "at", view.x, f"{view.at:.6g}"]
+    else:
+        shown = view.shade if view.mode == MAP else view.quantity
+        parts = [shown, "over", view.x, f"{view.low:.6g}", f"{view.high:.6g}"]
+        parts += [view.y, f"{view.y_low:.6g}", f"{view.y_high:.6g}"] if view.mode == MAP else []
     if view.method != "certified":
-        both = {DIFFERENCE: ["minus", "certified"], BESIDE: ["and", "certified"]}
-        parts += [view.method, f"{view.dtau:.6g}", *(both[view.compare] if view.compared else [])]
+        parts += [view.method, f"{view.dtau:.6g}"]
+    if view.compared and kind in ("png", "pdf", "svg"):  # all other files contain only the chosen method
+        parts += [{DIFFERENCE: "minus", BESIDE: "and"}[view.compare], "certified"]
     parts += ["eps", f"{view.eps:.6g}"] if view.eps and "eps" not in view.axes else []
     return "_".join(parts) + "." + kind
 
@@ -51,7 +55,7 @@ LEFT, RIGHT, BELOW, ABOVE = 80, 20, 55, 25  # pixels around each diagram
 BAR = 110  # pixels for the scale of a map
 LINE = 20  # pixels for a line of text
 MOTION_ROWS = 220  # height in pixels of the curves of a motion
-CELL = 500  # approximate width in pixels of a map with fewer columns; each cell becomes a block of pixels
+CELL = 500  # approximate width in pixels of a picture with fewer columns; each of its cells becomes a block
 
 
 def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
@@ -63,17 +67,17 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
     from matplotlib import rc_context  # imported here so that the page appears sooner
     from matplotlib.colors import to_rgb
     from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
 
     from vibrodrive.figures.style import save
 
     cells = picture.palette[picture.images[0]].shape
-    block = max(1, round(CELL / cells[1])) if view.mode == MAP else 1
-    height, width = block * cells[0], block * cells[1]
+    block = max(1, round(CELL / cells[1]))
+    up = block if view.mode == MAP else 1  # a diagram has the rows of the page, and possibly few columns
+    height, width = up * cells[0], block * cells[1]
     over, conditions = title_of(view)
-    title = [over, *textwrap.wrap(conditions, max(40, width // 7))]
+    title = [over, *textwrap.wrap(conditions, width // 7)]
     moving = len(page.motion.data["time"]) > 0 and view.follows
-    key = [Patch(fc=colour, ec="0.5", label=name) for colour, name in picture.key.swatches]
+    key = _key(picture, page, moving)
     columns = max(1, width // 170)
     foot = LINE * -(-len(key) // columns)
     tall = len(title) * LINE + len(picture.images) * (ABOVE + height + BELOW) + foot
@@ -89,7 +93,7 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
         top = len(title) * LINE + ABOVE
         for index, image in enumerate(picture.images):
             ax = axes(LEFT, top, width, height)
-            _show(ax, view, picture, np.kron(image, np.ones((block, block), image.dtype)))
+            _show(ax, view, picture, np.kron(image, np.ones((up, block), image.dtype)))
             if index == 0:
                 _lay_over(ax, page)
             if len(picture.images) > 1:
@@ -117,6 +121,19 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
             fig.legend(handles=key, loc="lower center", ncols=columns, frameon=False)
         with tempfile.TemporaryDirectory() as folder:
             return save(fig, Path(folder) / f"view.{kind}", DPI).read_bytes()
+
+
+def _key(picture: Picture, page: Page, moving: bool) -> list[Artist]:
+    """Return the legend entries of all colours, ticks and curves of a figure. `moving`: with the curves of a motion."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    key: list[Artist] = [Patch(fc=colour, ec="0.5", label=name) for colour, name in picture.key.swatches]
+    key += [Line2D([], [], color=ODD, marker="|", ls="", label=words) for words in picture.odd]
+    for source, sign in ((page.lines, {}), (page.marks, {"marker": "o", "mfc": "w", "ls": ""})):
+        kinds = dict.fromkeys(source.data["kind"])
+        key += [Line2D([], [], **{"color": LOOKS[k][0], "ls": LOOKS[k][2], "label": k} | sign) for k in kinds]
+    return key + [Line2D([], [], color=colour, label=name) for colour, name in CURVES if moving]
 
 
 def _show(ax: Axes, view: View, picture: Picture, image: np.ndarray) -> None:
@@ -178,7 +195,9 @@ def python(view: View) -> str:
     else:
         lines += ["results = vd.sweep(", *_arguments(view, settings), ")"]
     shown = view.shade if view.mode == MAP else view.quantity
-    lines += [f"results.plot(quantity={shown!r}).savefig({file_name(view, 'png')!r})"]
+    limits = f", limits={view.limits}" if view.limits else ""
+    picture = file_name(view, "h5").removesuffix("h5") + "png"
+    lines += [f"results.plot(quantity={shown!r}{limits}).savefig({picture!r})"]
     return "\n".join([*imports, "", "import vibrodrive as vd", "", *lines, ""])
 
 

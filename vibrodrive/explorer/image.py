@@ -136,7 +136,7 @@ class Key(NamedTuple):
         bar = "".join(f"<span style='left:{100 * share:.1f}%'>{number}</span>" for share, number in self.numbers)
         if self.scale:
             bar = f"<span class='bar'><i style='--scale:{','.join(self.scale[::8])}'></i>{bar}</span>"
-        swatch = "<span class='colours swatch' style='background:{}'></span> {}"
+        swatch = "<span class='entry'><span class='colours swatch' style='background:{}'></span> {}</span>"
         return bar + " ".join(swatch.format(colour, name) for colour, name in self.swatches)
 
 

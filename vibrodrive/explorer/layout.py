@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,8 +23,9 @@ from vibrodrive.model.states import LASTING
 
 HERE = Path(__file__).parent
 
-CURVE_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#666666", "#bbbbbb")
-"""Colours of the curves of a motion: one for each state of LASTING, the last for the excitation."""
+NAMES = [state.name.lower() for state in LASTING]
+CURVES = [*zip(("#0072B2", "#D55E00", "#009E73", "#666666"), NAMES, strict=True), ("#bbbbbb", "sin τ (scaled)")]
+"""Colours and names of the curves of a motion: one for each state of LASTING, the last for the excitation."""
 LOOKS = {"stable orbit": ("#0072B2", 1.5, "solid"), "unstable orbit": ("#D55E00", 1.2, "dashed")} | {
     kind: (b.colour, 2.0, "solid") for kind, b in BIFURCATIONS.items()
 }
@@ -71,7 +73,10 @@ def build(document: Document, view: View, token: str) -> Page:
     curves = one.multi_line("x", "y", source=lines, color="colour", line_width="width", line_dash="dash")
     points = one.scatter("x", "y", source=marks, size=8, fill_color="white", line_color="colour", line_width=1.5)
     tips = [("", "@kind, period @period"), ("A", "@A")]
-    one.add_tools(HoverTool(renderers=[points], tooltips=tips), HoverTool(renderers=[curves], tooltips=tips[:1]))
+    one.add_tools(
+        HoverTool(renderers=[points], tooltips=tips, attachment="above"),
+        HoverTool(renderers=[curves], tooltips=tips[:1], attachment="below"),
+    )
     phase = _curve("phase", motion, "xi", "dxi", tools="pan,wheel_zoom", y_axis_label="ξ′", x_axis_label="ξ")
     time = _curve("time", motion, "time", "xi", tools="xpan,xwheel_zoom", x_axis_label="τ/2π", y_axis_label="ξ")
     moment = Span(dimension="height", line_color="#888888", line_width=1)  # the line in the time series
@@ -80,8 +85,8 @@ def build(document: Document, view: View, token: str) -> Page:
         "x_range": x_range, "y_range": y_range, "exponents": list(EXPONENTS),
         "second": two, "moment": moment, "token": token, "about": ABOUT,
         "small": [phase, time], "x2": x2, "y2": y2, "first": one,
-        "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": list(CURVE_COLOURS),
-        "names": [state.name.lower() for state in LASTING],
+        "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": [colour for colour, _ in CURVES],
+        "names": NAMES,
         "acts": {name: [m.name.lower() for m in methods] for name, methods in ACTS_ON.items()},
         "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES)},
     }  # fmt: skip
@@ -131,9 +136,7 @@ def _curve(name: str, motion: ColumnDataSource, x: str, y: str, **options: Any) 
     return p
 
 
-def key_of_curves() -> str:
-    """Return the key to the colours of the curves of a motion, as HTML."""
-    names = [*(state.name.lower() for state in LASTING), "sin&nbsp;τ&nbsp;(scaled)"]
-    return " ".join(
-        f"<span style='color:{c}'>&#9473;&#9473;</span>&nbsp;{n}" for n, c in zip(names, CURVE_COLOURS, strict=True)
-    )
+def key_of_lines(entries: Iterable[tuple[str, str]], sign: str = "━━") -> str:
+    """Return the key to lines or to other signs, each with its colour and its name, as HTML."""
+    entry = "<span class='entry'><span class='colours' style='color:{}'>{}</span> {}</span>"
+    return " ".join(entry.format(colour, sign, name) for colour, name in entries)

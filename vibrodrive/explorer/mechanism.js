@@ -14,7 +14,10 @@ page.forces = (sent) => {
 };
 page.moves = () => {
   drawn_motion.at = 0;
-  if (!motion.data.time.length) drawn_motion.forces = null;
+  if (!motion.data.time.length) {
+    drawn_motion.forces = null;
+    page.play(false);
+  }
   draw_motion();
 };
 

@@ -34,7 +34,8 @@ class Explored:
         self._thread.join(2.0)
 
     def _repr_html_(self) -> str:
-        return f'<iframe src="{html.escape(self.address)}" width="100%" height="860" style="border: 0"></iframe>'
+        allowed = 'allow="fullscreen; clipboard-write" style="border: 0"'
+        return f'<iframe src="{html.escape(self.address)}" width="100%" height="860" {allowed}></iframe>'
 
     def __repr__(self) -> str:
         return f"<explorer at {self.address}>"

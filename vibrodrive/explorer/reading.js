@@ -17,7 +17,10 @@ const marks_text = () => {
   if (c !== undefined) texts.push(`δ = ${digits((b - a) / (c - b))}`);
   return texts.join("; ");
 };
-const show_reading = () => say([reading.under, marks_text()].filter(Boolean).join(" · "), "read");
+const show_reading = () => {
+  say(reading.under, "read");
+  say(marks_text(), "marks");
+};
 
 const set_mark = (u) => {
   page.marks = [...page.marks.slice(page.marks.length === 3 ? 3 : 0), u];

@@ -15,7 +15,7 @@ from bokeh.document import Document
 from bokeh.document.events import MessageSentEvent
 
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.layout import NO_CURVES, NO_MOTION, build
+from vibrodrive.explorer.layout import NO_CURVES, NO_MOTION, build, key_of_lines
 from vibrodrive.explorer.view import COLUMNS, ENDS, MOST_COLUMNS, PICTURE_ROWS, SI, SPAN, UNITLESS, Y_SPAN, View
 from vibrodrive.explorer.worker import Rank, Slot, Task
 from vibrodrive.jit.slices import Halt
@@ -152,8 +152,14 @@ class Session:
         return overlay is not None and wanted is not None and wanted[0] == overlay[0]
 
     def clear_note(self) -> None:
-        """Remove the note that exact curves are being computed."""
-        self.notify({"note": ""})
+        """Show the key to the exact curves in place of the note that they are being computed."""
+        self.notify({"note": self.key_of_overlay()})
+
+    def key_of_overlay(self) -> str:
+        """Return the key to the exact curves and bifurcations of the page, as HTML."""
+        lines, marks = (dict.fromkeys(zip(source.data["colour"], source.data["kind"], strict=True))
+                        for source in (self.page.lines, self.page.marks))  # fmt: skip
+        return f"{key_of_lines(lines)} {key_of_lines(marks, '○')}".strip()
 
 
 Overlay = tuple[tuple[Any, ...], tuple[float, ...]]

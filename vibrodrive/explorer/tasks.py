@@ -15,10 +15,10 @@ from functools import partial
 from typing import Any
 
 from vibrodrive.explorer import exact, export
-from vibrodrive.explorer.controls import symbol
+from vibrodrive.explorer.controls import GROUPS, symbol
 from vibrodrive.explorer.engine import KEPT, Engine
 from vibrodrive.explorer.image import fitting_range, pictures
-from vibrodrive.explorer.layout import CURVE_COLOURS, LOOKS, key_of_curves
+from vibrodrive.explorer.layout import CURVES, LOOKS, key_of_lines
 from vibrodrive.explorer.motion import Motion, forces, lines, motion_at, warm, words
 from vibrodrive.explorer.session import Session, overlay_of
 from vibrodrive.explorer.shown import counted, picture_of, place, title_of
@@ -70,6 +70,7 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     # `address` is that of the latest view. If the latest view differs from `view` in more than `at`, the page ignores
     # `address`.
     head: dict[str, Any] = {"seq": seq, "complete": level.complete, "address": session.view.address(), "odd": {}}
+    head["numbers"] = {c.name: getattr(view, c.name) for group in GROUPS.values() for c in group if c.slider}
     over, conditions = title_of(view)
     head["title"] = f"<b>{over}</b>, {conditions}"
     p = picture_of(view, level, session.pixels[1])
@@ -88,8 +89,9 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     if view.compared and view.compare == BESIDE:
         said += f" · above: {view.method}, below: certified"
     head["status"] = said + meaning
-    sought = level.complete and overlay_of(view) not in (None, session.overlay)
-    head["note"] = SOUGHT + (", which takes up to a minute" if view.mode == MAP else "") if sought else ""
+    head["note"] = session.key_of_overlay()
+    if level.complete and overlay_of(view) not in (None, session.overlay):
+        head["note"] = SOUGHT + (", which takes up to a minute" if view.mode == MAP else "")
     session.unpainted += 1
     place = {"x": p.x, "dw": p.dw, "y": p.y, "dh": p.dh}
     picture = {"head": json.dumps(head), "images": p.images, "palette": p.palette, **place}
@@ -104,14 +106,14 @@ def _paint(session: Session, picture: dict[str, Any]) -> None:
 def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     """Show the curves of the motion at `view.at` and its description."""
     motion = motion_at(view, halt)
-    said = [*words(motion, view), key_of_curves()]
+    said = [*words(motion, view), key_of_lines(CURVES)]
     columns, drives = lines(motion.trajectory), forces(motion.trajectory)
 
     def show() -> None:
         if not session.view.follows:  # the view has changed since the computation began
             return
         session.send("forces", drives)
-        session.page.motion.data = {**columns, "colour": CURVE_COLOURS}
+        session.page.motion.data = {**columns, "colour": [colour for colour, _ in CURVES]}
         news = {"words": "<br>".join([*said, PENDING]), "column": float(place(motion.x, view.scale))}
         session.notify({**news, "address": session.view.address(), "done": seq})
 
@@ -149,7 +151,7 @@ def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -
     known, losses = list(said), []
     try:
         for line, lost in exact_words(session.engine, halt, motion):
-            known.append(line)
+            known.insert(1 + len(known) - len(said), line)  # before the details of the motion
             losses += [line] if lost else []
             session.later(partial(session.notify, {"words": "<br>".join([*known, PENDING])}))
     finally:

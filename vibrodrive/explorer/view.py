@@ -22,7 +22,7 @@ from vibrodrive.model import config, drawing
 from vibrodrive.model.choices import ACTS_ON, Method
 from vibrodrive.model.drawing import MAP, check_range, choose_drawing
 from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
-from vibrodrive.model.parameters import bad, check, check_count, unknown
+from vibrodrive.model.parameters import bad, check, unknown
 from vibrodrive.model.physical import Scene, check_scene, incline
 from vibrodrive.model.plan import Plan, idle
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
@@ -73,10 +73,9 @@ def _of_scene(key: str, value: object) -> float:
 def _count(key: str, value: object, low: int, high: int) -> int:
     with suppress(TypeError, ValueError):
         value = int(found) if (found := _real(value)).is_integer() else value
-    try:
-        return check_count(key, value, low, high)
-    except TypeError as error:
-        raise ValueError(str(error)) from None
+    if isinstance(value, int) and low <= value <= high:
+        return value
+    raise ValueError(bad(key, value, f"an integer from {low} to {high}"))
 
 
 def _choice(key: str, value: object, names: tuple[str, ...]) -> str:

@@ -18,6 +18,10 @@ from vibrodrive.model.states import states
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512  # number of shades of a scale
+SCALED = 0.005, 0.995
+"""Quantiles of the values at the ends of a scale. Otherwise a few extreme values would take up most of the shades."""
+
+MANY = 1000  # smallest number of values for SCALED; with fewer values the ends are the least and the largest value
 DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9
 """Smallest lower end of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values
@@ -47,8 +51,8 @@ class Painted(NamedTuple):
 def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
     """Return the colours of all points.
 
-    `limits` is the range of the shades; None stands for the range of all values. Raises ValueError if `limits` is given
-    for a quantity with classes.
+    `limits` is the range of the shades; by default it contains nearly all values (SCALED). Raises ValueError if
+    `limits` is given for a quantity with classes.
     """
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
     lacking, extend = LACKS.get(quantity, "no such value"), "neither"
@@ -147,7 +151,7 @@ def _shade(
     shades, colour, outside = look().shades, APART, rests
     if quantity == "lyapunov":
         shades, colour, outside = look().signed, look().nil, rests | (values == -np.inf)
-        most = float(np.abs(finite).max(initial=0.0)) or 1.0
+        most = max(_ends(np.abs(finite))[1], 0.0) or 1.0
         norm = Normalize(*(limits or (-most, most)))
     else:
         norm = _scale(finite, limits)
@@ -166,18 +170,26 @@ def _shade(
     return kind, norm, shades(np.linspace(0, 1, SHADES)), apart, extend
 
 
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    """Return the ends of a scale for these values, (inf, -inf) without values."""
+    if values.size >= MANY:
+        low, high = np.quantile(values, SCALED)
+        return float(low), float(high)
+    return float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
+
+
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
-    """Return a scale with the ends `limits` or, if they are None, with the range of all values.
+    """Return a scale with the ends `limits` or, if they are None, with the ends of `_ends`.
 
     The scale is logarithmic if both ends are positive and it spans more than DECADES decades.
     """
     positive = finite[finite > 0]
-    low, high = limits or (finite.min(initial=np.inf), finite.max(initial=-np.inf))
+    low, high = limits or _ends(finite)
     if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has a separate colour
-        low = max(positive.min(), LEAST * high)
+        low = max(_ends(positive)[0], LEAST * high)
     if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
         return LogNorm(low, high)
     if limits is None:
-        low, high = finite.min(initial=np.inf), finite.max(initial=-np.inf)
+        low, high = _ends(finite)
         low, high = (low, high) if low < high else (low - 0.5, low + 0.5) if finite.size else (0.0, 1.0)
     return Normalize(low, high)

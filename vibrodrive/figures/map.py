@@ -88,8 +88,9 @@ def map_figure(
         curves of bifurcations from `vd.curves`. The axes of the map must be A and B, or axes of a scene that determine
         A and B.
     limits : (float, float), optional
-        range of the colours of a continuous quantity; by default the range of all values. Values below and above the
-        range have their own colours, which the ends of the colour bar show.
+        range of the colours of a continuous quantity; by default the range of all values or, if there are at least
+        1000 values, of 99 % of them. Values below and above the range have their own colours, which the ends of the
+        colour bar show.
     undisturbed : int array, optional
         `gaps` of the undisturbed motions, needed for "kept". The dimensions of the array are the axes of the sweep;
         along ε and Δτ its length is 1.

@@ -351,7 +351,7 @@ class Results:
         x, y : str, optional
             axes of the sweep along the abscissa and, in a map, along the ordinate; by default the longest axes.
         limits : (float, float), optional
-            range of the quantity.
+            range of the quantity; by default that of the values (for a map see `map_figure`).
         ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
             axes to draw into; by default those of a new figure.
         style : "screen" or "print", optional
