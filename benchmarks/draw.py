@@ -227,11 +227,16 @@ def charts() -> list[Chart]:
     return found
 
 
+def fingerprint(data: dict[str, Any]) -> str:
+    """Return the hash of the data of a chart, which its picture contains."""
+    return hashlib.sha256(json.dumps({k: v for k, v in data.items() if k != "environment"}).encode()).hexdigest()
+
+
 def draw(chart: Chart, folder: Path | None = None) -> None:
     """Draw a chart if its picture does not yet show the same data. Print the date of the measurement."""
     data = chart.load()
     picture = folder / chart.picture.name if folder else chart.picture
-    shown = hashlib.sha256(json.dumps({k: v for k, v in data.items() if k != "environment"}).encode()).hexdigest()
+    shown = fingerprint(data)
     say(f"{picture.name}: measured {data['environment']['measured']}; `python -m {chart.command}` measures again")
     if picture.exists() and shown.encode() in picture.read_bytes():
         say(f"{picture.name}: shows these data already (delete it to draw it again)")

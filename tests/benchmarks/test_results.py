@@ -9,7 +9,7 @@ import re
 
 import pytest
 
-from benchmarks import passes, tables
+from benchmarks import draw, passes, tables
 from benchmarks.common import RESULTS
 from benchmarks.switches import run, score
 
@@ -120,6 +120,11 @@ def test_points_of_the_chart_have_an_error_if_right():
     data = stored("accuracy_speed")
     for p in data["points"]:
         assert (p["error"] is not None) == p["right"] == (p["until"] == data["periods"])
+
+
+@pytest.mark.parametrize("chart", draw.charts(), ids=lambda chart: chart.picture.name)
+def test_picture_shows_the_stored_measurements(chart):
+    assert draw.fingerprint(chart.load()).encode() in chart.picture.read_bytes()
 
 
 def test_every_wrong_setting_of_the_chart_has_a_cause():
