@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 from tests.support.chromium import browser
-from vibrodrive.explorer.layout import CURVE_COLOURS
+from vibrodrive.explorer.layout import CURVES
 
 HERE = Path(__file__).parent
 
@@ -29,7 +29,7 @@ SHORT, LONG = 160, 2500
 def palette(picture):
     """Return a picture with the colours of this one."""
     sample = picture.copy()
-    for k, colour in enumerate(CURVE_COLOURS):  # otherwise the thin lines of a legend get no colour of their own
+    for k, (colour, _) in enumerate(CURVES):  # otherwise the thin lines of a legend get no colour of their own
         sample.paste(colour, (50 * k, 0, 50 * k + 50, 100))
     return sample.quantize(192, dither=Image.Dither.NONE)
 
