@@ -191,7 +191,7 @@ def dump(case: dict[str, Any]) -> str:
 
 
 def make(task: Task) -> tuple[Task, str]:
-    """Return the text of a case. (A separate process calls this function.)"""
+    """Return the task and the JSON text of its case. Separate processes call this function."""
     return task, dump(case(task))
 
 

@@ -162,7 +162,7 @@ def test_sweep_survives_a_killed_worker(cluster, local, tmp_path):
 def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, tmp_path):
     (tmp_path / "c.toml").write_text(CONFIG)
     worker = cluster[1][-1]
-    worker.send_signal(signal.SIGSTOP)  # so that not all blocks are finished before the signal
+    worker.send_signal(signal.SIGSTOP)  # so that some blocks are unfinished when the command receives SIGTERM
     try:
         process = command(tmp_path, "--dask", cluster[0])
         file = tmp_path / "c.h5"

@@ -413,7 +413,8 @@ def step_to_zero(taylor, m3, rate, noise):
 def advance(h, taylor, m3, scale, rate, step, limit):
     """Return (next cursor, zero) from g and its derivatives at h; `zero` is true if this cursor is the zero of g.
 
-    g has no zero within `step`. The second derivative is at most m3 · scale, the third m3, the fourth m3 · rate.
+    Assumptions: if g >= 0 at h, g has no zero between h and h + `step`. The moduli of the derivatives of g are at most
+    m3 · scale (second), m3 (third) and m3 · rate (fourth).
     """
     g, dg, ddg, dddg, ddddg = taylor
     inverse = 1.0 / choose(dg < 0.0, dg, -1e-300)
@@ -503,7 +504,10 @@ def note_dip(w, i, h, taylor, x):
 
 @inline
 def next_on_grid(w, i, taylor, x, step, rate, trusted):
-    """Return (next grid point, outcome at the cursor) of a search on a grid. There is no zero within `step`."""
+    """Return (next grid point, outcome at the cursor) of a search on a grid.
+
+    Assumption: there is no zero within the time `step` after the cursor.
+    """
     cursor, limit = w[r.CURSOR + i], w[r.LIMIT + i]
     further = step_to_zero(taylor, w[r.M3 + i], rate, w[r.NOISE + i])
     step = choose(further > step, further, step)
@@ -522,7 +526,7 @@ def next_on_grid(w, i, taylor, x, step, rate, trusted):
 
 @inline
 def next_instant(w, i, h, taylor, x, step, rate):
-    """Return (next h, outcome) of a search without a grid. There is no zero within `step`."""
+    """Return (next h, outcome) of a search without a grid. Assumption: there is no zero between h and h + `step`."""
     limit = w[r.LIMIT + i]
     tired = w[r.WORK + i] - w[r.WORK_BOOKED + i] > PATIENCE
     ahead, zero = advance(h, taylor, w[r.M3 + i], w[r.SPAN0 + i], rate, step, choose(tired, 0.0, limit))

@@ -61,22 +61,23 @@ class Block(NamedTuple):
 
 @inline
 def tabled(table, j, f):
-    """Return the slow part of the switching function f, a Block, at point j of the block."""
+    """Return the slow part of the switching function with the coefficients f at grid point j of the block."""
     return fma(f.al, table[j], fma(f.be, table[BLOCK + j], fma(f.c1, table[4 * BLOCK + j], f.c0)))
 
 
 @inline
 def tabled_ripple(table, j, f):
-    """Return the switching function f, a Block, at point j of the block, including the fast part."""
+    """Return the switching function with the coefficients f, including the fast part, at grid point j of the block."""
     return fma(f.alf, table[2 * BLOCK + j], fma(f.bef, table[3 * BLOCK + j], tabled(table, j, f)))
 
 
 @part
 def suspects(table, n, bound, two_sided, f, fast):
-    """Return the number of suspect values of f, a Block, at the first n points of a block.
+    """Return the number of suspect values of a switching function at the first n grid points of a block.
 
-    A value is suspect if the switching function may be negative there: if f is below `bound`. If `two_sided`, f is H,
-    and both sides of S4 are checked: a value is suspect if its modulus is above `bound`.
+    f is a Block with the coefficients of the function. A value below `bound` is suspect, because the switching function
+    may be negative there. If `two_sided`, the function is H, and both sides of S4 are checked. A value is then suspect
+    if its modulus is above `bound`.
     """
     count = 0
     if two_sided:

@@ -109,7 +109,10 @@ def between(rows, a, b):
 
 @inline
 def clear_totals(totals, a, b):
-    """Clear the totals of a motion with A = a and B = b."""
+    """Set the totals of a motion to their initial values.
+
+    TURN_UP, COSINE_UP, TURN_DOWN and COSINE_DOWN depend on A = a and B = b (`turn_of`).
+    """
     for n in range(TOTALS):
         totals[n] = 0.0
     totals[TURN_UP], totals[COSINE_UP] = turn_of(1.0, a, b)

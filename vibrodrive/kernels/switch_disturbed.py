@@ -1,4 +1,7 @@
-"""Ordinary certified switches (engine.py) with a disturbance in all lanes of a batch, without branches.
+"""Ordinary certified switches with a disturbance in all lanes of a batch, without branches.
+
+A switch is ordinary if rounding cannot change its decision, it is within the record and the budget, and at most one
+section point precedes it (engine.py).
 
 The section point before a switch is written first, because applying the switch overwrites the segment that contains
 this point. `kernels/__init__.py` explains the terms.

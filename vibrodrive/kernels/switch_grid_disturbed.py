@@ -1,4 +1,7 @@
-"""Ordinary switches (engine.py) on a grid with a disturbance in all lanes of a batch, without branches.
+"""Ordinary switches on a grid with a disturbance in all lanes of a batch, without branches.
+
+A switch is ordinary if rounding cannot change its decision, it is within the record and the budget, and at most one
+section point precedes it (engine.py).
 
 The results equal those of `event.py`. The method `fixed` switches at the grid point after the zero, eq. (10). Muller's
 method first refines the zero, in all lanes together (muller.py). If ξ < 0 at a grid point, the search continues for the

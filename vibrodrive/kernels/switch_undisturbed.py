@@ -1,4 +1,7 @@
-"""Ordinary certified switches (engine.py) at ε = 0 in all lanes of a batch, without branches.
+"""Ordinary certified switches at ε = 0 in all lanes of a batch, without branches.
+
+A switch is ordinary if rounding cannot change its decision, it is within the record and the budget, and at most one
+section point precedes it (engine.py).
 
 `event.py` applies all other switches. Both modules evaluate the same formulas (switch.py) in the same order, so the
 bits of a trajectory do not depend on the module that applied a switch. `kernels/__init__.py` explains the terms.

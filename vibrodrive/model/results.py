@@ -44,7 +44,8 @@ class Results:
 
     - "summary" adds arrays over the axes: period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean,
       momentum, energy; friction_loss, drive_work; xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down,
-      share_stick, share_rest. Sums are per excitation period.
+      share_stick, share_rest. The arrays impacts, momentum, energy, friction_loss, drive_work and lyapunov are per
+      excitation period.
     - "impacts" adds arrays over (axes…, impact): impact_period, impact_phase, impact_speed, impact_states. After the
       last impact they are filled with NaN or -1.
     - "error" adds arrays over the axes: error_xi and error_dxi (both together as `error`), and certain_until.

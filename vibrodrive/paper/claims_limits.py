@@ -123,7 +123,9 @@ def rational(session: Session) -> Outcome:
 
 
 @claim(
-    "fig03", "Orbital stability rests on the two interruptions and the plastic impact, and they influence the limit k₂."
+    "fig03",
+    "The two interruptions (sticking where the mass turns, resting after the impact) and the plastic impact cause the "
+    "orbital stability and influence the limit k₂.",
 )
 def interruptions_and_limit(session: Session) -> Outcome:
     results = session.results("fig03")

@@ -37,10 +37,10 @@ the slide up that begins at ψ, and let D(ψ) be the distance over which the mas
 T(ψ*) = ψ* + π for A cos ψ* = π/2.
 
 First let A > A_s = √(1 + π²/4), so that φ_up < ψ*. If a slide up begins at ψ*, the next slide down has the same length,
-so the flight touches the obstacle at ψ* + 2π without speed. The slides of another flight begin at a_0 = ψ, a_1, a_2, …
-if half periods are subtracted. These phases are alternately on both sides of ψ* and converge to ψ*. If ψ < ψ*, each
-difference D(a_2i) - D(a_2i+1) is positive, and the mass never lands. If ψ > ψ*, the first difference is negative, and
-the mass lands in its first fall.
+so the flight touches the obstacle at ψ* + 2π without speed. For any other ψ let slide number i = 0, 1, 2, … begin at the
+phase a_i + iπ, so a_0 = ψ. The a_i are alternately on both sides of ψ* and converge to ψ*. If ψ < ψ*, each difference
+D(a_2i) - D(a_2i+1) is positive, and the mass never lands. If ψ > ψ*, the first difference is negative, and the mass
+lands in its first fall.
 
 For A <= A_s every slide up ends in a sticking, so the next slide down begins at φ_up + π. The flight with a launch at
 φ_up touches the obstacle without speed, and every flight with a later launch lands. The code decides all these cases
@@ -120,7 +120,10 @@ def touching(A, up):
 
 @inline
 def bracket_impact(segment, p, q, lo):
-    """Return (low, high), a bracket of the impact of a slide down whose ξ' is least at lo. At `high` ξ <= 0."""
+    """Return (low, high), two times between which a slide down ends in an impact. At `high` ξ <= 0.
+
+    Times are measured from the beginning of the slide, where A cos τ = p and A sin τ = q. ξ' is least at the time `lo`.
+    """
     low, high = 0.0, lo
     below = gap_at(segment, p, q, high)
     while below > 0.0:

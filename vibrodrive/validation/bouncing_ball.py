@@ -157,8 +157,9 @@ def approach() -> list[Approach]:
 def findings() -> list[Finding]:
     """Return two findings for each law.
 
-    The first is the difference of the slope from -1. The second is the relative difference of the factor of 1/B from
-    the derived factor.
+    For large B the error of a law is about a factor times 1/B. The first finding is the difference between -1 and the
+    slope of log(error) over log(B). The second is the relative difference between error × B at the largest B, which is
+    the computed factor, and the derived factor.
     """
     out = []
     for a in approach():

@@ -38,7 +38,7 @@ CHECKS = (
     Check("scipy", "Comparison with scipy's events", peers.scipy_events, ("scipy",)),
     Check("heyoka", "Comparison with heyoka's events", peers.heyoka_events, ("heyoka",)),
 )
-"""Checks in the order of execution. The first checks need only the kernels of a sweep."""
+"""Checks in the order of execution."""
 
 
 def validate(
