@@ -37,10 +37,10 @@ the slide up that begins at ψ, and let D(ψ) be the distance over which the mas
 T(ψ*) = ψ* + π for A cos ψ* = π/2.
 
 First let A > A_s = √(1 + π²/4), so that φ_up < ψ*. If a slide up begins at ψ*, the next slide down has the same length,
-so the flight touches the obstacle at ψ* + 2π without speed. For any other ψ let slide number i = 0, 1, 2, … begin at the
-phase a_i + iπ, so a_0 = ψ. The a_i are alternately on both sides of ψ* and converge to ψ*. If ψ < ψ*, each difference
-D(a_2i) - D(a_2i+1) is positive, and the mass never lands. If ψ > ψ*, the first difference is negative, and the mass
-lands in its first fall.
+so the flight touches the obstacle at ψ* + 2π without speed. For any other ψ let slide number i = 0, 1, 2, … begin at
+the phase a_i + iπ, so a_0 = ψ. The a_i are alternately on both sides of ψ* and converge to ψ*. If ψ < ψ*, each
+difference D(a_2i) - D(a_2i+1) is positive, and the mass never lands. If ψ > ψ*, the first difference is negative, and
+the mass lands in its first fall.
 
 For A <= A_s every slide up ends in a sticking, so the next slide down begins at φ_up + π. The flight with a launch at
 φ_up touches the obstacle without speed, and every flight with a later launch lands. The code decides all these cases
