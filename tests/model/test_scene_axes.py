@@ -159,6 +159,7 @@ NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
             "sweep.alpha[1] = 90: must be an angle in degrees",
         ),
         (WHOLE.replace("150", "[100, 200]"), "physical.omega0 = [100, 200]: must be a finite number > 0"),
+        (WHOLE.replace("1e-3", "-1e-3"), "physical.a0 = -0.001: must be a finite number >= 0"),
     ],
 )
 def test_bad_input_is_one_line(text, message):

@@ -169,10 +169,8 @@ def result_file(view: View, results: Results) -> bytes:
     """Return the file of `vibrodrive sweep` for the exported configuration. Raises ValueError if it is too large."""
     plan, text = view.plan(), view.toml()
     if (size := file_bytes(plan)) > LARGEST_FILE:
-        allowed = (
-            f"smaller; the file takes {human(size)}, and {human(LARGEST_FILE)} are allowed (use `vibrodrive sweep`)"
-        )
-        raise ValueError(bad("periods", view.periods, allowed))
+        sizes = f"the file takes {human(size)}, and {human(LARGEST_FILE)} are allowed"
+        raise ValueError(bad("periods", view.periods, f"smaller; {sizes} (use `vibrodrive sweep`)"))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "view.h5"
         writer = open_writer(path, plan, Origin(text, title=config.parse(text).title))

@@ -41,7 +41,6 @@ HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
 """Default port of the page, 1000 · 2π. With the same port in each run a browser reuses stored scripts."""
 
-
 SPINS = "10000"
 """Number of times that an idle thread of GNU's OpenMP looks for work before it sleeps, about 20 µs. By default it looks
 for milliseconds, during which it takes a core from the browser, which then draws a third fewer pictures."""
@@ -156,9 +155,7 @@ class Explorer:
         for chatty in ("bokeh", "tornado"):  # errors appear on the page; a traceback here would contain the token
             logging.getLogger(chatty).setLevel(logging.CRITICAL)
         if threads is not None:
-            from vibrodrive.batch.sweep import (
-                check_threads,
-            )  # imports Numba; imported here so that the page appears sooner
+            from vibrodrive.batch.sweep import check_threads  # imports Numba, so that the page would appear later
 
             check_threads(threads)
         listening = _listening(port)

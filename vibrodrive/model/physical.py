@@ -29,9 +29,10 @@ def check_scene(key: str, value: object) -> float:
         if not 0 <= x < 90:
             raise ValueError(bad(key, value, allowed))
         return x + 0.0  # -0.0 becomes 0.0
-    x = real_number(key, value, "a finite number > 0")
+    allowed = f"a finite number {'>=' if key == 'a0' else '>'} 0"
+    x = real_number(key, value, allowed)
     if not 0.0 < x < math.inf and not (key == "a0" and x == 0.0):
-        raise ValueError(bad(key, value, "a finite number > 0"))
+        raise ValueError(bad(key, value, allowed))
     return x
 
 
