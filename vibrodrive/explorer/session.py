@@ -177,8 +177,8 @@ def overlay_of(view: View) -> Overlay | None:
     if view.mode != MAP:
         of = view.mode, view.scale, view.incline, view.orbits, view.quantity, view.section_phase
         return (of, (view.low, view.high)) if view.x == "A" else None
-    of = view.mode, view.x, view.scale, view.y_scale, view.orbits
-    return (of, (view.low, view.high, view.y_low, view.y_high)) if {view.x, view.y} == {"A", "B"} else None
+    in_plane = view.mode, view.x, view.scale, view.y_scale, view.orbits
+    return (in_plane, (view.low, view.high, view.y_low, view.y_high)) if {view.x, view.y} == {"A", "B"} else None
 
 
 def _one_line(error: BaseException) -> str:
