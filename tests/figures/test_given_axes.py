@@ -43,7 +43,8 @@ def failures():
     A, other = np.array([3.0, 3.1]), np.array([0.01, 0.1])
     judged = np.ones((2, 2, 2), np.int64)
     counts = {kind: judged for kind in ("missed", "late", "wrong")}
-    return FailureMap(A, "dtau", other, judged, counts, np.full((2, 2), 0.05), {"eps": 0.0}, {"method": 1})
+    settings = {"method": 1, "transient": 20, "periods": 30}
+    return FailureMap(A, "dtau", other, judged, counts, np.full((2, 2), 0.05), {"eps": 0.0}, settings)
 
 
 FIGURES = {
