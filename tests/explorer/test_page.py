@@ -469,7 +469,9 @@ def test_link_restores_the_view(tab, explorer):
     )
     text = tab.ask("document.querySelector('dialog[open] textarea').value")
     assert "token" not in text
-    assert read_address(text.partition("?")[2]) == view
+    command, link, _ = text.split('"')
+    assert command == "vibrodrive explore "
+    assert read_address(link.partition("?")[2]) == view
     tab.driver.execute_script("document.getElementById('text').close()")
 
 
