@@ -825,7 +825,7 @@ def test_unusual_statuses_have_ticks_and_are_selectable(tab, explorer):
         tab.driver.execute_script("document.querySelector('#status button').click()")
         tab.until(lambda: tab.state()["at"] is not None, "a motion")
         assert tab.state()["at"] == pytest.approx(columns[column], abs=1e-6)
-        tab.until("page.words.includes('rests for ever')", "its description")
+        tab.until("page.words.includes('NEVER LEAVES')", "its description")
 
 
 def test_values_under_the_mouse_and_ratio_of_marks(tab, explorer):

@@ -67,7 +67,7 @@ def test_results_are_reused_for_views_of_the_same_sweep_only():
 def test_stable_and_unstable_orbits_have_different_lines():
     """Lines of stable orbits are solid, lines of unstable orbits are dashed."""
     drawn = SimpleNamespace(lines=SimpleNamespace(), marks=SimpleNamespace())
-    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, clear_note=lambda: None)
+    session = SimpleNamespace(page=drawn, belongs=lambda overlay: True, show_key=lambda: None)
     A, low, high = np.array([2.0, 3.0]), np.array([1.0, 2.0]), np.array([5.0, 6.0])
     found = [Curve(A, low, STABLE, 1), Curve(A, high, UNSTABLE, 1)]
     _lay_over(session, View.read({"orbits": 1}), found, [Curve(2.5, 1.5, "fold", 1)])

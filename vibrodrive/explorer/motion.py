@@ -122,5 +122,6 @@ def words(motion: Motion, view: View) -> list[str]:
     said = [f"<b>{symbol(view.x)} = {motion.x!r}</b>"]
     if view.scene == SI:
         said.append(f"A = {t.arguments['A']:.6g}, B = {t.arguments['B']:.6g}")
-    lines = sentences(t.status, t.margin, motion.summary, motion.plan)
-    return said + [html.escape(line.replace("NEVER_LEAVES", "rests for ever")) for line in lines]
+    status, *rest = sentences(t.status, t.margin, motion.summary, motion.plan)
+    status = status.replace(t.status.name, t.status.name.replace("_", " "), 1)
+    return said + [html.escape(line) for line in (status, *rest)]

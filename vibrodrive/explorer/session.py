@@ -131,7 +131,7 @@ class Session:
         """Show the error of a task of this page, in one line."""
         self.later(partial(self.notify, {"refused": _one_line(error), "done": self.seq}))
         if rank != Rank.EXPORT:  # the exact curves are not computed, because the failed task would have requested them
-            self.later(self.clear_note)
+            self.later(self.show_key)
 
     def later(self, change: Callable[[], None]) -> None:
         """Call `change` in the thread of the server, if the page is still open."""
@@ -151,7 +151,7 @@ class Session:
         wanted = overlay_of(self.view)
         return overlay is not None and wanted is not None and wanted[0] == overlay[0]
 
-    def clear_note(self) -> None:
+    def show_key(self) -> None:
         """Show the key to the exact curves in place of the note that they are being computed."""
         self.notify({"note": self.key_of_overlay()})
 

@@ -134,7 +134,7 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
     if wanted is None:
         return
     if wanted == session.overlay:  # these curves are already shown
-        session.later(session.clear_note)
+        session.later(session.show_key)
         return
     if view.mode == MAP:
         spans = {view.x: (view.low, view.high), view.y: (view.y_low, view.y_high)}
@@ -173,7 +173,7 @@ def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: lis
             **dict(zip(("colour", "width", "dash"), map(list, looks), strict=True)),
         }
     session.overlay = overlay_of(view)
-    session.clear_note()
+    session.show_key()
 
 
 def send_file(session: Session, view: View, kind: str, halt: Halt) -> None:

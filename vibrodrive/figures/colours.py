@@ -184,12 +184,12 @@ def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
     The scale is logarithmic if both ends are positive and it spans more than DECADES decades.
     """
     positive = finite[finite > 0]
-    low, high = limits or _ends(finite)
+    low, high = ends = limits or _ends(finite)
     if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has a separate colour
         low = max(_ends(positive)[0], LEAST * high)
     if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
         return LogNorm(low, high)
+    low, high = ends
     if limits is None:
-        low, high = _ends(finite)
         low, high = (low, high) if low < high else (low - 0.5, low + 0.5) if finite.size else (0.0, 1.0)
     return Normalize(low, high)
