@@ -199,10 +199,10 @@ def run_blocks(
     next wave is computed. The computation ends if the generator is closed. Raises TypeError or ValueError if the number
     of threads is invalid.
     """
-    spans = _spans(plan)
+    spans = spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
     if executor is not None:
-        yield from _run_remote(plan, todo, executor)
+        yield from run_remote(plan, todo, executor, compute)
         return
     count = check_threads(threads)
     waves, halt = list(_waves(plan, todo)), Halt()
@@ -217,7 +217,7 @@ def run_blocks(
             halt.call()
 
 
-def _spans(plan: Plan) -> list[Span]:
+def spans(plan: Plan) -> list[Span]:
     """Return (index, start, stop) for each block of a plan: its number, and the range of its points."""
     return [(i, *span) for i, span in enumerate(plan.blocks())]
 
@@ -237,14 +237,20 @@ def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
         yield wave
 
 
-def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Block]:
+def run_remote(
+    plan: Plan, todo: Sequence[Span], executor: Executor, task: Callable[[Plan, int, int, int, Halt], Block]
+) -> Iterator[Block]:
+    """Compute blocks on an executor, one task each, and yield each block when it is finished.
+
+    A task that fails is submitted again, up to RETRIES times.
+    """
     limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
     queue = deque(todo)
     flying: dict[Future[Block], tuple[Span, int]] = {}
     halt = Halt(os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}"))
 
     def launch(block: Span, tries: int) -> None:
-        flying[executor.submit(compute, plan, block[1], block[2], 1, halt)] = (block, tries)
+        flying[executor.submit(task, plan, block[1], block[2], 1, halt)] = (block, tries)
 
     try:
         while True:
@@ -286,7 +292,7 @@ def collect(
         with closing(run_blocks(plan, executor=executor)) as blocks:  # `closing` cancels tasks that have not started
             return Results.collect(plan, _counted(blocks, tell))
     results, halt = Results.uncomputed(plan), Halt()
-    for wave in _waves(plan, _spans(plan)):
+    for wave in _waves(plan, spans(plan)):
         start, stop = wave[0][1], wave[-1][2]
         records = fill_records(plan, plan.points(start, stop), count, halt, *results.rows(start, stop))
         results.put(start, stop, records)

@@ -7,16 +7,19 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
 from vibrodrive.jobs.progress import Tally, make_display, shown
+from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
+from vibrodrive.model.records import several_motions
 from vibrodrive.model.results import Results
 
 OWN = ("path", "overwrite", "threads", "executor")  # keywords that do not change the results
@@ -42,7 +45,7 @@ def sweep(
     section_phase: Axis = 0.0,
     scan: ScanLike = "skip",
     budget: int = 100_000,
-    record: str | Sequence[str] = "section",
+    record: str | Callable[[Any], Any] | Sequence[str | Callable[[Any], Any]] = "section",
     points: Points | None = None,
     path: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
@@ -136,6 +139,10 @@ def sweep(
     if not isinstance(overwrite, bool):
         raise TypeError(bad("overwrite", overwrite, "True or False"))
     refuse_idle(plan, written)
+    if several_motions(plan.record):
+        from vibrodrive.stability.per_point import with_names
+
+        plan = with_names(plan)
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:
@@ -150,7 +157,27 @@ def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> 
     tally = Tally()
     tally.start(plan.n_points, 0, plan.settings.transient + plan.settings.periods)
     with shown(make_display("sweep"), lambda show: show.look(tally.line, compilation)):
-        return collect(plan, threads, executor, tally.add)
+        if not several_motions(plan.record):
+            return collect(plan, threads, executor, tally.add)
+        from vibrodrive.stability.per_point import run_blocks
+
+        raised: list[str] = []
+        with contextlib.closing(run_blocks(plan, threads=threads, executor=executor)) as blocks:
+            results = Results.collect(plan, _noted(blocks, tally, raised))
+    _warn_of_raised(raised)
+    return results
+
+
+def _noted(blocks: Iterable[Block], tally: Tally, raised: list[str]) -> Iterator[Block]:
+    for block in blocks:
+        yield block
+        tally.add(block.stop - block.start)
+        raised += block.raised
+
+
+def _warn_of_raised(raised: Sequence[str]) -> None:
+    if raised:
+        warnings.warn(f"{len(raised)} points have the status RAISED: {raised[0]}", stacklevel=5)
 
 
 def _into_file(
@@ -172,7 +199,8 @@ def _into_file(
         check_output(file, None, "sweep", overwrite=overwrite)
         refuse_large_block(plan, remote=executor is not None)
         job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
-        run_in_place(job, make_display(file.name))
+        raised = run_in_place(job, make_display(file.name))
+    _warn_of_raised(raised)
     return load(file)
 
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ from vibrodrive.jobs.progress import Show, Tally, duration, shown
 from vibrodrive.jobs.signals import catch
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import several_motions
 from vibrodrive.model.size import file_bytes, human
 from vibrodrive.store.layout import Origin, Progress
 from vibrodrive.store.writer import Writer, open_writer
@@ -90,8 +92,10 @@ def run(job: Job, show: Show) -> str:
     return work.summary
 
 
-def run_in_place(job: Job, show: Show | None) -> None:
+def run_in_place(job: Job, show: Show | None) -> list[str]:
     """Do the same as `run` in the calling thread, without changing its signal handlers.
+
+    Return a text for each point at which a function of the record raised an exception.
 
     An exception in this thread, such as KeyboardInterrupt, ends the sweep with a file that can be resumed.
     """
@@ -101,6 +105,7 @@ def run_in_place(job: Job, show: Show | None) -> None:
     if show is not None:
         work.print_news(show)
         show.say(work.summary)
+    return work.raised
 
 
 class _Work:
@@ -113,6 +118,7 @@ class _Work:
         self._writer: Writer | None = None
         self._stopping = False
         self._news: list[str] = []
+        self.raised: list[str] = []  # for each point at which a function of the record raised, a text with both
 
     def run(self) -> None:
         try:
@@ -201,8 +207,7 @@ class _Work:
             self.summary = f"{self.job.path} is complete: nothing to compute"
             return
         prepared = self._prepare(writer, local=executor is None)
-        from vibrodrive.batch.sweep import run_blocks
-
+        run_blocks = _computing(writer.plan).run_blocks
         plan, tally = writer.plan, self.tally
         lengths = [stop - start for start, stop in plan.blocks()]
         missing = sum(lengths[k] for k in which)
@@ -211,6 +216,7 @@ class _Work:
         with contextlib.closing(found) as blocks:
             for block in blocks:
                 writer.write(block)
+                self.raised += block.raised
                 tally.add(block.stop - block.start)
         took = monotonic() - tally.began
         self.summary = (
@@ -224,7 +230,6 @@ class _Work:
         began = monotonic()
         from numba import config
 
-        from vibrodrive.batch.sweep import load_kernels
         from vibrodrive.jit.compile import compilation
         from vibrodrive.jit.fletcher import fletcher32
 
@@ -235,10 +240,21 @@ class _Work:
         if not local:
             self.tally.elsewhere = "waiting for workers, which compile missing kernels"
             return "including the time of workers to load or compile the kernels"
-        load_kernels(writer.plan)
+        _computing(writer.plan).load_kernels(writer.plan)
         compiled = compilation.seconds - before
         loaded = f"after {duration(monotonic() - began - compiled)} to load the kernels"
         return f"{loaded} and {duration(compiled)} to compile them" if compiled else loaded
+
+
+def _computing(plan: Plan) -> ModuleType:
+    """Return the module that computes the blocks of a plan. It is imported late, because it loads Numba."""
+    if several_motions(plan.record):
+        from vibrodrive.stability import per_point
+
+        return per_point
+    from vibrodrive.batch import sweep
+
+    return sweep
 
 
 def check_dask(address: str) -> None:

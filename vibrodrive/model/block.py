@@ -15,6 +15,7 @@ class Block(NamedTuple):
     status : int8 (n,).
     margin : float64 (n,).
     switches : int64 (n, 5), number of switches into each State within the recorded periods.
+    raised : for each point at which a function of the record raised an exception, a text with both.
     records : all other arrays that the plan records, by the names in model/records.py.
     """
 
@@ -26,3 +27,4 @@ class Block(NamedTuple):
     margin: np.ndarray
     switches: np.ndarray
     records: Mapping[str, np.ndarray] = MappingProxyType({})
+    raised: tuple[str, ...] = ()

@@ -82,6 +82,9 @@ class Status(Named):
     TOO_CLOSE = 1
     BUDGET = 2
     NEVER_LEAVES = 3
+    NO_ORBIT = 4
+    TOO_SHORT = 5
+    RAISED = 6
     NOT_COMPUTED = -1
 
     @property
@@ -99,5 +102,10 @@ _ADVICE = {
     "of the motion is not computed; raise `budget` if so many switches are expected",
     Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "
     "the section is constant; this is a valid result, not an error",
+    Status.NO_ORBIT: "the undisturbed motion repeats after no number of periods up to 64, so it has no structure to lose; "
+    "raise `transient` if it has not settled yet",
+    Status.TOO_SHORT: "the record is shorter than four periods of the undisturbed orbit, too short to compare its "
+    "structure: raise `periods`",
+    Status.RAISED: "the function of the record raised an exception at this point: its numbers are NaN",
     Status.NOT_COMPUTED: "not computed yet: resume the sweep",
 }

@@ -16,7 +16,17 @@ from vibrodrive.model.choices import ACTS_ON, Method, Scan, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, unknown
 from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
-from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
+from vibrodrive.model.records import (
+    ERROR,
+    FAILURES,
+    LIMIT,
+    PERIODS,
+    SECTION,
+    SUMMARY,
+    check_record,
+    point_bytes,
+    several_motions,
+)
 
 BLOCK_BYTES = 4 << 20
 """Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
@@ -37,6 +47,9 @@ s on one core."""
 LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
 """Least number of points of a wave, even if their work exceeds WAVE_WORK. Fewer points would leave lanes or threads
 idle. The second number holds for points that are computed one by one."""
+
+BLOCK_POINTS_SEVERAL = 32
+"""Largest number of points of a block whose points need several motions each. Their searches are computed together."""
 
 IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
@@ -118,11 +131,23 @@ class Plan:
         return point | vars(s) | {"method": Method(s.method), "scan": Scan(s.scan)}
 
     @property
+    def sought(self) -> str:
+        """The disturbance whose limit the record `limit` is: ε, or Δτ with a grid method without a step."""
+        grid = self.settings.method in ACTS_ON["dtau"]
+        return (
+            "dtau"
+            if grid and "dtau" not in {*self.axes, *self.together} and math.isnan(self.scalars["dtau"])
+            else "eps"
+        )
+
+    @property
     def chunk(self) -> tuple[int, ...]:
         """Shape of a block: 1 along the leading axes, a part of one axis, and the full length of the trailing axes."""
         if self.tiling is not None:
             return self.tiling
         most = BLOCK_POINTS_SMALL if self.record == (SUMMARY,) else BLOCK_POINTS
+        if several_motions(self.record):
+            most = BLOCK_POINTS_SEVERAL
         rows = max(1, min(most, self._most_points, BLOCK_BYTES // point_bytes(self.record, self.settings.periods)))
         chunk = [1] * len(self.shape)
         for k in range(len(self.shape) - 1, -1, -1):
@@ -216,12 +241,31 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     if {*SCENE} & given:
         _follow_scene(axes, scalars)
     scalars = {name: value for name, value in scalars.items() if name not in together}
+    for one in PERIODS.keys() & {*record}:
+        chosen.setdefault("periods", PERIODS[one])
     plan = Plan(axes, scalars, Settings(**chosen), record=record, together=together)
-    method = plan.settings.method
-    if method != Method.CERTIFIED and not {"dtau"} & {*axes, *together} and math.isnan(scalars["dtau"]):
-        name = plan.settings.method_name
+    if LIMIT in record:
+        _check_limit(plan)
+        return plan
+    name = plan.settings.method_name
+    if plan.sought == "dtau":
         raise ValueError(f"dtau is missing: must be given for method = {name!r}, {PARAMETERS['dtau'].allowed}")
+    if FAILURES in record and plan.settings.method == Method.CERTIFIED:
+        raise ValueError(bad("method", name, f'{used_by("dtau").replace(" and ", " or ")} with record = "{FAILURES}"'))
     return plan
+
+
+def _check_limit(plan: Plan) -> None:
+    """Refuse what has no meaning for the record `limit`. Raises ValueError."""
+    varied = {**plan.axes, **plan.together}
+    if plan.sought == "eps" and ("eps" in varied or plan.scalars["eps"] != 0.0):
+        value = varied["eps"].tolist() if "eps" in varied else plan.scalars["eps"]
+        raise ValueError(bad("eps", value, "left out, because its limit is computed"))
+    idle = {"section_phase": "limits do not depend on the section"}
+    if plan.sought == "dtau" and "eps" not in varied and plan.scalars["eps"] == 0.0:
+        idle["eta"] = "limits in dtau do not depend on eta if eps is 0"
+    for name in idle.keys() & varied.keys():
+        raise ValueError(bad(name, varied[name].tolist(), f"one number, because {idle[name]}"))
 
 
 def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:

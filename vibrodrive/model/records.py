@@ -1,21 +1,55 @@
-"""Records of a sweep for each motion: section, main impacts (kernels/record.py), summary and error bounds."""
+"""Records of a sweep: what it keeps of each point.
+
+Four records are taken of one motion: section, main impacts (kernels/record.py), summary and error bounds. The records
+`limit` and `failures` are numbers that need several motions a point, and a function of a motion is a record, too
+(stability/per_point.py computes them). A new record of the second sort is a tuple of quantities here and a function
+there.
+"""
 
 import math
 from collections.abc import Sequence
+from enum import IntEnum
 from typing import Any, NamedTuple
 
+from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import bad
 
 SECTION, IMPACTS, SUMMARY, ERROR = "section", "impacts", "summary", "error"
+LIMIT, FAILURES = "limit", "failures"
 
-RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR)
+ALONE = (LIMIT, FAILURES)
+"""Records that exclude all others, because their motions are others."""
+
+RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR, *ALONE)
+
+
+class How(IntEnum):
+    """How a motion loses the structure of the undisturbed orbit at k₂. Files contain the numbers."""
+
+    KEPT = 0
+    ORDER = 1
+    GAPS = 2
+    GAPS_IN_ANOTHER_ORDER = 3
+    FEWER_IMPACTS = 4
+    BUDGET = 5
+
+    @property
+    def meaning(self) -> str:
+        return {
+            How.KEPT: "no value tried is lost, so k2 is inf",
+            How.ORDER: "the main impacts come in another order",
+            How.GAPS: "other numbers of periods between the main impacts",
+            How.GAPS_IN_ANOTHER_ORDER: "the numbers of periods between the main impacts in another order",
+            How.FEWER_IMPACTS: "fewer main impacts, at the same numbers of periods",
+            How.BUDGET: "the motion exceeds the budget",
+        }[self]
 
 
 class Quantity(NamedTuple):
     """Properties of an array of a record.
 
     `fill` is the value at points that are not computed, and after the last main impact. `along` is the name of a
-    dimension in addition to the axes of the sweep, or "".
+    dimension in addition to the axes of the sweep, or "". `codes` are the meanings of the values of a code.
     """
 
     name: str
@@ -24,6 +58,7 @@ class Quantity(NamedTuple):
     unit: str
     meaning: str
     along: str = ""
+    codes: type[How] | None = None
 
     @property
     def itemsize(self) -> int:
@@ -70,28 +105,76 @@ ERRORS = (
 )
 """Error bounds. They are NaN with the method "fixed", and if the section was not computed to its end."""
 
-OF_RECORD = {SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS}
+LIMITS = (
+    Quantity(
+        "k2", "<f8", math.nan, "1", "limit k2: smallest disturbance found at which the structure is lost; inf: none"
+    ),
+    Quantity(
+        "last_kept",
+        "<f8",
+        math.nan,
+        "1",
+        "largest value kept together with its lower neighbour; 0: k2 is an upper bound",
+    ),
+    Quantity("share_kept", "<f8", math.nan, "1", "share of the values tried between k2 and last_kept that are kept"),
+    Quantity("orbit_period", "<i1", -1, "1", "period of the undisturbed orbit in excitation periods, 0: none"),
+    Quantity("velocity", "<f8", math.nan, "1", "k2 as a velocity amplitude: k2 eta A in eps, k2 in dtau"),
+    Quantity("how", "<i1", -1, "1", "how the structure is lost at k2", codes=How),
+)
+"""The limit k₂ of each point (stability/limit.py)."""
+
+FAILURE_COUNTS = (
+    Quantity("judged", "<i4", -1, "1", "switches of a grid method compared with certified ones"),
+    Quantity("missed", "<i4", -1, "1", "switches that the method has passed over, for another transition"),
+    Quantity("late", "<i4", -1, "1", "switches whose true zero the method has passed over, for a later one"),
+    Quantity("wrong", "<i4", -1, "1", "switches in time that lead to another state"),
+)
+"""Failures of a grid method at each point (stability/failures.py)."""
+
+OF_RECORD = {
+    SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS, LIMIT: LIMITS, FAILURES: FAILURE_COUNTS,
+}  # fmt: skip
+
+PERIODS = {LIMIT: 1500}
+"""Recorded periods of the records for which the common default (names.py) is too short."""
 
 
 def check_record(record: object) -> tuple[str, ...]:
-    """Return the names in `record`, which is one name or a list or tuple of names, in the order of RECORDS.
+    """Return the records in the order of RECORDS, and then the functions of a motion as `Own`.
 
-    Raises TypeError or ValueError.
+    `record` is one name or function, or a list or tuple of them. Raises TypeError or ValueError.
     """
-    names: Sequence[object] = [record] if isinstance(record, str) else record  # type: ignore[assignment]
-    allowed = "one or several of " + ", ".join(RECORDS)
-    if not isinstance(names, (list, tuple)) or any(not isinstance(name, str) for name in names):
+    given: Sequence[Any] = record if isinstance(record, (list, tuple)) else [record]
+    allowed = "one or several of " + ", ".join(RECORDS) + ", or functions of a motion"
+    if any(not isinstance(one, str) and not callable(one) for one in given):
         raise TypeError(bad("record", record, allowed))
-    if not names or set(names) - set(RECORDS):
+    named = [one for one in given if isinstance(one, str) and not isinstance(one, Own)]
+    own = [one if isinstance(one, Own) else Own.of(one) for one in given if one not in named]
+    if not given or set(named) - set(RECORDS):
         raise ValueError(bad("record", record, allowed))
-    if len(set(names)) < len(names):
+    if len({*named, *(one.name for one in own)}) < len(given):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
-    return tuple(name for name in RECORDS if name in names)
+    for one in ALONE:
+        if one in named and len(given) > 1:
+            raise ValueError(bad("record", record, f'"{one}" alone, because it is computed from motions of its own'))
+    return (*(name for name in RECORDS if name in named), *own)
+
+
+def several_motions(record: tuple[str, ...]) -> bool:
+    """Return True if stability/per_point.py computes a record, and False if one motion a point gives all of them."""
+    return any(name in ALONE or isinstance(name, Own) for name in record)
 
 
 def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
     """Return the quantities of the given records, without the section, which is an array of its own."""
-    return tuple(quantity for name, known in OF_RECORD.items() if name in record for quantity in known)
+    known = [quantity for name, known in OF_RECORD.items() if name in record for quantity in known]
+    own = [
+        Quantity(number, "<f8", math.nan, "1", f"{number} of the function {one.name}")
+        for one in record
+        if isinstance(one, Own)
+        for number in one.numbers
+    ]
+    return (*known, *own)
 
 
 def point_bytes(record: tuple[str, ...], periods: int) -> int:

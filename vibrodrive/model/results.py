@@ -196,9 +196,10 @@ class Results:
         return Block(index, start, stop, section, status, margin, switches, records)
 
     def __getattr__(self, name: str) -> np.ndarray:
-        if name.startswith("_") or name not in _WHERE:
+        recorded = not name.startswith("_") and name in (q.name for q in quantities(self.record))
+        if not recorded and name not in _WHERE:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        if name not in (q.name for q in quantities(self.record)):
+        if not recorded:
             raise AttributeError(
                 bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}", which contains {name}')
             )

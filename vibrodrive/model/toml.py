@@ -7,6 +7,7 @@ import numpy as np
 
 from vibrodrive.model.config import HOMES
 from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.records import RECORDS
 
 FEW = 3  # an axis of up to this number of values is written as a list, because a range would not be shorter
 
@@ -20,7 +21,8 @@ def as_toml(plan: Plan) -> str:
     """
     s = plan.settings
     numbers = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
-    said = numbers | s.words | {"record": list(plan.record)}
+    known = [name for name in plan.record if name in RECORDS]
+    said = numbers | s.words | ({"record": known} if known else {})
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}
     together = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
     tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items() if name != POINT}
@@ -30,6 +32,11 @@ def as_toml(plan: Plan) -> str:
         tables["sweep"] = {name: points[name] for name in order}
     at: set[str] = set()  # each parameter is given once, in the first table that may have it
     lines = ["# made from the arguments of vd.sweep"]
+    lines += [
+        f"# and with the function {name}, which a configuration cannot contain"
+        for name in plan.record
+        if name not in known
+    ]
     for name, entries in tables.items():
         lines += ["", f"[{name}]", *(f"{key} = {text}" for key, text in entries.items() if key not in at)]
         at |= entries.keys()

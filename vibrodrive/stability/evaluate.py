@@ -25,6 +25,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import How
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
@@ -46,6 +47,11 @@ class Motion:
     section: np.ndarray
     impacts: np.ndarray
     _followed: Callable[[], Trajectory]
+
+    @property
+    def complete(self) -> bool:
+        """False if the motion has exceeded its budget."""
+        return bool(np.isfinite(self.section).all())
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -78,22 +84,23 @@ class Evaluator:
     As a context manager the evaluator ends its threads on exit.
     """
 
-    def __init__(self, plan: Plan, disturbance: str, threads: int) -> None:
+    def __init__(self, plan: Plan, disturbance: str, threads: int, halt: Halt) -> None:
         self._plan = plan
         self._column = COLUMNS.index(disturbance)
         self._threads = threads
-        self._halt = Halt()
+        self._halt = halt
         self._ahead = ThreadPoolExecutor(1, thread_name_prefix="limits")
 
     def __enter__(self) -> Evaluator:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
-        self._halt.call()
+        if kind is not None:
+            self._halt.call()
         self._ahead.shutdown()
 
-    def undisturbed(self, numbers: np.ndarray, criterion: Criterion) -> list[ReferenceOrbit | None]:
-        """Return the orbit on which the undisturbed motion settles, for each point; None if the motion does not settle.
+    def undisturbed(self, numbers: np.ndarray, criterion: Criterion) -> list[ReferenceOrbit | Status]:
+        """Return the orbit on which the undisturbed motion settles, for each point, or the reason why there is none.
 
         `numbers` are the numbers of the points in the plan.
         """
@@ -102,12 +109,12 @@ class Evaluator:
         points[:, COLUMNS.index("dtau")] = math.nan
         s = self._plan.settings
         settings = Settings(transient=max(SETTLING, s.transient), periods=WATCHED, budget=s.budget)
-        orbits = []
+        orbits: list[ReferenceOrbit | Status] = []
         for motion in self._motions(points, settings):
             orbit = reference_orbit(motion.trajectory if criterion.needs_switches else motion)
             if orbit is not None and math.isfinite(criterion.k3):
                 orbit = replace(orbit, curve=orbit_curve(motion.trajectory, orbit.n))
-            orbits.append(orbit)
+            orbits.append(orbit or (Status.NO_ORBIT if motion.complete else Status.BUDGET))
         return orbits
 
     def answers(
@@ -164,31 +171,34 @@ class Evaluator:
         return follow(Plan({}, scalars, settings), self._halt)
 
 
-def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, found: Structure) -> str:
-    """Return a text that names the parts of the structure that the motion has lost."""
-    reasons = []
-    if "impacts" in criterion.names and not found.impacts and found.gaps:
-        reasons.append("impacts in another order")
-    if "impacts" in criterion.names and not found.gaps:
+def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, found: Structure) -> tuple[How, str]:
+    """Return how the motion has lost the structure of the orbit: as a code and as a text with the parts that it lost.
+
+    The code refers to the main impacts.
+    """
+    how, reasons = How.KEPT, []
+    if not motion.complete:
+        how, reasons = How.BUDGET, [How.BUDGET.meaning]
+    elif "impacts" in criterion.names and not found.gaps:
         usual: Sequence[int] = ()
         seen = impact_gaps(motion.impacts)
         if base.cycle is not None:
             usual = base.cycle.gaps.tolist()
             seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
-        reasons.append(_describe_gaps(usual, np.unique(seen).tolist()))
+        now = np.unique(seen).tolist()
+        text = f"gaps {_listed(usual)} became {_listed(now)}"
+        how = How.GAPS
+        if now == sorted(set(usual)):
+            how = How.GAPS_IN_ANOTHER_ORDER if len(now) > 1 else How.FEWER_IMPACTS
+            text += " in another order" if len(now) > 1 else ", of fewer impacts"
+        reasons = [text]
+    elif "impacts" in criterion.names and not found.impacts:
+        how, reasons = How.ORDER, ["impacts in another order"]
     if "word" in criterion.names and not found.word:
         reasons.append("other states between impacts")
     if math.isfinite(criterion.k3):
         reasons.append(f"rho = {motion.distance(base):.3g} from the orbit as a curve")
-    return "; ".join(reasons)
-
-
-def _describe_gaps(usual: Sequence[int], now: Sequence[int]) -> str:
-    """Return a text that compares the gaps between impacts of the orbit (`usual`) with those of the motion (`now`)."""
-    said = f"gaps {_listed(usual)} became {_listed(now)}"
-    if list(now) != sorted(set(usual)):
-        return said
-    return said + (" in another order" if len(now) > 1 else ", of fewer impacts")
+    return how, "; ".join(reasons)
 
 
 def _listed(numbers: Sequence[int]) -> str:

@@ -14,13 +14,12 @@ affect later comparisons. The switch of the method is
 
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
-from vibrodrive.batch.trajectory import follow
+from vibrodrive.batch.trajectory import Trajectory, follow
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import single as kernel
@@ -28,7 +27,6 @@ from vibrodrive.kernels.arguments import SWITCH
 from vibrodrive.kernels.event import SMALLEST
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.kernels.outputs import numbers_of
-from vibrodrive.model.choices import Scan
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan, make_plan
@@ -51,13 +49,14 @@ class SwitchCounts(NamedTuple):
     wrong: int
 
 
-def next_switches(plan: Plan, tau: np.ndarray, xi: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return (period, phase, next state) of the certified switches that end the given states.
+def next_switches(motion: Trajectory, tau: np.ndarray, xi: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return (period, phase, next state) of the certified switches that end the given states, with the parameters of a
+    motion.
 
     Each state begins at time τ at the gap ξ with ξ' = 0. `tau` and `xi` are float64 (n,), `states` is int64 (n,). The
     results are int64 (n,), float64 (n,) and int64 (n,). The period is -1 if no switch follows.
     """
-    points = np.repeat(plan.points(0, 1), len(tau), axis=0)
+    points = np.repeat([[motion.arguments[name] for name in COLUMNS]], len(tau), axis=0)
     for name, values in (("xi0", xi), ("dxi0", 0.0), ("tau0", tau)):
         points[:, COLUMNS.index(name)] = values
     w, k = new_lanes(1)
@@ -93,30 +92,30 @@ class Comparison(NamedTuple):
         return {"missed": ~self.in_time & ~self.same, "late": late, "wrong": self.in_time & ~self.same}[kind]
 
 
-def compared(plan: Plan, halt: Halt | None = None) -> Comparison:
-    """Compare each switch of the motion of a plan of one point (method fixed or muller) with the certified one.
+def compared(motion: Trajectory) -> Comparison:
+    """Compare each switch of a motion (method fixed or muller) with the certified one.
 
-    No method finds a zero before the first one, so only rounding and `tol` can make a delay negative.
+    No method finds a zero before the first one, so only rounding and `tol` can
+    make a delay negative.
     """
-    s = plan.settings
-    rows = follow(replace(plan, settings=replace(s, scan=int(Scan.SKIP))), halt).switches
+    rows = motion.switches
     judged = np.flatnonzero(rows["after"][:-1] != State.IMPACT)
     row, following = rows[judged], rows[judged + 1]
     at_obstacle = (row["after"] == State.REST) | (row["before"] == State.IMPACT)
     # if the end of a slide was found late, the mass may be below the obstacle: the next state then starts just above it
     xi = np.where(at_obstacle, 0.0, np.maximum(row["xi"], SMALLEST))
     tau = TWO_PI * row["period"] + row["phase"]
-    period, phase, to = next_switches(plan, tau, xi, row["after"].astype(np.int64))
+    period, phase, to = next_switches(motion, tau, xi, row["after"].astype(np.int64))
     known = period >= 0
     certified = np.where(known, TWO_PI * period + phase, np.inf)
     behind = np.where(known, TWO_PI * (following["period"] - period) + (following["phase"] - phase), np.inf)
-    in_time = behind <= plan.scalars["dtau"] * (1 + 1e-6)
+    in_time = behind <= motion.arguments["dtau"] * (1 + 1e-6)
     return Comparison(row, tau, xi, certified, behind, known & (to == following["after"]), in_time)
 
 
-def count_failures(plan: Plan, halt: Halt | None = None) -> SwitchCounts:
-    """Compare every switch of the motion of a plan of one point (method fixed or muller) with the certified one."""
-    found = compared(plan, halt)
+def count_failures(motion: Trajectory) -> SwitchCounts:
+    """Count the failures among the switches of a motion (`compared`)."""
+    found = compared(motion)
     return SwitchCounts(len(found.behind), *(int(np.count_nonzero(found.of(kind))) for kind in KINDS))
 
 
@@ -133,7 +132,7 @@ def failures_of_methods(
     def count(m: int, at: int) -> SwitchCounts:
         grid = {name: float(plan.points(at, at + 1)[0, COLUMNS.index(name)]) for name in ("dtau", "tol")}
         motion = make_plan(plan.arguments(at) | grid | {"method": METHODS[m], "periods": periods})
-        return count_failures(motion, halt)
+        return count_failures(follow(motion, halt))
 
     tasks = [(m, at) for m in range(len(METHODS)) for at in range(plan.n_points)]
     # the first motions compile the kernels; they run in this thread, which responds to Ctrl-C

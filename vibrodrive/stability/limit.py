@@ -23,9 +23,12 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
+from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, size
+from vibrodrive.model.choices import Status
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
+from vibrodrive.model.records import How
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, check_disturbance, search_band
@@ -101,6 +104,10 @@ class Limit(Found):
         comparisons of the motions at `kept_below` and at `k2` with the undisturbed orbit.
     how : str
         description of the loss, or the reason why there is no `k2`.
+    code : int
+        the loss as a `How` (model/records.py), -1 without a search.
+    status : Status
+        OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
     """
 
     criterion: str
@@ -113,6 +120,8 @@ class Limit(Found):
     kept: Structure | None = None
     lost: Structure | None = None
     how: str = ""
+    code: int = -1
+    status: Status = Status.OK
 
     def __repr__(self) -> str:
         found = f"k2 = {self.k2:.6g} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
@@ -158,7 +167,8 @@ def each_limit(
     a Criterion with names that `parse_criterion` does not allow, such as "order".
     """
     plan = plan_over_axes(arguments, disturbance, method)
-    return LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads)).run()
+    search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads), Halt())
+    return search.run(range(plan.n_points))
 
 
 def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
@@ -224,30 +234,32 @@ class LimitSearch:
     disturbance: str
     wanted: Criterion
     threads: int
+    halt: Halt
 
-    def run(self, strict: bool = False) -> Iterator[tuple[int, Limit]]:
-        """Yield (number of the point, Limit) for each point, in the order in which the limits are found.
+    def run(self, points: Sequence[int], strict: bool = False) -> Iterator[tuple[int, Limit]]:
+        """Yield (number of the point, Limit) for each of these points of the plan, in the order in which limits are
+        found.
 
         If `strict`, too few `periods` at a point raise ValueError. Otherwise they give a Limit without numbers.
         """
         plan = self.plan
-        with Evaluator(plan, self.disturbance, self.threads) as evaluator:
-            for start in range(0, plan.n_points, AT_A_TIME):
+        with Evaluator(plan, self.disturbance, self.threads, self.halt) as evaluator:
+            for start in range(0, len(points), AT_A_TIME):
                 active: list[_Problem] = []
-                numbers = np.arange(start, min(start + AT_A_TIME, plan.n_points))
+                numbers = np.array(points[start : start + AT_A_TIME])
                 for index, base in zip(numbers.tolist(), evaluator.undisturbed(numbers, self.wanted), strict=True):
-                    if base is None:
-                        how = NO_PERIOD
+                    if isinstance(base, Status):
+                        how = NO_PERIOD if base == Status.NO_ORBIT else base.advice
+                        yield index, self._limit(index, how=how, status=base)
                     elif (periods := plan.settings.periods) < SEEN * base.n:
                         enough = f">= {SEEN * base.n} ({SEEN} times the period of the undisturbed motion"
                         how = bad("periods", periods, f"{enough} at A = {plan.arguments(index)['A']:g})")
                         if strict:
                             raise ValueError(how)
+                        yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
                     else:
                         search = search_band(GRIDS[self.disturbance])
                         active.append(_Problem(index, base, search, next(search)))
-                        continue
-                    yield index, self._limit(index, n=base.n if base is not None else 0, how=how)
                 yield from self._searched(active, evaluator)
 
     def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
@@ -274,7 +286,7 @@ class LimitSearch:
         The motions at `kept_below` and at `k2` are computed again, for the fields `kept`, `lost` and `how`.
         """
 
-        def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, str]:
+        def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, tuple[How, str]]:
             found = motion.judge(base)
             return found, explain_loss(self.wanted, base, motion, found)
 
@@ -282,12 +294,17 @@ class LimitSearch:
         values = [np.array([b.kept_below, b.lost if math.isfinite(b.lost) else 0.0]) for _, b in ended]
         requests = [(p.index, p.base, side) for (p, _), side in zip(ended, values, strict=True)]
         explained = evaluator.answers(requests, explain, self.wanted.needs_switches)
-        for (problem, band), ((kept, _), (lost, how)) in zip(ended, explained, strict=True):
+        for (problem, band), ((kept, _), (lost, (code, how))) in zip(ended, explained, strict=True):
             if band.kept_below == 0.0:
                 how = f"k2 is below the smallest value tried: {how}"
-            sides: dict[str, Any] = {"kept": kept if band.kept_below > 0 else None, "lost": lost, "how": how}
+            sides: dict[str, Any] = {
+                "kept": kept if band.kept_below > 0 else None,
+                "lost": lost,
+                "how": how,
+                "code": code,
+            }
             if not math.isfinite(band.lost):
-                sides = {"how": f"the criterion holds up to {band.searched_to:g}"}
+                sides = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
             numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n}
             del numbers["lost"]
             yield problem.index, self._limit(problem.index, **numbers, **sides)

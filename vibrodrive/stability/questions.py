@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
+from vibrodrive.jit.slices import Halt
 from vibrodrive.model import slips
 from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import Axis, as_written
@@ -119,8 +120,8 @@ def limit(
     '0.00388: gaps 1 became 1, 2'
     """
     plan = plan_at_one_point(written, disturbance, method, " (for axes use `limits`)")
-    search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads))
-    ((_, found),) = _answered("limit", plan, lambda: list(search.run(strict=True)))
+    search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads), Halt())
+    ((_, found),) = _answered("limit", plan, lambda: list(search.run([0], strict=True)))
     return found
 
 

@@ -34,7 +34,8 @@ def dataset(results: Results) -> xarray.Dataset:
             dims = (*plan.axes, *([v.extra] if v.extra else []))
             about = {"units": v.units, "long_name": v.long_name}
             variables[v.name] = xarray.Variable(dims, _array(results, v.name), about)
-    variables["status"].attrs |= layout.flags_of_statuses()
+    for name, flags in layout.flags_of(plan).items():
+        variables[name].attrs |= flags
     return xarray.Dataset(variables, coords, {"title": results.title, **plain(plan)})
 
 

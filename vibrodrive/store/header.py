@@ -17,6 +17,7 @@ import numpy as np
 from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind
 from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import Settings
+from vibrodrive.model.own import as_record
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.store import layout
@@ -202,7 +203,7 @@ def read_header(file: h5py.File) -> Header:
                 raise damaged(path, f"axis {name}: changed after it was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
-        record = tuple(outline.get("record", (SECTION,)))
+        record = tuple(map(as_record, outline.get("record", (SECTION,))))
         plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together)
         for variable in layout.variables_of(plan):
             data = file[variable.name]

@@ -26,7 +26,7 @@ from vibrodrive.model.config import Config, parse
 from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import IMPACTS, SECTION, quantities
+from vibrodrive.model.records import IMPACTS, SECTION, How, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
@@ -203,7 +203,8 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
         for k, tile in enumerate(where):
             put_chunk(data, tile, empty)
             progress(n * len(where) + k + 1, len(variables) * len(where))
-    file["status"].attrs.update(flags_of_statuses())
+    for name, flags in flags_of(plan).items():
+        file[name].attrs.update(flags)
     file.attrs.update(_attributes(plan, origin))
 
 
@@ -212,14 +213,21 @@ def flags_of_states() -> dict[str, Any]:
     return {"flag_values": np.array(list(State), np.int8), "flag_meanings": " ".join(s.name.lower() for s in State)}
 
 
-def flags_of_statuses() -> dict[str, Any]:
-    """Return the attributes of the variable `status` that name its values."""
-    flags = [*(s for s in Status if s is not Status.NOT_COMPUTED), Status.NOT_COMPUTED]
-    return {
-        "flag_values": np.array(flags, np.int8),
-        "flag_meanings": " ".join(s.name.lower() for s in flags),
-        "comment": "; ".join(f"{int(s)}: {s.name.lower()}: {s.advice}" for s in flags if s is not Status.NOT_COMPUTED),
+def flags_of(plan: Plan) -> dict[str, dict[str, Any]]:
+    """Return the attributes that name the values of the status and of the codes, by variable."""
+    codes = {variable_name(q.name): [(c, c.meaning) for c in q.codes] for q in quantities(plan.record) if q.codes}
+    statuses = [(s, s.advice) for s in Status if s is not Status.NOT_COMPUTED]
+    found = {
+        name: {
+            "flag_values": np.array([value for value, _ in known], np.int8),
+            "flag_meanings": " ".join(value.name.lower() for value, _ in known),
+            "comment": "; ".join(f"{int(value)}: {value.name.lower()}: {meaning}" for value, meaning in known),
+        }
+        for name, known in {"status": [*statuses], **codes}.items()
     }
+    found["status"]["flag_values"] = np.append(found["status"]["flag_values"], np.int8(Status.NOT_COMPUTED))
+    found["status"]["flag_meanings"] += " not_computed"
+    return found
 
 
 def meaning_of(name: str) -> tuple[str, str]:

@@ -1,0 +1,197 @@
+"""Records of a sweep that need several motions a point, or a function of a motion: limits, failures, own numbers.
+
+Each point is independent of the others, so that a block is computed alike in this process, on an executor, and after
+an interruption. This module yields the same blocks as `run_blocks` of batch/sweep.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from pickle import PicklingError
+from typing import Any
+
+import numpy as np
+
+from vibrodrive.batch import sweep
+from vibrodrive.batch.trajectory import Trajectory, follow
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.block import Block
+from vibrodrive.model.choices import Status
+from vibrodrive.model.names import NAMES
+from vibrodrive.model.own import Own
+from vibrodrive.model.parameters import COLUMNS, bad, real_number
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import FAILURES, IMPACTS, LIMIT, OF_RECORD, RECORDS, SECTION, quantities
+from vibrodrive.model.states import State
+from vibrodrive.stability.criterion import IMPACTS as KEEPS_IMPACTS
+from vibrodrive.stability.criterion import parse_criterion
+from vibrodrive.stability.failures import count_failures
+from vibrodrive.stability.limit import LimitSearch
+
+TAKEN = {*NAMES, *RECORDS, *(q.name for known in OF_RECORD.values() for q in known), "status", "margin", "switches"}
+"""Names that a number of a function cannot have, because results and files use them."""
+
+
+def run_blocks(
+    plan: Plan,
+    which: Sequence[int] | None = None,
+    *,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Generator[Block, None, None]:
+    """Compute the blocks of a plan (all, or those with the indices `which`) and yield each block when it is finished.
+
+    Raises TypeError if the executor needs a function that can be sent to other processes, and this one cannot.
+    """
+    todo = sweep.spans(plan) if which is None else [sweep.spans(plan)[i] for i in which]
+    if executor is not None:
+        try:
+            yield from sweep.run_remote(plan, todo, executor, compute)
+        except (PicklingError, AttributeError) as error:
+            if "pickle" not in str(error):
+                raise
+            allowed = "a function at the top of a module, because this executor sends it to other processes"
+            raise TypeError(bad("record", functions(plan)[0].name, allowed)) from error
+        return
+    count, halt = sweep.check_threads(threads), Halt()
+    with ThreadPoolExecutor(1, thread_name_prefix="compute") as pool:
+        try:
+            for index, start, stop in todo:
+                yield pool.submit(compute, plan, start, stop, count, halt).result()._replace(index=index)
+        finally:
+            halt.call()
+
+
+def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
+    """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
+    n, halt = stop - start, halt or Halt()
+    block = Block(
+        0, start, stop, np.full((n, plan.settings.periods, 2), np.nan) if SECTION in plan.record else None,
+        np.full(n, int(Status.OK), np.int8), np.full(n, np.nan), np.full((n, len(State)), -1),
+        {q.name: np.full(n, q.fill, q.dtype) for q in quantities(plan.record)},
+    )  # fmt: skip
+    if LIMIT in plan.record:
+        _find_limits(plan, block, threads, halt)
+        return block
+    of_motion = tuple(name for name in plan.record if not isinstance(name, Own) and name != FAILURES)
+    if of_motion:
+        plain = sweep.compute(replace(plan, record=of_motion), start, stop, threads, halt)
+        block = plain._replace(records={**block.records, **plain.records})
+    with ThreadPoolExecutor(min(threads, n)) as pool:
+        raised = list(pool.map(lambda at: _take_numbers(plan, block, at, halt), range(n)))
+    return block._replace(raised=tuple(one for one in raised if one is not None))
+
+
+def _find_limits(plan: Plan, block: Block, threads: int, halt: Halt) -> None:
+    """Write the limit of each point into a block."""
+    search = LimitSearch(plan, plan.sought, parse_criterion(KEEPS_IMPACTS), threads, halt)
+    for at, found in search.run(range(block.start, block.stop)):
+        block.status[at - block.start] = found.status
+        values = {"orbit_period": found.n, "how": found.code}
+        for name, column in block.records.items():
+            column[at - block.start] = values.get(name, getattr(found, name, math.nan))
+
+
+def motion_at(plan: Plan, at: int, halt: Halt | None = None) -> Trajectory:
+    """Return the motion at a point of a plan, computed as by `simulate`."""
+    return follow(Plan({}, dict(zip(COLUMNS, plan.points(at, at + 1)[0].tolist(), strict=True)), plan.settings), halt)
+
+
+def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
+    """Follow the motion at point `at` of a block, and write what the records take of it. Return what a function raised.
+
+    A function that raises leaves NaN, and the other points are computed all the same.
+    """
+    motion = motion_at(plan, block.start + at, halt)
+    block.status[at], block.margin[at] = motion.status, motion.margin
+    block.switches[at] = np.bincount(motion.switches["after"], minlength=len(State))
+    if FAILURES in plan.record:
+        for name, count in count_failures(motion)._asdict().items():
+            block.records[name][at] = count
+    for own in functions(plan):
+        try:
+            for name, value in numbers_of(own, motion).items():
+                block.records[name][at] = value
+        except Exception as error:
+            block.status[at] = Status.RAISED
+            return f"{own.name} at {place(plan, block.start + at)}: {type(error).__name__}: {error}"
+    return None
+
+
+def functions(plan: Plan) -> list[Own]:
+    """Return the functions among the records of a plan."""
+    return [one for one in plan.record if isinstance(one, Own)]
+
+
+def numbers_of(own: Own, motion: Trajectory) -> Mapping[str, float]:
+    """Return the numbers of a function by name. Raises whatever it raises, and TypeError for anything but numbers."""
+    assert own.function is not None, "a plan that is computed contains its functions"
+    found = own.function(motion)
+    named = found if isinstance(found, Mapping) else {own.name: found}
+    allowed = f"a number, or numbers by name, as the result of {own.name}"
+    values = {name: real_number(str(name), _plain(value), allowed) for name, value in named.items()}
+    if own.numbers and set(values) != set(own.numbers):
+        raise ValueError(bad("names", list(values), f"{', '.join(own.numbers)}, as at the first point"))
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """Return an array of one number as this number, and any other value unchanged."""
+    return value.item() if getattr(value, "shape", None) == () else value
+
+
+def with_names(plan: Plan) -> Plan:
+    """Return a plan whose functions have the names of their numbers, which one call of each function tells.
+
+    Raises ValueError if a function raises at all points, with its first exception, and if a name is not usable.
+    """
+    if all(own.numbers for own in functions(plan)):
+        return plan
+    named: list[str] = []
+    record = []
+    for one in plan.record:
+        if isinstance(one, Own):
+            one = one.returning(tuple(_first_names(plan, one)))
+            for name in one.numbers:
+                if not name.isidentifier() or name in TAKEN or name in named or name in plan.axes:
+                    raise ValueError(bad(f"a name of {one.name}", name, "a name of its own, such as settling_time"))
+                named.append(name)
+        record.append(one)
+    return replace(plan, record=tuple(record))
+
+
+def _first_names(plan: Plan, own: Own) -> list[str]:
+    """Return the names of the numbers of a function, from the first point at which it does not raise."""
+    first: tuple[int, Exception] | None = None
+    for at in range(plan.n_points):
+        motion = motion_at(plan, at)
+        try:
+            return list(map(str, numbers_of(own, motion)))
+        except Exception as error:
+            first = first or (at, error)
+    assert first is not None, "a plan has points"
+    at, error = first
+    raise ValueError(
+        f"{own.name} raised at all {plan.n_points} points, first at {place(plan, at)}: {type(error).__name__}: {error}"
+    ) from error
+
+
+def place(plan: Plan, at: int) -> str:
+    """Return the values of a point on the axes as text."""
+    index = np.unravel_index(at, plan.shape) if plan.axes else ()
+    return ", ".join(f"{name} = {axis[k]:g}" for (name, axis), k in zip(plan.axes.items(), index, strict=True)) or (
+        "the one point"
+    )
+
+
+def load_kernels(plan: Plan) -> None:
+    """Load or compile the kernels of a plan, before its time is measured."""
+    short = replace(plan.settings, transient=0, periods=1)
+    if LIMIT not in plan.record:
+        motion_at(replace(plan, settings=short), 0)
+        return
+    axes = {**plan.axes, plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])}
+    sweep.load_kernels(replace(plan, axes=axes, settings=short, record=(SECTION, IMPACTS)))
