@@ -199,8 +199,8 @@ def run_blocks(
     next wave is computed. The computation ends if the generator is closed. Raises TypeError or ValueError if the number
     of threads is invalid.
     """
-    spans = spans(plan)
-    todo = spans if which is None else [spans[i] for i in which]
+    all_spans = spans(plan)
+    todo = all_spans if which is None else [all_spans[i] for i in which]
     if executor is not None:
         yield from run_remote(plan, todo, executor, compute)
         return

@@ -22,16 +22,16 @@ from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, status_phrases
 from vibrodrive.figures.looks import HATCHED
-from vibrodrive.figures.plane import NUMBERED, draw_limit, draw_lines, placed
+from vibrodrive.figures.plane import NUMBERED, draw_limits, draw_lines, placed
 from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
 from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.records import SUMMARIES
+from vibrodrive.model.results import Results
 
 if TYPE_CHECKING:
-    from vibrodrive.periodic.curve import Curve
-    from vibrodrive.stability.limits import Limits
+    from vibrodrive.periodic.bifurcations import Bifurcation
 
 LABELS = {
     "status": "status",
@@ -61,10 +61,9 @@ def map_figure(
     quantity: str = "period",
     x: str | None = None,
     y: str | None = None,
-    curves: Sequence[Curve] | None = None,
+    over: Sequence[Bifurcation | Results] | Results = (),
     limits: tuple[float, float] | None = None,
     undisturbed: np.ndarray | None = None,
-    k2: Limits | None = None,
     *,
     ax: Any = None,
     style: Style | None = None,
@@ -84,9 +83,10 @@ def map_figure(
         motion.
     x, y : str, optional
         axes to the right and upwards; by default the two longest axes, in the order of the sweep.
-    curves : sequence, optional
-        curves of bifurcations from `vd.curves`. The axes of the map must be A and B, or axes of a scene that determine
-        A and B.
+    over : list of Bifurcation, or Results with the record "limit", or a list with both, optional
+        lines over the map. Bifurcations (`vd.bifurcations`, at several B) are joined at neighbouring values of B; the
+        axes of the map must be A and B, or axes of a scene that determine A and B. Limits over one axis need a map over
+        this axis and ε or Δτ.
     limits : (float, float), optional
         range of the colours of a continuous quantity; by default the range of all values or, if there are at least
         1000 values, of 99 % of them. Values below and above the range have their own colours, which the ends of the
@@ -94,15 +94,12 @@ def map_figure(
     undisturbed : int array, optional
         `gaps` of the undisturbed motions, needed for "kept". The dimensions of the array are the axes of the sweep;
         along ε and Δτ its length is 1.
-    k2 : Limits, optional
-        limits over one axis, drawn as a line. One axis of the map must be this axis, and the other axis of the map ε or
-        Δτ.
 
     Raises
     ------
     ValueError
         if the quantity or an axis is unknown, if the sweep has not recorded the quantity or has no axis, or if the axes
-        of `curves` or `k2` are not those of the map.
+        of `over` are not those of the map.
 
     Examples
     --------
@@ -119,17 +116,20 @@ def map_figure(
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
+    several = [over] if hasattr(over, "record") else list(over)
+    limited, found = ([one for one in several if hasattr(one, "record") is kind] for kind in (True, False))
+    lines = placed(found, results, x, y) if found else []
     painted = paint(quantity, values[index], status, limits)
-    fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
+    fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if lines else 0.0)
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
     said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *status_phrases(status)]
-    note(ax, [*said, *([NUMBERED] if curves else [])], side="left")
-    if curves:
-        draw_lines(ax, placed(curves, results, x, y))
-    if k2 is not None:
-        draw_limit(ax, k2, results, x, y)
+    note(ax, [*said, *([NUMBERED] if lines else [])], side="left")
+    if lines:
+        draw_lines(ax, lines)
+    for limit in limited:
+        draw_limits(ax, limit, results, x, y)
     explain(fig, legend_entries(painted) if y is not None else [])
     return fig
 

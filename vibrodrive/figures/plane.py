@@ -1,38 +1,36 @@
-"""Lines in a plane: curves of bifurcations, as a figure or over a map, and the limit k₂ over a map."""
+"""Lines over a map: exact bifurcations, joined at neighbouring values of B, and the limit k₂."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.path import Path as LinePath
 from matplotlib.transforms import Bbox
 
-from vibrodrive.figures.conditions import named
 from vibrodrive.figures.looks import INK
-from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note, styled
+from vibrodrive.figures.style import as_shown, look, styled
 from vibrodrive.model.bifurcations import BIFURCATIONS
-from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
 
 if TYPE_CHECKING:
-    from vibrodrive.periodic.curve import Curve
-    from vibrodrive.stability.limits import Limits
+    from vibrodrive.model.results import Results
+    from vibrodrive.periodic.bifurcations import Bifurcation
 
 HALO = 0.7
-NUMBERED = "numbers on curves: period of the orbit"
+NUMBERED = "numbers on lines: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)  # shares of the visible length of a curve at which its period is written
 AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A; axes that determine B
 POINTS = 400
 SAME = 1e-12  # largest relative difference of two parameters that count as equal
-DISTURBANCES = ("eps", "dtau")
+STEEPEST = 16.0  # largest change of A, in units of the change of B, between joined bifurcations
 
 
 class Line(NamedTuple):
-    """Curve of bifurcations in a plane with any axes. `across` and `up` are its coordinates, float64 (points,) each."""
+    """Bifurcations as a line in a plane with any axes. `across` and `up` are its coordinates, float64 (points,) each."""
 
     kind: str
     period: int
@@ -80,72 +78,25 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
     ax.text(left, up, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
-@styled
-def curves_figure(
-    curves: Sequence[Curve],
-    A: tuple[float, float],
-    B: tuple[float, float],
-    max_period: int,
-    meets: Sequence[tuple[float, float]] = (),
-    *,
-    ax: Any = None,
-    style: Style | None = None,
-    width: Width | None = None,
-) -> Figure:
-    """Draw curves of bifurcations in the plane (A, B), each with the period of its orbit.
+def placed(found: Sequence[Bifurcation], results: Any, x: str, y: str | None) -> list[Line]:
+    """Return bifurcations as lines in the plane of the axes x and y of results, in the units of figures.
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        from `vd.curves`.
-    A, B : (float, float)
-        ranges shown.
-    max_period : int
-        longest period of the orbits in the search; a note in the figure names this period.
-    meets : sequence of (A, B)
-        points where curves meet; the figure marks them.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> ranges = {"A": (2.5, 2.7), "B": (0.09, 0.11), "max_period": 1}
-    >>> figure = vd.plot.curves(vd.curves(**ranges, num=2), **ranges)
-    >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
-    ('$A$', '$B$')
-    """
-    fig, axes = new(1, 1, height=4.6)
-    ax = axes[0, 0]
-    ax.set(xlim=A, ylim=B)
-    draw_lines(ax, [Line(c.kind, c.period, c.A, c.B) for c in curves])
-    if meets:
-        ax.plot(*zip(*meets, strict=True), "o", ms=3.5, mfc="white", mec=INK, mew=0.8, zorder=7, label="curves meet")
-    name_axes(ax, "A", "B")
-    note(ax, f"{NUMBERED}, up to {max_period}")
-    explain(fig)
-    return fig
-
-
-def placed(curves: Sequence[Curve], results: Any, x: str, y: str | None) -> list[Line]:
-    """Return curves over A and B as lines in the plane of the axes x and y of results, in the units of figures.
-
-    If one axis determines B, each point of a curve is one point of the plane. If B is constant, a curve gives one line
-    for each A at which the curve has this B. Over the frequency Ω0 such a line is a0 = const/Ω0². Raises ValueError if
-    the map has no second axis, if no axis determines A, or if no curve reaches a constant B.
+    If one axis determines B, the bifurcations at neighbouring values of B are joined. If B is constant, each bifurcation
+    at this B gives one line: over the frequency Ω0, for example, a0 = const/Ω0². Raises ValueError if no axis of the map
+    determines A, or if there are no bifurcations at a constant B.
     """
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None:
         axes = ", ".join(name for name in (x, y) if name)
-        raise ValueError(f"curves: must be left out, because curves are over A and B, but this map is over {axes}")
+        raise ValueError(
+            f"over = bifurcations: must be left out, because A is not given by the axes of this map, {axes}"
+        )
     along = x if up == y else y
     known = _shared(results, x, y)
-    if along not in INCLINES and not any(c.B.min() <= known["B"] <= c.B.max() for c in curves):
-        raise ValueError(f"curves: must reach B = {known['B']:g}, the value of the map, but none does")
     lines = []
-    for curve in curves:
-        for A, v in _pieces(curve, along, results.axes[along], known):
-            u = amplitude_axis(up, A, known | {along: v})
-            drawn = {up: as_shown(up, u), along: as_shown(along, v)}
-            lines.append(Line(curve.kind, curve.period, drawn[x], drawn[y]))
+    for kind, period, A, values in _pieces(found, along, results.axes[along], known):
+        drawn = {up: as_shown(up, amplitude_axis(up, A, known | {along: values})), along: as_shown(along, values)}
+        lines.append(Line(kind, period, drawn[x], drawn[y]))
     return lines
 
 
@@ -155,39 +106,77 @@ def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
     return with_A_and_B({**results.scalars, **undrawn})
 
 
-def _pieces(curve: Curve, along: str, values: np.ndarray, known: Mapping[str, Any]) -> list[tuple[Any, np.ndarray]]:
-    """Return the lines of a curve, each as values of A and the corresponding values of the axis `along`."""
+def _pieces(
+    found: Sequence[Bifurcation], along: str, values: np.ndarray, known: Mapping[str, Any]
+) -> Iterator[tuple[str, int, np.ndarray, np.ndarray]]:
+    """Yield lines as (kind, period, values of A, corresponding values of the axis `along`)."""
     if along in INCLINES:
-        off_level = curve.B > 0.0  # at B = 0, μ is infinite
-        return [(curve.A[off_level], incline_axis(along, curve.B[off_level], known))]
+        for line in joined([one for one in found if one.B > 0.0 or along == "B"]):  # at B = 0, μ is infinite
+            A, B = np.array([(one.A, one.B) for one in line]).T
+            yield line[0].kind, line[0].orbit.period, A, incline_axis(along, B, known)
+        return
+    here = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)]
+    if not here:
+        raise ValueError(f"over = bifurcations: must contain B = {known['B']:.17g}, the value of the map, but do not")
     ends = np.linspace(values.min(), values.max(), POINTS)
-    return [(np.full(POINTS, A), ends) for A in curve.at(known["B"])]
+    for one in here:
+        yield one.kind, one.orbit.period, np.full(POINTS, one.A), ends
 
 
-def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> None:
-    """Draw the limits k₂ of a file as a line over a map.
+def joined(found: Sequence[Bifurcation]) -> list[list[Bifurcation]]:
+    """Join bifurcations of one kind of one orbit at neighbouring values of B to lines.
 
-    The axes of the map must be the axis of the file and the disturbance. Raises ValueError if the axis, the disturbance
-    or the parameters of the limits are not those of the map.
+    Two bifurcations are joined if each is the nearest to the other in A, and if A changes at most STEEPEST times as
+    much as B. A curve that turns in B has two branches, which end where they meet.
     """
-    disturbance = next((name for name in DISTURBANCES if name in (x, y)), None)
-    curve = (disturbance, results.settings.method_name)
-    other = x if y == disturbance else y
-    if y is None or other is None or curve not in found.curves or list(found.axes) != [other]:
-        has = f"over {', '.join(found.axes)} in {', '.join(f'{d} ({m})' for d, m in found.curves)}"
+    rows: dict[float, list[Bifurcation]] = {}
+    for one in found:
+        rows.setdefault(one.B, []).append(one)
+    lines: list[list[Bifurcation]] = []
+    open_lines: list[list[Bifurcation]] = []
+    for B in sorted(rows):
+        going = []
+        for one in rows[B]:
+            alike = [line for line in open_lines if _same(line[-1], one)]
+            line = min(alike, key=lambda line: abs(line[-1].A - one.A), default=None)
+            rivals = [other for other in rows[B] if line and _same(line[-1], other)]
+            nearest = line and min(rivals, key=lambda other: abs(line[-1].A - other.A)) is one
+            if line and nearest and abs(line[-1].A - one.A) <= STEEPEST * abs(B - line[-1].B):
+                line.append(one)
+            else:
+                line = [one]
+                lines.append(line)
+            going.append(line)
+        open_lines = going
+    return lines
+
+
+def _same(one: Bifurcation, other: Bifurcation) -> bool:
+    return (one.kind, one.orbit.period, one.orbit.impacts) == (other.kind, other.orbit.period, other.orbit.impacts)
+
+
+def draw_limits(ax: Axes, found: Results, results: Results, x: str, y: str | None) -> None:
+    """Draw the limits k₂ of results over one axis as a line over a map.
+
+    The axes of the map must be this axis and the disturbance. Raises ValueError if the axis, the disturbance, the method
+    or a parameter of the limits is not that of the map.
+    """
+    (other,) = found.axes if len(found.axes) == 1 else (None,)
+    disturbance = found.plan.sought
+    if y is None or {other, disturbance} != {x, y} or found.settings.method != results.settings.method:
+        has = f"over {', '.join(found.axes)} in {disturbance} ({found.settings.method_name})"
         needed = f"over one axis and in one disturbance, and these must be the axes of the map, {x} and {y}"
-        raise ValueError(f"limits = {has}: must be {needed}")
+        raise ValueError(f"limits = {has}: must be {needed}, with the same method")
     shared = _shared(results, x, y)
-    for name, value in found.fixed.items():
-        if name in shared and not np.isclose(value, shared[name], rtol=SAME, atol=0.0):
+    for name, value in found.scalars.items():
+        if name in shared and name != disturbance and not np.isclose(value, shared[name], SAME, 0.0, equal_nan=True):
             raise ValueError(
                 f"limits for {name} = {value:g}: must be for {name} = {shared[name]:g}, the value of the map"
             )
-    k2, along = found.known()[found.curves.index(curve)], found.axes[other]
+    k2, along = np.where(np.isfinite(found.k2) & (found.k2 > 0), found.k2, np.nan), found.axes[other]
     points = (along, k2) if x == other else (k2, along)
     view = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}
     ax.plot(*points, color="white", lw=1.4 + 2 * HALO, zorder=4, label="_")
-    does = "leaves only one motion" if found.quantity == "ku" else "breaks the structure"
-    label = named(found.quantity, f"limit $k_2$: the least disturbance that {does}")
+    label = "limit $k_2$: the least disturbance that breaks the structure"
     ax.plot(*points, color=INK, lw=1.4, zorder=5, label=label)
     ax.set(**view)

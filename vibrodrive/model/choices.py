@@ -102,8 +102,8 @@ _ADVICE = {
     "of the motion is not computed; raise `budget` if so many switches are expected",
     Status.NEVER_LEAVES: "the mass comes to rest and the excitation is too weak to move it again: "
     "the section is constant; this is a valid result, not an error",
-    Status.NO_ORBIT: "the undisturbed motion repeats after no number of periods up to 64, so it has no structure to lose; "
-    "raise `transient` if it has not settled yet",
+    Status.NO_ORBIT: "the undisturbed motion does not repeat within 64 periods, so it has no structure to lose; raise "
+    "`transient` if it has not settled yet",
     Status.TOO_SHORT: "the record is shorter than four periods of the undisturbed orbit, too short to compare its "
     "structure: raise `periods`",
     Status.RAISED: "the function of the record raised an exception at this point: its numbers are NaN",

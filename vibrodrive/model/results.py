@@ -214,6 +214,11 @@ class Results:
         return tuple(len(a) for a in self.axes.values())
 
     @property
+    def plan(self) -> Plan:
+        """The plan of the sweep (model/plan.py), in blocks of the usual size."""
+        return Plan(self.axes, self.scalars, self.settings, record=self.record, together=self.points)
+
+    @property
     def section(self) -> np.ndarray:
         """float64 (axes…, periods, 2): ξ and ξ' at the section. Raises ValueError if it is not recorded."""
         if SECTION not in self.record:

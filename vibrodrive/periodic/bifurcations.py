@@ -40,7 +40,8 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.kernels.release import moves, onset
-from vibrodrive.model.parameters import bad, check, real_number
+from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.parameters import bad, check, real_array, real_number
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
@@ -110,9 +111,13 @@ class Bifurcation:
 
 
 def bifurcations(
-    A: tuple[float, float] = (1.05, 3.25), B: float = 0.1, max_period: int = 3, *, step: float | None = None
+    A: tuple[float, float] = (1.05, 3.25),
+    B: float | Sequence[float] | np.ndarray = 0.1,
+    max_period: int = 3,
+    *,
+    step: float | None = None,
 ) -> list[Bifurcation]:
-    """Find all bifurcations between A[0] and A[1] of the orbits of up to `max_period` excitation periods, ordered by A.
+    """Find all bifurcations between A[0] and A[1] of the orbits of up to `max_period` excitation periods.
 
     For B = 0 there is only one orbit, and it changes at A = √(1 + π²/4). For 0 < B <= 1e-7 A the search follows only
     the orbit with a rest.
@@ -121,8 +126,9 @@ def bifurcations(
     ----------
     A : two floats
         range of the excitation amplitude, dimensionless, the smaller value first.
-    B : float
-        tan α / μ, dimensionless.
+    B : float, or sequence of float
+        tan α / μ, dimensionless. With a sequence, the bifurcations at each of its values; `plot(over=…)` joins them to
+        lines over a map.
     max_period : int
         longest period in excitation periods, 1 to 100.
     step : float, optional
@@ -132,6 +138,7 @@ def bifurcations(
     Returns
     -------
     list of Bifurcation
+        in the order of B and, at each B, of A.
         `A` is the excitation amplitude at the bifurcation.
         `kind` is the kind of the bifurcation, such as "fold" or "period doubling".
         `orbit` is the orbit that ends or changes there.
@@ -153,14 +160,21 @@ def bifurcations(
     period doubling at A = 2.6040806377
     """
     low, high = check_range("A", A)
-    incline = check("B", B)
+    inclines = check_axis("B", B)
     limit = check_period("max_period", max_period)
     if step is not None:
         least = (high - low) / MOST_VALUES
         allowed = f"a number >= {least:.3g}, because at most {MOST_VALUES} values of A are compared"
         if not least <= real_number("step", step, allowed) < math.inf:
             raise ValueError(bad("step", step, allowed))
-    return _Search(incline, limit).between(low, high, step)
+    return [found for incline in inclines for found in _Search(incline, limit).between(low, high, step)]
+
+
+def check_axis(name: str, value: Any) -> list[float]:
+    """Return one number or a sequence of numbers as a list. Raises TypeError or ValueError for invalid values."""
+    if np.ndim(value) == 0:
+        return [check(name, value)]
+    return [check(name, one) for one in real_array(name, value, PARAMETERS[name].allowed).reshape(-1).tolist()]
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:

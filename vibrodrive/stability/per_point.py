@@ -25,13 +25,14 @@ from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import COLUMNS, bad, real_number
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import FAILURES, IMPACTS, LIMIT, OF_RECORD, RECORDS, SECTION, quantities
+from vibrodrive.model.results import Results
 from vibrodrive.model.states import State
 from vibrodrive.stability.criterion import IMPACTS as KEEPS_IMPACTS
 from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.failures import count_failures
 from vibrodrive.stability.limit import LimitSearch
 
-TAKEN = {*NAMES, *RECORDS, *(q.name for known in OF_RECORD.values() for q in known), "status", "margin", "switches"}
+TAKEN = {*NAMES, *dir(Results), *RECORDS, *(q.name for known in OF_RECORD.values() for q in known)}
 """Names that a number of a function cannot have, because results and files use them."""
 
 
@@ -46,7 +47,8 @@ def run_blocks(
 
     Raises TypeError if the executor needs a function that can be sent to other processes, and this one cannot.
     """
-    todo = sweep.spans(plan) if which is None else [sweep.spans(plan)[i] for i in which]
+    spans = sweep.spans(plan)
+    todo = spans if which is None else [spans[i] for i in which]
     if executor is not None:
         try:
             yield from sweep.run_remote(plan, todo, executor, compute)
@@ -173,10 +175,10 @@ def _first_names(plan: Plan, own: Own) -> list[str]:
         except Exception as error:
             first = first or (at, error)
     assert first is not None, "a plan has points"
-    at, error = first
+    at, why = first
     raise ValueError(
-        f"{own.name} raised at all {plan.n_points} points, first at {place(plan, at)}: {type(error).__name__}: {error}"
-    ) from error
+        f"{own.name} raised at all {plan.n_points} points, first at {place(plan, at)}: {type(why).__name__}: {why}"
+    ) from why
 
 
 def place(plan: Plan, at: int) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.plan import POINT
 from vibrodrive.model.results import Results
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
@@ -22,7 +22,7 @@ def dataset(results: Results) -> xarray.Dataset:
     except ImportError:
         raise ImportError("to_xarray needs the extra `data`: pip install 'vibrodrive[data]'") from None
 
-    plan = Plan(results.axes, results.scalars, results.settings, None, results.record, results.points)
+    plan = results.plan
     coords = {name: xarray.Variable(name, values, _about(name)) for name, values in layout.coordinates(plan).items()}
     if not plan.axes:
         coords.pop(POINT)  # the file of a single motion has this axis, with length 1; the Dataset has no such axis

@@ -14,7 +14,8 @@ import itertools
 import json
 import math
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from enum import IntEnum
 from importlib import metadata
 from typing import Any, NamedTuple
 
@@ -26,7 +27,7 @@ from vibrodrive.model.config import Config, parse
 from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import IMPACTS, SECTION, How, quantities
+from vibrodrive.model.records import IMPACTS, SECTION, quantities
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
@@ -215,19 +216,20 @@ def flags_of_states() -> dict[str, Any]:
 
 def flags_of(plan: Plan) -> dict[str, dict[str, Any]]:
     """Return the attributes that name the values of the status and of the codes, by variable."""
-    codes = {variable_name(q.name): [(c, c.meaning) for c in q.codes] for q in quantities(plan.record) if q.codes}
-    statuses = [(s, s.advice) for s in Status if s is not Status.NOT_COMPUTED]
-    found = {
-        name: {
-            "flag_values": np.array([value for value, _ in known], np.int8),
-            "flag_meanings": " ".join(value.name.lower() for value, _ in known),
-            "comment": "; ".join(f"{int(value)}: {value.name.lower()}: {meaning}" for value, meaning in known),
-        }
-        for name, known in {"status": [*statuses], **codes}.items()
+    advised = [s for s in Status if s is not Status.NOT_COMPUTED]
+    codes = {variable_name(q.name): q.codes for q in quantities(plan.record) if q.codes}
+    return {
+        "status": _flags([*advised, Status.NOT_COMPUTED], {s: s.advice for s in advised}),
+        **{name: _flags(list(how), {code: code.meaning for code in how}) for name, how in codes.items()},
     }
-    found["status"]["flag_values"] = np.append(found["status"]["flag_values"], np.int8(Status.NOT_COMPUTED))
-    found["status"]["flag_meanings"] += " not_computed"
-    return found
+
+
+def _flags(values: Sequence[IntEnum], meanings: Mapping[IntEnum, str]) -> dict[str, Any]:
+    return {
+        "flag_values": np.array(values, np.int8),
+        "flag_meanings": " ".join(value.name.lower() for value in values),
+        "comment": "; ".join(f"{int(value)}: {value.name.lower()}: {text}" for value, text in meanings.items()),
+    }
 
 
 def meaning_of(name: str) -> tuple[str, str]:

@@ -1,0 +1,166 @@
+"""Records that need several motions a point, or a function of a motion: `limit`, `failures`, numbers of one's own."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import h5py
+import numpy as np
+import pytest
+
+import vibrodrive as vd
+from vibrodrive.model.records import How
+from vibrodrive.stability.failures import count_failures
+from vibrodrive.stability.per_point import run_blocks
+
+SHORT = {"transient": 50, "periods": 40}
+LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "orbit_period", "velocity", "how")
+
+pytestmark = pytest.mark.jit
+
+
+def settling(motion):
+    """Return the period of the last impact, and the number of switches."""
+    return {"last": motion.impacts["period"][-1], "total": len(motion.switches)}
+
+
+def same(one, other, columns):
+    return all(np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in columns)
+
+
+def test_record_limit_equals_the_limit_at_each_point():
+    r = vd.sweep(A=[1.5, 3.04], B=[0.1, 0.2], record="limit", **SHORT)
+    for at, A in enumerate((1.5, 3.04)):
+        for to, B in enumerate((0.1, 0.2)):
+            k = vd.limit(A, B=B, **SHORT)
+            assert (r.k2[at, to], r.last_kept[at, to], r.share_kept[at, to]) == (k.k2, k.last_kept, k.share_kept)
+            assert r.velocity[at, to] == k.k2 * (A * vd.ETA)
+            assert r.orbit_period[at, to] == k.n
+            assert r.status[at, to] == vd.Status.OK
+    assert How(r.how[0, 0]) == How.GAPS
+
+
+def test_a_grid_method_without_a_step_has_its_limit_in_the_step():
+    r = vd.sweep(A=[3.04], method="fixed", record="limit", **SHORT)
+    k = vd.limit(3.04, "dtau", **SHORT)
+    assert (r.k2[0], r.last_kept[0], r.velocity[0]) == (k.k2, k.last_kept, k.k2)
+    with_step = vd.sweep(A=[3.04], method="fixed", dtau=1e-4, record="limit", **SHORT)
+    assert with_step.k2[0] == vd.limit(3.04, "eps", "fixed", dtau=1e-4, **SHORT).k2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [
+        ({"A": [2.8], "B": 0.02}, vd.Status.NO_ORBIT),  # chaotic
+        ({"A": [3.1], "periods": 14}, vd.Status.TOO_SHORT),  # four periods of the orbit are 16
+        ({"A": [3.04], "budget": 1}, vd.Status.BUDGET),
+    ],
+)
+def test_points_without_a_limit_have_a_status_of_their_own(arguments, status):
+    r = vd.sweep(record="limit", **(SHORT | arguments))
+    assert r.status[0] == status
+    assert np.isnan(r.k2[0])
+    assert r.how[0] == -1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"eps": 1e-4, "record": "limit"}, "eps = 0.0001: must be left out"),
+        ({"eps": [0.0, 1e-4], "record": "limit"}, r"eps = \[0.0, 0.0001\]: must be left out"),
+        ({"section_phase": [0.0, 1.0], "record": "limit"}, "limits do not depend on the section"),
+        ({"eta": [50.0, 60.0], "method": "fixed", "record": "limit"}, "limits in dtau do not depend on eta"),
+        ({"record": ["limit", "section"]}, '"limit" alone'),
+        ({"record": ["failures", settling], "method": "fixed", "dtau": 0.1}, '"failures" alone'),
+        ({"record": "failures"}, "method = 'certified': must be fixed or muller"),
+        ({"record": "failures", "method": "fixed"}, "dtau is missing"),
+        ({"record": [settling, settling]}, "each of them once"),
+        ({"record": [3]}, "or functions of a motion"),
+        ({"record": lambda motion: {"section": 1.0}}, "a name of function = 'section': must be a name of its own"),
+        ({"record": lambda motion: "no number"}, "function raised at all 1 points, first at the one point: TypeError"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused(arguments, words):
+    with pytest.raises((TypeError, ValueError), match=words):
+        vd.sweep(A=1.5, **(SHORT | arguments))
+
+
+def test_blocks_threads_and_executors_give_the_same_bits():
+    arguments = {"A": np.linspace(1.2, 3.1, 35), "record": "limit", "transient": 10, "periods": 10}
+    alone = vd.sweep(**arguments, threads=1)
+    for options in ({"threads": 2}, {"executor": ThreadPoolExecutor(2)}):
+        assert same(alone, vd.sweep(**arguments, **options), LIMIT_COLUMNS)
+    assert len(alone.plan.blocks()) > 1
+    single = [vd.sweep(**(arguments | {"A": A})) for A in arguments["A"][[0, 17, 34]]]
+    assert np.array_equal([r.k2.item() for r in single], alone.k2[[0, 17, 34]], equal_nan=True)
+
+
+def test_a_resumed_file_equals_an_uninterrupted_one(tmp_path):
+    arguments = {"A": np.linspace(1.2, 3.1, 40), "record": "limit", "transient": 10, "periods": 10}
+    whole = vd.sweep(**arguments, path=tmp_path / "whole.h5")
+    part = tmp_path / "part.h5"
+    with pytest.MonkeyPatch.context() as patch:
+
+        def interrupted(plan, which, **options):
+            yield next(run_blocks(plan, which, **options))
+            raise KeyboardInterrupt
+
+        patch.setattr("vibrodrive.stability.per_point.run_blocks", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            vd.sweep(**arguments, path=part)
+    assert 0.0 < vd.load(part).computed < 1.0
+    vd.sweep(**arguments, path=part)
+    assert part.read_bytes() == (tmp_path / "whole.h5").read_bytes()
+    with h5py.File(part) as file:
+        assert file["how"].attrs["flag_meanings"].split()[:2] == ["kept", "order"]
+    assert whole.to_xarray().how.attrs["flag_values"].tolist() == [int(how) for how in How]
+
+
+def test_record_failures_counts_the_failures_of_each_motion():
+    r = vd.sweep(A=[1.5, 3.04], dtau=[1e-3, 0.1], eps=5e-4, method="muller", record="failures", transient=5, periods=5)
+    for at, A in enumerate((1.5, 3.04)):
+        for to, dtau in enumerate((1e-3, 0.1)):
+            motion = vd.simulate(A, dtau=dtau, eps=5e-4, method="muller", transient=5, periods=5)
+            counts = r.judged[at, to], r.missed[at, to], r.late[at, to], r.wrong[at, to]
+            assert counts == count_failures(motion)
+            assert r.switches[at, to].sum() == len(motion.switches)
+    assert r.missed.sum() > 0
+
+
+def test_a_function_of_a_motion_is_a_record(tmp_path):
+    arguments = {"A": [1.5, 3.04], "eps": [0.0, 1e-4], **SHORT}
+    r = vd.sweep(**arguments, record=["summary", settling], path=tmp_path / "own.h5")
+    for at, A in enumerate(arguments["A"]):
+        for to, eps in enumerate(arguments["eps"]):
+            motion = vd.simulate(A, eps=eps, **SHORT)
+            assert r.total[at, to] == len(motion.switches)
+            assert r.last[at, to] == motion.impacts["period"][-1]
+    assert np.array_equal(r.impacts, vd.sweep(**arguments, record="summary").impacts)
+    assert r.to_xarray().total.dims == ("A", "eps")
+    with h5py.File(tmp_path / "own.h5") as file:
+        assert "settling" in file.attrs["record"]
+    with pytest.raises(vd.errors.Different, match="record is"):
+        vd.sweep(**arguments, record=["summary", lambda motion: {"last": 0.0, "total": 0.0}], path=tmp_path / "own.h5")
+
+
+def test_a_point_at_which_a_function_raises_is_nan():
+    def picky(motion):
+        if motion.arguments["A"] > 3:
+            raise RuntimeError("too large")
+        return 1
+
+    with pytest.warns(
+        UserWarning, match=r"1 points have the status RAISED: picky at A = 3.04: RuntimeError: too large"
+    ):
+        r = vd.sweep(A=[3.04, 1.5], record=picky, **SHORT)
+    assert r.status.tolist() == [vd.Status.RAISED, vd.Status.OK]
+    assert np.array_equal(r.picky, [np.nan, 1.0], equal_nan=True)
+
+
+@pytest.mark.slow("8 s: processes that load the kernels")
+def test_functions_on_an_executor_of_processes():
+    arguments = {"A": np.linspace(1.2, 3.1, 70), **SHORT}
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        remote = vd.sweep(**arguments, record=settling, executor=executor)
+        with pytest.raises(TypeError, match="record = 'function': must be a function at the top of a module"):
+            vd.sweep(**arguments, record=lambda motion: 1.0, executor=executor)
+    assert same(remote, vd.sweep(**arguments, record=settling), ("last", "total", "status", "margin"))
