@@ -259,7 +259,7 @@ const idle = () => {
   }
   if (is("method", "certified")) why.compare = "compares another method with certified: select fixed or muller above";
   if (!crossed("eps") && number(fields.eps) === 0) why.eta = "acts only where ε > 0";
-  if (!crossed("A") || (over_plane && !crossed("B"))) why.orbits = "are drawn only over A, or over A and B";
+  if (!crossed("A") || over_plane) why.orbits = "are drawn only in a diagram over A";
   if (over_plane || fields.quantity.value.startsWith("impact")) why.section_phase = "acts only on section points";
   if (is("scene", "SI") && !(over_plane && is("shade", "impact_power"))) {
     why.mass = "acts only on the impact power of a map";

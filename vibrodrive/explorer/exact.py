@@ -1,4 +1,4 @@
-"""Exact results for a view (view.py), as plain data: orbits, bifurcations over A or over A and B, multipliers, limits.
+"""Exact results for a view (view.py), as plain data: orbits and bifurcations over A, multipliers, limits.
 
 Orbits, bifurcations and multipliers are those of the undisturbed motion. `SeparateProcess` runs these functions in a
 separate process.
@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.periodic.curves import curves
 from vibrodrive.periodic.family import family, phase_traces, section, traces
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
@@ -26,7 +25,7 @@ STABLE, UNSTABLE = "stable orbit", "unstable orbit"
 
 
 class Curve(NamedTuple):
-    """Curve of orbits over A, or of a bifurcation over A and B; or the point of a bifurcation over A.
+    """Curve of orbits over A, or the point of a bifurcation over A.
 
     x and y are arrays for a curve and numbers for a point. `kind` is STABLE, UNSTABLE or the kind of bifurcation.
     """
@@ -65,17 +64,6 @@ def orbit_lines(
         lines += [Curve(b.A, y, UNSTABLE if b.unstable else STABLE, b.orbits[0].period) for y in columns.T]
     known = [b for b in found.bifurcations if len(b.orbit.phases)]
     return lines, [Curve(b.A, y, b.kind, b.orbit.period) for b in known for y in values(b.orbit).tolist()]
-
-
-def plane_curves(
-    A: tuple[float, float], B: tuple[float, float], max_period: int, across: str
-) -> tuple[list[Curve], list[Curve]]:
-    """Return (curves of bifurcations in the plane of A and B, empty list), for orbits up to `max_period`.
-
-    `across`, "A" or "B", is the abscissa of the curves. The empty list is in the place of the points of `orbit_lines`.
-    """
-    found = curves(A=A, B=B, max_period=max_period)
-    return [Curve(*((c.A, c.B) if across == "A" else (c.B, c.A)), c.kind, c.period) for c in found], []
 
 
 def multiplier_at(A: float, B: float, period: int, phases: np.ndarray) -> float:

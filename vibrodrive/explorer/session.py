@@ -172,13 +172,10 @@ If only the window changes, the older curves remain valid.
 def overlay_of(view: View) -> Overlay | None:
     """Return key and window of the exact curves of a view. Return None if none are wanted, or none exist for its
     axes."""
-    if not view.orbits:
+    if not view.orbits or view.mode == MAP or view.x != "A":
         return None
-    if view.mode != MAP:
-        of = view.mode, view.scale, view.incline, view.orbits, view.quantity, view.section_phase
-        return (of, (view.low, view.high)) if view.x == "A" else None
-    in_plane = view.mode, view.x, view.scale, view.y_scale, view.orbits
-    return (in_plane, (view.low, view.high, view.y_low, view.y_high)) if {view.x, view.y} == {"A", "B"} else None
+    of = view.scale, view.incline, view.orbits, view.quantity, view.section_phase
+    return of, (view.low, view.high)
 
 
 def _one_line(error: BaseException) -> str:

@@ -91,7 +91,7 @@ def _draw(session: Session, view: View, seq: int, level: Level) -> None:
     head["status"] = said + meaning
     head["note"] = session.key_of_overlay()
     if level.complete and overlay_of(view) not in (None, session.overlay):
-        head["note"] = SOUGHT + (", which takes up to a minute" if view.mode == MAP else "")
+        head["note"] = SOUGHT
     session.unpainted += 1
     place = {"x": p.x, "dw": p.dw, "y": p.y, "dh": p.dh}
     picture = {"head": json.dumps(head), "images": p.images, "palette": p.palette, **place}
@@ -136,13 +136,8 @@ def show_exact(session: Session, view: View, motion: Motion | None, said: list[s
     if wanted == session.overlay:  # these curves are already shown
         session.later(session.show_key)
         return
-    if view.mode == MAP:
-        spans = {view.x: (view.low, view.high), view.y: (view.y_low, view.y_high)}
-        found = call(exact.plane_curves, spans["A"], spans["B"], view.orbits, view.x)
-    else:
-        window = view.low, view.high, view.incline, view.orbits, view.quantity, view.section_phase
-        found = call(exact.orbit_lines, *window)
-    session.later(partial(_lay_over, session, view, *found))
+    window = view.low, view.high, view.incline, view.orbits, view.quantity, view.section_phase
+    session.later(partial(_lay_over, session, view, *call(exact.orbit_lines, *window)))
 
 
 def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -> None:
@@ -166,7 +161,7 @@ def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: lis
         looks = zip(*(LOOKS[c.kind] for c in curves), strict=True) if curves else ((), (), ())
         source.data = {
             "x": [place(c.x, view.scale) for c in curves],
-            "y": [place(c.y, view.y_scale if view.mode == MAP else LINEAR) for c in curves],
+            "y": [place(c.y, LINEAR) for c in curves],
             "A": [repr(c.x) if isinstance(c.x, float) else "" for c in curves],
             "kind": [c.kind for c in curves],
             "period": [c.period for c in curves],
