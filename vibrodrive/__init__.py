@@ -21,13 +21,11 @@ __all__ = [
     "Status",
     "Trajectory",
     "bifurcations",
-    "curves",
     "driver",
     "errors",
     "explore",
     "impact_map",
     "limit",
-    "limits",
     "load",
     "orbits",
     "plot",
@@ -39,14 +37,13 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(["Method", "Scan", "Status"], "model.choices"),
-    **dict.fromkeys(["limit", "limits", "start_limit", "unique_limit"], "stability.questions"),
+    **dict.fromkeys(["limit", "start_limit", "unique_limit"], "stability.questions"),
     "ETA": "model.names",
     "Scene": "model.physical",
     "State": "model.states",
     **dict.fromkeys(["Trajectory", "simulate"], "batch.trajectory"),
     "Results": "model.results",
     "bifurcations": "periodic.bifurcations",
-    "curves": "periodic.curves",
     "driver": "jobs.driver",
     "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
@@ -70,10 +67,9 @@ if TYPE_CHECKING:
     from vibrodrive.model.results import Results
     from vibrodrive.model.states import State
     from vibrodrive.periodic.bifurcations import bifurcations
-    from vibrodrive.periodic.curves import curves
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
-    from vibrodrive.stability.questions import limit, limits, start_limit, unique_limit
+    from vibrodrive.stability.questions import limit, start_limit, unique_limit
     from vibrodrive.store.every_kind import load
 
 

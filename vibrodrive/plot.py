@@ -26,20 +26,16 @@ from __future__ import annotations
 from vibrodrive.figures.bifurcation import bifurcation
 from vibrodrive.figures.curves import phase_curve
 from vibrodrive.figures.diagrams import poincare
-from vibrodrive.figures.failures import failures_figure as failures
 from vibrodrive.figures.limits import limits_figure as limits
 from vibrodrive.figures.map import map_figure as map
 from vibrodrive.figures.orbits import bifurcation_diagram as orbits
 from vibrodrive.figures.orbits import cobweb
 from vibrodrive.figures.orbits import multiplier_diagram as multipliers
-from vibrodrive.figures.plane import curves_figure as curves
 from vibrodrive.figures.scheme import scheme
 
 __all__ = [
     "bifurcation",
     "cobweb",
-    "curves",
-    "failures",
     "limits",
     "map",
     "multipliers",

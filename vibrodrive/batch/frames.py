@@ -18,29 +18,33 @@ if TYPE_CHECKING:
 Table = Literal["switches", "impacts", "section"]
 
 
+def columns(arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Return the columns of a table by name. States are given by name."""
+    if not isinstance(of, str) or of not in arrays:
+        raise ValueError(bad("of", of, "one of " + ", ".join(arrays)))
+    rows = arrays[of]
+    if of == "section":
+        return {"tau": _section_times(arguments), "xi": rows[:, 0], "dxi": rows[:, 1]}
+    found = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names or ()}
+    states = np.array([str(s) for s in State])
+    return {name: states[values] if name in ("before", "after") else values for name, values in found.items()}
+
+
 def frame(
     arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str, Any], status: Status
 ) -> pandas.DataFrame:
     """Return the table that `Trajectory.to_dataframe` returns for `of`."""
-    if not isinstance(of, str) or of not in arrays:
-        raise ValueError(bad("of", of, "one of " + ", ".join(arrays)))
+    known = columns(arrays, of, arguments)
     try:
         import pandas
     except ImportError:
         raise ImportError("to_dataframe needs the extra `data`: pip install 'vibrodrive[data]'") from None
-
-    columns: dict[str, Any]
-    rows = arrays[of]
-    if of == "section":
-        columns = {"tau": _section_times(arguments), "xi": rows[:, 0], "dxi": rows[:, 1]}
-    else:
-        columns = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names or ()}
-    for name in {"before", "after"} & columns.keys():
-        columns[name] = pandas.Categorical.from_codes(columns[name], [str(s) for s in State])
-    found = pandas.DataFrame(columns)
+    for name in {"before", "after"} & known.keys():
+        known[name] = pandas.Categorical(known[name], [str(s) for s in State])
+    found = pandas.DataFrame(known)
     named = {"method": Method, "scan": Scan}
-    known = {name: value for name, value in arguments.items() if value == value}
-    found.attrs = {name: named[name](value).name.lower() if name in named else value for name, value in known.items()}
+    given = {name: value for name, value in arguments.items() if value == value}
+    found.attrs = {name: named[name](value).name.lower() if name in named else value for name, value in given.items()}
     found.attrs["status"] = str(status)
     return found
 

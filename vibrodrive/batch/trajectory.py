@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibrodrive.batch.describe import described
-from vibrodrive.batch.frames import Table, frame
+from vibrodrive.batch.frames import Table, columns, frame
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import new_errors
 from vibrodrive.jit.slices import Halt, in_slices
@@ -228,8 +228,15 @@ class Trajectory:
         >>> table.attrs["A"], table.attrs["status"]
         (1.5, 'OK')
         """
-        arrays = {"switches": self.switches, "impacts": self.impacts, "section": self.section}
-        return frame(arrays, of, self.arguments, self.status)
+        return frame(self._arrays, of, self.arguments, self.status)
+
+    def columns(self, of: Table = "switches") -> dict[str, np.ndarray]:
+        """Return the columns of `to_dataframe` as arrays by name, without pandas."""
+        return columns(self._arrays, of, self.arguments)
+
+    @property
+    def _arrays(self) -> dict[str, np.ndarray]:
+        return {"switches": self.switches, "impacts": self.impacts, "section": self.section}
 
     def plot(
         self,

@@ -20,9 +20,10 @@ from vibrodrive.cli.explore import explore
 from vibrodrive.cli.files import info, verify
 from vibrodrive.cli.init import init
 from vibrodrive.cli.paper import paper
-from vibrodrive.cli.plot import plot, trajectory
-from vibrodrive.cli.result import HELP, result_command
+from vibrodrive.cli.orbits import orbits
+from vibrodrive.cli.plot import plot
 from vibrodrive.cli.sweep import sweep
+from vibrodrive.cli.trajectory import trajectory
 from vibrodrive.cli.validate import validate
 from vibrodrive.jobs.signals import catch
 from vibrodrive.version import __version__
@@ -42,11 +43,8 @@ def cli() -> None:
     """
 
 
-results = [result_command(name) for name in HELP]
-for command in (init, sweep, plot, info, verify, trajectory, driver, *results, paper, explore, validate):
+for command in (init, sweep, plot, info, verify, trajectory, driver, orbits, paper, explore, validate):
     cli.add_command(command)
-cli.add_command(result_command("failures", hidden=True), "atlas")
-"""Former name of the command `failures`, kept for existing scripts."""
 
 
 def _on_signal(signum: int, frame: object) -> None:

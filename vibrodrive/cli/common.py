@@ -51,6 +51,14 @@ METHOD = click.option(
     type=click.Choice([method.name.lower() for method in reversed(Method)]),
     help=f"Method that finds the switches (default: the method of CONFIG, or certified); {used_by('dtau')} need dtau.",
 )
+OUTPUTS = click.option(
+    "-o",
+    "--output",
+    "outputs",
+    type=FILE,
+    multiple=True,
+    help="Table (.csv) or figure (.png, .pdf, .svg), by the ending; repeatable (default: a figure).",
+)
 OVERWRITE = click.option(
     "--overwrite", is_flag=True, help="Replace an existing result file of any kind; do not use its contents."
 )
@@ -80,6 +88,24 @@ def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config
 
     flags = (f"switching.method={method}",) if method else ()
     return configuration.read(config, (*overrides, *flags))
+
+
+def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Path | None, Path | None]:
+    """Return (path of the table, path of the figure) of `-o`, each None if it is not wanted. Raises ConfigError."""
+    from vibrodrive.jobs.tables import ENDING
+    from vibrodrive.model.drawing import FORMATS
+    from vibrodrive.store.place import check_figure, check_table
+
+    found: dict[str, Path] = {}
+    for path in outputs or (default,):
+        ending = path.suffix.lower()
+        kind = "table" if ending == ENDING else "figure" if ending in FORMATS else ""
+        if not kind or kind in found:
+            allowed = f"a table ({ENDING}) or a figure ({', '.join(FORMATS)}), at most one of each"
+            raise ConfigError(bad("--output", str(path), allowed))
+        (check_table if kind == "table" else check_figure)(path, {"configuration": config})
+        found[kind] = path
+    return found.get("table"), found.get("figure")
 
 
 def refuse_axes(plan: Plan) -> None:

@@ -22,7 +22,7 @@ from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, status_phrases
 from vibrodrive.figures.looks import HATCHED
-from vibrodrive.figures.plane import NUMBERED, draw_limits, draw_lines, placed
+from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed
 from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
 from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
@@ -118,7 +118,8 @@ def map_figure(
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     several = [over] if hasattr(over, "record") else list(over)
     limited, found = ([one for one in several if hasattr(one, "record") is kind] for kind in (True, False))
-    lines = placed(found, results, x, y) if found else []
+    exact = [one if isinstance(one, Exact) else Exact.of(one) for one in found]
+    lines = placed(exact, results, x, y) if exact else []
     painted = paint(quantity, values[index], status, limits)
     fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if lines else 0.0)
     rest = [n for n in names if n not in (x, y)]

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.path import Path as LinePath
 from matplotlib.transforms import Bbox
 
 from vibrodrive.figures.looks import INK
-from vibrodrive.figures.style import as_shown, look, styled
+from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note, styled
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
 
@@ -27,6 +28,20 @@ AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that 
 POINTS = 400
 SAME = 1e-12  # largest relative difference of two parameters that count as equal
 STEEPEST = 16.0  # largest change of A, in units of the change of B, between joined bifurcations
+
+
+class Exact(NamedTuple):
+    """One exact bifurcation: its kind, the period and the number of impacts of its orbit, and its A and B."""
+
+    kind: str
+    period: int
+    impacts: int
+    A: float
+    B: float
+
+    @classmethod
+    def of(cls, found: Bifurcation) -> Exact:
+        return cls(found.kind, found.orbit.period, found.orbit.impacts, found.A, found.B)
 
 
 class Line(NamedTuple):
@@ -78,7 +93,23 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
     ax.text(left, up, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
-def placed(found: Sequence[Bifurcation], results: Any, x: str, y: str | None) -> list[Line]:
+@styled
+def plane_figure(found: Sequence[Bifurcation], max_period: int, *, ax: Any = None) -> Figure:
+    """Draw bifurcations at several values of B as lines in the plane of A and B, each with the period of its orbit."""
+    fig, axes = new(1, 1, height=4.6)
+    ax = axes[0, 0]
+    exact = [Exact.of(one) for one in found]
+    if exact:
+        (low, high), (start, stop) = ([f(values) for f in (min, max)] for values in list(zip(*exact, strict=True))[3:])
+        ax.set(xlim=(low, high), ylim=(start, stop))
+    draw_lines(ax, [Line(o[0].kind, o[0].period, *np.array([(e.A, e.B) for e in o]).T) for o in joined(exact)])
+    name_axes(ax, "A", "B")
+    note(ax, f"{NUMBERED}, up to {max_period}")
+    explain(fig)
+    return fig
+
+
+def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[Line]:
     """Return bifurcations as lines in the plane of the axes x and y of results, in the units of figures.
 
     If one axis determines B, the bifurcations at neighbouring values of B are joined. If B is constant, each bifurcation
@@ -107,33 +138,33 @@ def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
 
 
 def _pieces(
-    found: Sequence[Bifurcation], along: str, values: np.ndarray, known: Mapping[str, Any]
+    found: Sequence[Exact], along: str, values: np.ndarray, known: Mapping[str, Any]
 ) -> Iterator[tuple[str, int, np.ndarray, np.ndarray]]:
     """Yield lines as (kind, period, values of A, corresponding values of the axis `along`)."""
     if along in INCLINES:
         for line in joined([one for one in found if one.B > 0.0 or along == "B"]):  # at B = 0, μ is infinite
             A, B = np.array([(one.A, one.B) for one in line]).T
-            yield line[0].kind, line[0].orbit.period, A, incline_axis(along, B, known)
+            yield line[0].kind, line[0].period, A, incline_axis(along, B, known)
         return
     here = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)]
     if not here:
         raise ValueError(f"over = bifurcations: must contain B = {known['B']:.17g}, the value of the map, but do not")
     ends = np.linspace(values.min(), values.max(), POINTS)
     for one in here:
-        yield one.kind, one.orbit.period, np.full(POINTS, one.A), ends
+        yield one.kind, one.period, np.full(POINTS, one.A), ends
 
 
-def joined(found: Sequence[Bifurcation]) -> list[list[Bifurcation]]:
+def joined(found: Sequence[Exact]) -> list[list[Exact]]:
     """Join bifurcations of one kind of one orbit at neighbouring values of B to lines.
 
     Two bifurcations are joined if each is the nearest to the other in A, and if A changes at most STEEPEST times as
     much as B. A curve that turns in B has two branches, which end where they meet.
     """
-    rows: dict[float, list[Bifurcation]] = {}
+    rows: dict[float, list[Exact]] = {}
     for one in found:
         rows.setdefault(one.B, []).append(one)
-    lines: list[list[Bifurcation]] = []
-    open_lines: list[list[Bifurcation]] = []
+    lines: list[list[Exact]] = []
+    open_lines: list[list[Exact]] = []
     for B in sorted(rows):
         going = []
         for one in rows[B]:
@@ -151,8 +182,8 @@ def joined(found: Sequence[Bifurcation]) -> list[list[Bifurcation]]:
     return lines
 
 
-def _same(one: Bifurcation, other: Bifurcation) -> bool:
-    return (one.kind, one.orbit.period, one.orbit.impacts) == (other.kind, other.orbit.period, other.orbit.impacts)
+def _same(one: Exact, other: Exact) -> bool:
+    return one[:3] == other[:3]
 
 
 def draw_limits(ax: Axes, found: Results, results: Results, x: str, y: str | None) -> None:

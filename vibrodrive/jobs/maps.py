@@ -1,4 +1,4 @@
-"""Additions to a map of a sweep: undisturbed motions, and limits or curves of other result files."""
+"""Additions to a map of a sweep: undisturbed motions, and limits or bifurcations of other files."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from vibrodrive.model.choices import Method
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SUMMARY
+from vibrodrive.model.records import LIMIT, SUMMARY
 from vibrodrive.model.results import Results
 
 NONE = {"eps": 0.0, "dtau": np.nan}  # values without a disturbance
@@ -35,22 +35,21 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
     return gaps.reshape([1 if name in NONE else len(values) for name, values in results.axes.items()])
 
 
-def read_overlays(files: Sequence[Path]) -> dict[str, Any]:
-    """Read files of curves or of limits as arguments of `map_figure`.
+def read_overlays(files: Sequence[Path]) -> list[Any]:
+    """Read what `plot --over` draws: results of limits, and tables of bifurcations. Raises ConfigError for other files."""
+    from vibrodrive.jobs.orbits import read_bifurcations
+    from vibrodrive.jobs.tables import ENDING
+    from vibrodrive.store.reader import load
 
-    Raises ConfigError for two files of one kind, and for a file of any other kind.
-    """
-    from vibrodrive.store.every_kind import load
-    from vibrodrive.store.header import read_kind
-
-    found: dict[str, Any] = {}
+    found: list[Any] = []
     for file in files:
-        kind = read_kind(file)
-        name = {"curves": "curves", "limits": "k2"}.get(kind)
-        if name is None or name in found:
+        if file.suffix.lower() == ENDING:
+            found += read_bifurcations(file)
+            continue
+        results = load(file)
+        if LIMIT not in results.record:
             raise ConfigError(
-                bad("--over", str(file), "a file of limits or of curves of bifurcations, at most one of each")
+                bad("--over", str(file), 'a sweep with record = "limit", or a table of bifurcations (.csv)')
             )
-        there: Any = load(file)
-        found[name] = there.curves if kind == "curves" else there
+        found.append(results)
     return found

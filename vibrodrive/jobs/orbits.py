@@ -1,121 +1,143 @@
-"""`vibrodrive orbits CONFIG` over A: a table, a file and figures of all orbits."""
+"""`vibrodrive orbits CONFIG`: all periodic orbits over A and their bifurcations, as a table and as figures.
 
-from typing import Any
+With several values of B only the bifurcations are found; `plot --over` draws their table over a map.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from vibrodrive.batch.sweep import collect
+from vibrodrive.errors import ConfigError
 from vibrodrive.figures.orbits import bifurcation_diagram, multiplier_diagram
-from vibrodrive.figures.style import styled
-from vibrodrive.jobs.runner import Recipe, Work
+from vibrodrive.figures.plane import Exact, plane_figure
+from vibrodrive.jobs.tables import read_table
+from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.results import Results
-from vibrodrive.periodic.family import family
+from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
+from vibrodrive.periodic.family import Family, family
 from vibrodrive.periodic.search import check_period
-from vibrodrive.store.layout import Origin
-from vibrodrive.store.orbits import MAX_PERIOD, StoredOrbits, save
 
-DIAGRAMS = ("bifurcation", "multipliers")
+MAX_PERIOD = 3  # default of the longest period of orbits, in excitation periods
+
+COLUMNS = (
+    "kind", "A", "B", "period", "impacts", "multiplier", "multiplier_below", "multiplier_above", "phase", "speed",
+    "word",
+)  # fmt: skip
+"""Columns of the table: an orbit at one A has `multiplier`, a bifurcation the multipliers below and above it. `phase`
+and `speed` are those of the first impact."""
 
 
-def check(config: Config, plan: Plan) -> dict[str, Any]:
-    """Return {"max_period": longest period of the search}.
+class Found(NamedTuple):
+    """Result of a search: the orbits at the values of A, or None with several values of B, and the bifurcations."""
 
-    Raises ValueError for an axis other than A, for a disturbance, and for a method other than `certified`.
+    plan: Plan
+    max_period: int
+    family: Family | None
+    bifurcations: list[Bifurcation]
+
+
+def check(config: Config) -> tuple[Plan, int]:
+    """Return the plan and the longest period of a search.
+
+    Raises ValueError for axes other than A, or A and B, for a disturbance, and for a method other than `certified`.
     """
-    if list(plan.axes) != ["A"]:
+    plan = config.plan()
+    if list(plan.axes) not in (["A"], ["A", "B"], ["B", "A"]):
         raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
-    if len(np.unique(plan.axes["A"])) < 2:
-        raise ValueError(bad("A", plan.axes["A"].tolist(), "at least two different values"))
-    return check_undisturbed(config, plan)
-
-
-def check_undisturbed(config: Config, plan: Plan) -> dict[str, Any]:
-    """Return {"max_period": longest period of the search}.
-
-    Raises ValueError for a disturbance, and for a method other than `certified`.
-    """
+    for name, values in plan.axes.items():
+        if len(np.unique(values)) < 2:
+            raise ValueError(bad(name, values.tolist(), "at least two different values"))
     if plan.scalars["eps"] != 0.0:
         raise ValueError(bad("eps", plan.scalars["eps"], "0, because orbits are those of the undisturbed motion"))
     if plan.settings.method != Method.CERTIFIED:
         raise ValueError(bad("method", plan.settings.method_name, "certified"))
-    return {"max_period": check_period("max_period", config.orbits.get("max_period", MAX_PERIOD))}
+    return plan, check_period("max_period", config.orbits.get("max_period", MAX_PERIOD))
 
 
-def make(work: Work) -> bool:
-    """Find all orbits at the values of A of a plan, and save them with the section phase of the plan."""
-    scalars = work.plan.scalars
-    found = family(work.plan.axes["A"], scalars["B"], work.own["max_period"])
-    save(work.path, found, Origin.of(work.config, "Orbits of a friction-impact oscillator"), scalars["section_phase"])
-    return True
+def find(plan: Plan, max_period: int) -> Found:
+    """Find all orbits at the values of A and their bifurcations or, with several values of B, all bifurcations."""
+    A = plan.axes["A"]
+    if "B" in plan.axes:
+        found = bifurcations((A.min(), A.max()), plan.axes["B"], max_period)
+        return Found(plan, max_period, None, found)
+    there = family(A, plan.scalars["B"], max_period)
+    return Found(plan, max_period, there, there.bifurcations)
 
 
-def brute_force(plan: Plan, threads: int | None) -> Results:
+def rows(found: Found) -> Iterator[tuple[Any, ...]]:
+    """Yield the rows of the table, in the order of A: first all orbits, then all bifurcations."""
+    for orbit in (orbit for there in (found.family.orbits if found.family else []) for orbit in there):
+        first = orbit.phases[0], orbit.speeds[0]
+        yield (
+            f"{orbit.kind} orbit",
+            orbit.A,
+            orbit.B,
+            orbit.period,
+            orbit.impacts,
+            orbit.multiplier,
+            "",
+            "",
+            *first,
+            orbit.word,
+        )
+    for b in found.bifurcations:
+        o, sides = b.orbit, (b.multiplier_below, b.multiplier_above)
+        first = (o.phases[0], o.speeds[0]) if len(o.phases) else ("", "")
+        yield b.kind, b.A, b.B, o.period, o.impacts, "", *("" if math.isnan(m) else m for m in sides), *first, o.word
+
+
+def printed(found: Found) -> str:
+    """Return a line for each bifurcation, and a line with the numbers of bifurcations and orbits."""
+    several = found.family is None
+    incline = f"{'B':>18}  " if several else ""
+    lines = [f"{'A':>18}  {incline}{'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
+    for b in found.bifurcations:
+        at = f"{b.A:18.14f}  " + (f"{b.B:18.14f}  " if several else "")
+        lines.append(f"{at}{b.kind:<15}  {b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}")
+    said = f"{len(found.bifurcations)} bifurcations"
+    if found.family is None:
+        return "\n".join([*lines, f"{said} at {len(found.plan.axes['B'])} values of B"])
+    counts = Counter(orbit.kind for there in found.family.orbits for orbit in there)
+    kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none"
+    values = f"{len(found.family.A)} values of A"
+    return "\n".join([*lines, f"{said}; orbits of up to {found.max_period} periods at {values}: {kinds}"])
+
+
+def drawn(found: Found, threads: int | None = None) -> list[Figure]:
+    """Draw the orbits over simulated motions, and their multipliers; with several values of B the plane of A and B."""
+    if found.family is None:
+        return [plane_figure(found.bifurcations, found.max_period)]
+    phase = found.plan.scalars["section_phase"]
+    brute = brute_force(found.plan, threads)
+    return [bifurcation_diagram(found.family, brute, section_phase=phase), multiplier_diagram(found.family)]
+
+
+def brute_force(plan: Plan, threads: int | None = None) -> Results:
     """Simulate the undisturbed motions of a plan over A, and return results that contain their section points."""
     kept = {name: plan.scalars[name] for name in ("B", "xi0", "dxi0", "tau0", "section_phase")}
     s = plan.settings
     return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)
 
 
-@styled
-def drawn(
-    stored: StoredOrbits,
-    kind: str = "bifurcation",
-    quantity: str = "dxi",
-    *,
-    ax: Any = None,
-    threads: int | None = None,
-) -> Figure:
-    """Draw the "bifurcation" diagram of a file of orbits, or their "multipliers". Raises ValueError for another kind.
-
-    If the configuration in the file matches the results, its motions are simulated again and drawn below the orbits.
-    """
-    if kind not in DIAGRAMS:
-        raise ValueError(bad("kind", kind, "one of " + ", ".join(DIAGRAMS)))
-    if kind == "multipliers":
-        return multiplier_diagram(stored.family)
-    plan, phase = stored.plan, stored.section_phase
-    brute = brute_force(plan, threads) if plan is not None and plan.scalars["section_phase"] == phase else None
-    return bifurcation_diagram(stored.family, brute, quantity, phase)
-
-
-def listed(stored: StoredOrbits) -> dict[str, Any]:
-    """Return the contents of `table` in types of JSON. Numbers may be NaN."""
-    found = stored.family
-    bifurcations = [
-        {
-            "A": b.A, "kind": b.kind, "period": b.orbit.period, "impacts": b.orbit.impacts,
-            "multiplier_below": b.multiplier_below, "multiplier_above": b.multiplier_above, "word": b.orbit.word,
-        } for b in found.bifurcations
-    ]  # fmt: skip
-    return {
-        "B": found.B, "max_period": found.max_period, "values_of_A": len(found.A), "orbits": stored.facts()["orbits"],
-        "bifurcations": bifurcations,
-    }  # fmt: skip
-
-
-def table(stored: StoredOrbits) -> str:
-    """Return a line for each bifurcation, and a line with the numbers of bifurcations and orbits."""
-    found = stored.family
-    lines = [f"{'A':>18}  {'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
-    for b in found.bifurcations:
-        orbit = f"{b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}"
-        lines.append(f"{b.A:18.14f}  {b.kind:<15}  {orbit}")
-    kinds = ", ".join(f"{n} {kind}" for kind, n in stored.facts()["orbits"].items()) or "none"
-    lines.append(
-        f"{len(found.bifurcations)} bifurcations; orbits of up to {found.max_period} periods at "
-        f"{len(found.A)} values of A: {kinds}"
-    )
-    return "\n".join(lines)
-
-
-def figures(stored: StoredOrbits, threads: int | None) -> list[Figure]:
-    """Draw the bifurcation diagram over the simulated motions of the configuration, and the multipliers."""
-    return [drawn(stored, kind, threads=threads) for kind in DIAGRAMS]
-
-
-RECIPE = Recipe(check, make, figures, table, listed)
+def read_bifurcations(path: Path) -> list[Exact]:
+    """Return the bifurcations in a table of `vibrodrive orbits -o FILE.csv`. Raises ConfigError for another file."""
+    try:
+        known = [row for row in read_table(path) if row["kind"] in BIFURCATIONS]
+        return [
+            Exact(row["kind"], int(row["period"]), int(row["impacts"]), float(row["A"]), float(row["B"]))
+            for row in known
+        ]
+    except (KeyError, TypeError, ValueError):
+        raise ConfigError(bad("--over", str(path), "a table of `vibrodrive orbits CONFIG -o FILE.csv`")) from None

@@ -15,7 +15,6 @@
     [figure]               # kind, quantity, x, y, limits: the figure of `plot`; style ("screen", "print") and width
                            # ("double", "single" columns of a page) of the figures of all commands
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
-    [limits]               # quantity ("k2", "k1", "ku"), criterion ("impacts") of k2 (stability/criterion.py)
     [orbits]               # max_period: longest period of the orbits that `orbits` finds
 
 Each parameter is given once. An option of the command line replaces the value in the file, in any table.
@@ -73,7 +72,7 @@ class Config:
     arguments : arguments of `plan.make_plan`.
     physical : the scene in SI units, with a0 = 0 if the configuration gives A. It is None without [physical], or if a
         quantity of the scene is an axis. If a quantity of the scene is an axis, `arguments` contains the scene.
-    figure, trajectory, limits, orbits : checked values of the tables with these names, by key.
+    figure, trajectory, orbits : checked values of the tables with these names, by key.
     """
 
     text: str
@@ -83,7 +82,6 @@ class Config:
     physical: Scene | None
     figure: dict[str, Any]
     trajectory: dict[str, Any]
-    limits: dict[str, Any]
     orbits: dict[str, Any]
 
     @property
@@ -298,12 +296,6 @@ def _curves(key: str, value: object) -> list[str]:
     return value
 
 
-def _text(key: str, value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(bad(key, value, "a string"))
-    return value
-
-
 def _count(key: str, value: object) -> int:
     return check_count(key, value, 1)
 
@@ -319,7 +311,6 @@ _EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
         "width": WIDTHS,
     },
     "trajectory": {"periods": _count, "curves": _curves},
-    "limits": {"quantity": ("k2", "k1", "ku"), "criterion": _text},
     "orbits": {"max_period": _count},
 }
 """Tables of single commands: for each key its allowed values, or a function that checks a value and returns it."""

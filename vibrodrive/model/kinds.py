@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, K2, MAP, MAP_QUANTITIES, SECTION_QUANTITIES
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANTITIES, SECTION_QUANTITIES
 
 
 class Kind(NamedTuple):
@@ -63,26 +63,6 @@ FILES = {
         readable=(3,),
         options={"kind": FIGURE_KINDS, "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES)},
     ),
-    "limits": Kind(
-        holds="limits of stability",
-        command="limits",
-        reader="store.limits:read",
-        words=("searched_to",),
-        schema="limits_schema",
-        readable=(2, 3),
-        faults="store.limits:faults",
-        recipe="jobs.limits:RECIPE",
-        options={"kind": (MAP,), "quantity": (K2,)},
-    ),
-    "failures": Kind(
-        holds="failures of methods",
-        command="failures",
-        reader="store.failures:read",
-        words=("judged",),
-        faults="store.failures:faults",
-        recipe="jobs.failures:RECIPE",
-        options={},
-    ),
     "orbits": Kind(
         holds="periodic orbits",
         command="orbits",
@@ -95,17 +75,6 @@ FILES = {
         figures=("", "_multipliers"),
         options={"kind": ("bifurcation", "multipliers"), "quantity": SECTION_QUANTITIES},
     ),
-    "curves": Kind(
-        holds="curves of bifurcations",
-        command="orbits",
-        reader="store.curves:read",
-        words=("meeting_A",),
-        schema="schema_version",
-        readable=(1,),
-        faults="store.curves:faults",
-        recipe="jobs.curves:RECIPE",
-        options={},
-    ),
     "switches": Kind("switches of single motions", "paper", "store.switches:read", ("motion_0",)),
 }
 """Kinds of files. The key is the value of the root attribute `kind` of the file."""
@@ -114,11 +83,7 @@ ABOVE = {
     "a Dataset of results": "store.dataset:dataset",
     "the figure of results": "figures.diagrams:from_results",
     "the figure of a motion": "figures.curves:trajectory_figure",
-    "the figure of limits": "figures.limits:limits_figure",
-    "the map of limits": "figures.limits:limits_map",
-    "the figure of failures": "figures.failures:failures_figure",
     "the figure of orbits": "jobs.orbits:drawn",
-    "the figure of curves": "figures.plane:curves_figure",
     "the progress of a call": "jobs.progress:under_way",
 }
 """Places of functions of higher layers that lower layers call. The key is the argument of `above`."""

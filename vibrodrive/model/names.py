@@ -116,8 +116,6 @@ SETTINGS: dict[str, Name] = {
 
 FURTHER: dict[str, Name] = {
     "record": Name("records of each motion", "record", "", "run"),
-    "criterion": Name("property that a motion must keep", "criterion", "", "limits"),
-    "quantity": Name("kind of limit: k2, k1 (error of the start) or ku (one motion left)", "quantity", "", "limits"),
     "max_period": Name("longest period of the orbits, in excitation periods", "max_period", "", "orbits"),
 }
 """Further settings, of sweeps and of single commands."""

@@ -12,15 +12,11 @@ affect later comparisons. The switch of the method is
     wrong    if it comes in time but leads to another state
 """
 
-from collections.abc import Generator
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import check_threads
-from vibrodrive.batch.trajectory import Trajectory, follow
-from vibrodrive.jit.slices import Halt
+from vibrodrive.batch.trajectory import Trajectory
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import single as kernel
 from vibrodrive.kernels.arguments import SWITCH
@@ -29,13 +25,9 @@ from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.states import State
 
 KINDS = ("missed", "late", "wrong")
-METHODS = ("fixed", "muller")
-
-JUDGED = 10  # number of excitation periods of each motion; all switches in them are judged
 AHEAD = 2  # excitation periods that the certified motion covers; every sticking or rest that ends is shorter
 ROWS = 8  # space for certified switches after each start; an impact or a start close to a boundary gives more than one
 
@@ -117,31 +109,3 @@ def count_failures(motion: Trajectory) -> SwitchCounts:
     """Count the failures among the switches of a motion (`compared`)."""
     found = compared(motion)
     return SwitchCounts(len(found.behind), *(int(np.count_nonzero(found.of(kind))) for kind in KINDS))
-
-
-def failures_of_methods(
-    plan: Plan, periods: int, threads: int | None = None
-) -> Generator[tuple[int, int, SwitchCounts], None, None]:
-    """Yield (index in METHODS, number of the point, counts) for every point of a plan and both methods.
-
-    Each motion covers `periods` excitation periods. All points of the first method come first. By default all threads
-    are used.
-    """
-    halt = Halt()
-
-    def count(m: int, at: int) -> SwitchCounts:
-        grid = {name: float(plan.points(at, at + 1)[0, COLUMNS.index(name)]) for name in ("dtau", "tol")}
-        motion = make_plan(plan.arguments(at) | grid | {"method": METHODS[m], "periods": periods})
-        return count_failures(follow(motion, halt))
-
-    tasks = [(m, at) for m in range(len(METHODS)) for at in range(plan.n_points)]
-    # the first motions compile the kernels; they run in this thread, which responds to Ctrl-C
-    first = {m: count(m, 0) for m in range(len(METHODS))}
-    pool = ThreadPoolExecutor(check_threads(threads))
-    try:
-        counted = pool.map(lambda task: first[task[0]] if task[1] == 0 else count(*task), tasks)
-        for (m, at), counts in zip(tasks, counted, strict=True):
-            yield m, at, counts
-    finally:
-        halt.call()
-        pool.shutdown(cancel_futures=True)

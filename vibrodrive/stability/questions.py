@@ -1,30 +1,25 @@
 """Public functions for the limits of stability: k₂ (disturbance), k₁ (error of the start), k_u (one motion remains).
 
 These functions share most of their keywords with `simulate`. They are in one file, so that a new keyword is added in
-one place. limit.py, starts.py, unique_motion.py and limits.py contain the searches and the results.
+one place. limit.py, starts.py and unique_motion.py contain the searches and the results.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, TypeVar
-
-import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import slips
 from vibrodrive.model.choices import MethodLike, ScanLike
-from vibrodrive.model.keywords import Axis, as_written
+from vibrodrive.model.keywords import as_written
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
-from vibrodrive.model.parameters import bad_axes, check
-from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.parameters import check
+from vibrodrive.model.plan import Plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
-from vibrodrive.stability.limit import AXES, PERIODS, Disturbance, Limit, LimitSearch, each_limit, plan_at_one_point
-from vibrodrive.stability.limit_search import check_disturbance
-from vibrodrive.stability.limits import CURVES, FINE, K2, QUANTITIES, Limits, undisturbed_diagram, values_of
+from vibrodrive.stability.limit import PERIODS, Disturbance, Limit, LimitSearch, plan_at_one_point
 from vibrodrive.stability.starts import Coordinate, StartLimit, nearest_other, plan_of_starts
 from vibrodrive.stability.unique_motion import UniqueLimit, unique_at
 
@@ -119,7 +114,7 @@ def limit(
     >>> f"{k.k2:.3g}: {k.how}"
     '0.00388: gaps 1 became 1, 2'
     """
-    plan = plan_at_one_point(written, disturbance, method, " (for axes use `limits`)")
+    plan = plan_at_one_point(written, disturbance, method, ' (for axes use `sweep` with record = "limit")')
     search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads), Halt())
     ((_, found),) = _answered("limit", plan, lambda: list(search.run([0], strict=True)))
     return found
@@ -261,95 +256,6 @@ def unique_limit(
     plan = plan_at_one_point(written, disturbance, method)
     count = check_threads(threads)
     return _answered("unique_limit", plan, lambda: unique_at(plan, 0, disturbance, count))
-
-
-@as_written
-def limits(
-    written: Mapping[str, Any],
-    /,
-    A: Axis,
-    disturbance: Disturbance | None = None,
-    criterion: str = IMPACTS,
-    *,
-    B: Axis = 0.1,
-    eps: float = 0.0,
-    eta: Axis = ETA,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = PERIODS,
-    section_phase: float = 0.0,
-    budget: int = 100_000,
-    threads: int | None = None,
-) -> Limits:
-    """Find the limits k₂ of practically orbital stability over one or two axes of A, B and η.
-
-    Parameters
-    ----------
-    A, B, eta : float or sequence of float
-        one or two of these parameters are sequences and become axes, in the order of the arguments.
-    disturbance : "eps" or "dtau", optional
-        the quantity whose limits are computed. By default there are three curves of limits: in ε with the method
-        "certified", in Δτ with "fixed", and in Δτ with "muller". With this argument the curves of the other disturbance
-        are not computed, and their values are NaN.
-    criterion, eps, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget, threads
-        as in `limit`. `eps` applies only to the limits in Δτ, and `tol` only to the limits of the method "muller".
-
-    Returns
-    -------
-    Limits
-        `numbers` is a dict of dimensionless arrays by name: `k2`, the limits; `velocity`, the limits as velocity
-        amplitudes; and others. Each array is float64 (curve, axes…).
-        `n` contains the periods of the undisturbed orbits in excitation periods, int32 (curve, axes…).
-        `done` is True where a limit has been computed, bool (curve, axes…).
-        `how` contains a description of each loss, (curve, axes…).
-        `load` also returns a Limits, read from a file that `vibrodrive limits` has written.
-
-    Raises
-    ------
-    TypeError, ValueError
-        before any computation, if an argument is invalid. The message is one sentence: name, value and allowed values
-        of the argument.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> found = vd.limits([1.5, 2.0], "eps", transient=50, periods=50)
-    >>> found.n[0], found.numbers["k2"][0].round(4)
-    (array([1, 1], dtype=int32), array([0.0039, 0.002 ]))
-    """
-    own = ("disturbance", "criterion", "threads")
-    common = {name: value for name, value in written.items() if name not in own and value is not None}
-    plan = make_plan({"periods": PERIODS, **common})
-    names = list(plan.axes)
-    if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
-        raise ValueError(bad_axes(names, "one or two of A, B and eta (for one point use `limit`)"))
-    if disturbance is not None:
-        check_disturbance(disturbance)
-    searches = {
-        c: each_limit(common, name, method, criterion, threads)
-        for c, (name, method) in enumerate(CURVES)
-        if disturbance in (None, name)
-    }
-    shape = (len(CURVES), *plan.shape)
-    found = Limits(
-        axes=dict(plan.axes), fixed={name: plan.scalars[name] for name in AXES if name not in plan.axes},
-        numbers={name: np.full(shape, np.nan) for name in QUANTITIES[K2].numbers}, n=np.zeros(shape, np.int32),
-        done=np.zeros(shape, bool), how=np.full(shape, "", object), criterion=criterion, title="",
-        shared={**plan.scalars, **vars(plan.settings)},
-    )  # fmt: skip
-    if names == ["A"]:
-        fine = np.linspace(plan.axes["A"].min(), plan.axes["A"].max(), FINE)
-        found = replace(found, fine=fine, diagram=undisturbed_diagram(common, fine, threads))
-    for c, search in searches.items():
-        for i, one in search:
-            at = (c, *(int(k) for k in np.unravel_index(i, plan.shape)))
-            for name, value in values_of(K2, one).items():
-                found.numbers[name][at] = value
-            found.n[at], found.how[at], found.done[at] = one.n, one.how, True
-    return replace(found, how=found.how.astype(str))
 
 
 def _answered(name: str, plan: Plan, search: Callable[[], T]) -> T:

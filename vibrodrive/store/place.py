@@ -18,17 +18,27 @@ from vibrodrive.store.draft import draft_of
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     """Raise ConfigError if a figure cannot be written. `sources` are the input files of the figure, by their roles."""
-    from vibrodrive.store.header import SIGNATURE
-
     if target.suffix.lower() not in FORMATS:
         raise ConfigError(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
-    check_different({**sources, "figure": target})
-    check_different({**sources, "temporary file of the figure": draft_of(target)})
-    check_place("figure", target, renamed=True)
+    _check_replaced("figure", target, sources)
+
+
+def check_table(target: Path, sources: Mapping[str, Path]) -> None:
+    """Raise ConfigError if a table cannot be written. `sources` are the input files of the table, by their roles."""
+    _check_replaced("table", target, sources)
+
+
+def _check_replaced(role: str, target: Path, sources: Mapping[str, Path]) -> None:
+    """Raise ConfigError if a file that is written in one step cannot be written, or would replace an input or data."""
+    from vibrodrive.store.header import SIGNATURE
+
+    check_different({**sources, role: target})
+    check_different({**sources, f"temporary file of the {role}": draft_of(target)})
+    check_place(role, target, renamed=True)
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
             if file.read(len(SIGNATURE)) == SIGNATURE:
-                raise ConfigError(bad("figure", str(target), "another file, because this file contains data (HDF5)"))
+                raise ConfigError(bad(role, str(target), "another file, because this file contains data (HDF5)"))
 
 
 def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:

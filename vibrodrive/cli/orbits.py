@@ -1,0 +1,46 @@
+"""`vibrodrive orbits`: list, draw and write the periodic orbits over A and their bifurcations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli import common
+from vibrodrive.cli.common import FILE, SET
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@common.OUTPUTS
+@SET
+def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) -> None:
+    """Find all periodic orbits over A, and their bifurcations.
+
+    With the axis A, these are all orbits up to the period `max_period` in [orbits] (default 3), stable or not, and the
+    bifurcations at which they appear, change or disappear. With the axes A and B, these are the bifurcations at each B,
+    and `vibrodrive plot --over` draws their table over a map.
+
+    Output: the bifurcations on stdout; the figures, which are the bifurcation diagram and the multipliers, or the plane
+    of A and B; and, with -o FILE.csv, a table of all orbits and bifurcations.
+    """
+    settings = common.read(config, overrides, None)
+    common.judge_idle(settings)
+    common.judge_slip(settings, always=True)
+    table, picture = common.targets(outputs, Path(config.stem + ".png"), config)
+    from vibrodrive.figures.style import drawn_as, save
+    from vibrodrive.jobs.orbits import COLUMNS, check, drawn, find, printed, rows
+    from vibrodrive.jobs.tables import write_table
+
+    with common.working(config.stem), drawn_as(**settings.look):
+        found = find(*check(settings))
+        figures = drawn(found) if picture else []
+    click.echo(printed(found))
+    if table:
+        write_table(table, COLUMNS, rows(found))
+        common.say(f"{table} written")
+    if picture:
+        for figure, ending in zip(figures, ("", "_multipliers"), strict=False):
+            target = picture.with_stem(picture.stem + ending)
+            save(figure, target)
+            common.say(f"{target} drawn")

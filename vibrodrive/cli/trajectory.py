@@ -1,0 +1,57 @@
+"""`vibrodrive trajectory`: compute, describe, draw and write one motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibrodrive.cli import common
+from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, scene_of, working
+
+
+@click.command()
+@click.argument("config", type=FILE)
+@common.OUTPUTS
+@SET
+@METHOD
+def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...], method: str | None) -> None:
+    """Compute one motion, describe it and draw it.
+
+    CONFIG has one value for each parameter; --set A=3.04 replaces the axis A by one value. [trajectory] selects the
+    curves and periods of the figure.
+
+    Output: on stdout the status, the margin (smallest distance of a decision from the opposite decision), the period,
+    the impacts and the cycle of states; the figure, by default with the phase curve ξ'(ξ) and the gap ξ(τ); and, with
+    -o FILE.csv, a table of the switches.
+    """
+    settings = read(config, overrides, method)
+    drawn = dict(settings.trajectory)
+    plan = settings.plan()
+    judge_idle(settings)
+    judge_slip(settings)
+    refuse_axes(plan)
+    arguments = plan.arguments(0)
+    told = "periods" in drawn
+    if told:
+        arguments["periods"] = drawn.pop("periods")
+    # CONFIG.png is the diagram of a sweep
+    table, picture = common.targets(outputs, Path(config.stem + "_trajectory.png"), config)
+    from vibrodrive import simulate
+    from vibrodrive.figures.curves import FIRST, trajectory_figure
+    from vibrodrive.figures.style import save
+    from vibrodrive.jobs.tables import write_table
+
+    with working(config.stem):
+        motion = simulate(**arguments)
+        shown = None if told else FIRST
+        figure = trajectory_figure(motion, **drawn, shown=shown, **settings.look) if picture else None
+        words = motion.describe(scene_of(settings))
+    click.echo(words)
+    if table:
+        columns = motion.columns("switches")
+        write_table(table, list(columns), zip(*(values.tolist() for values in columns.values()), strict=True))
+        say(f"{table} written: {len(motion.switches)} switches")
+    if picture and figure:
+        save(figure, picture)
+        say(f"{picture} drawn: {len(motion.switches)} switches")
