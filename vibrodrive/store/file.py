@@ -14,7 +14,7 @@ import h5py
 
 from vibrodrive.errors import Damaged, Unwritable
 from vibrodrive.model.plan import Plan
-from vibrodrive.store import lock
+from vibrodrive.store import lock, netcdf
 from vibrodrive.store.checksums import SEAL, content_digest, find_faults
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.draft import drafted, target_of
@@ -47,7 +47,7 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
     """
     refuse_foreign(path)
     # the file is made in memory, because HDF5 does not recover from a full disk, even at the end of the process
-    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
+    with netcdf.create(path.name, driver="core", backing_store=False) as file:
         yield file
         if seal:
             file.attrs[SEAL] = content_digest(file)

@@ -22,7 +22,7 @@ from vibrodrive.errors import Busy, Damaged
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
-from vibrodrive.store import layout
+from vibrodrive.store import layout, netcdf
 from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, section_sums
 from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
@@ -233,7 +233,7 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
                 if not overwrite:  # another process has created the file meanwhile
                     raise Busy(f"{path}: {WRITING}")
                 old = Lock(path)
-            file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
+            file = netcdf.create(draft, locking=False, rdcc_nbytes=0)
             layout.lay_out(file, plan, origin, progress)
             file.flush()
             if not RENAMES_OPEN_FILES:
