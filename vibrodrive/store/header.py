@@ -1,20 +1,23 @@
 """Open a result file, and read and check its header."""
 
 import contextlib
+import errno
+import io
 import json
 import math
 import mmap
 import os
+import re
 import stat
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind
+from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind, Unwritable, VibrodriveError
 from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import Settings
 from vibrodrive.model.plan import Plan
@@ -37,25 +40,79 @@ class Header(NamedTuple):
     versions: dict[str, str]
 
 
-def open_result(path: Path, mode: str = "r") -> h5py.File:
-    """Open a result file of any kind. Raises NoResult, OSError, or Busy if this process has the file open for reading.
+class _Bytes(io.FileIO):
+    """The bytes of a file for HDF5, which locks files, but no such object.
 
-    A writer does not use the lock of HDF5, because this lock would exclude readers during a sweep. The layout makes
-    reading during a sweep safe. The lock of lock.py excludes a second writer.
+    The layout of a file makes reading safe while a sweep writes it, so a reader needs no lock, and a lock that fails
+    would keep it away. `locking=False` is not enough: HDF5_USE_FILE_LOCKING overrides it. An error of the system does
+    not mean damage: as Refused it passes all code that interprets the errors of HDF5, until the end of `open_result`.
+    """
+
+    def readinto(self, buffer: Any) -> int:
+        rest = memoryview(buffer)
+        try:
+            while rest and (count := super().readinto(rest)):  # the system may read less than asked
+                rest = rest[count:]
+        except OSError as error:
+            raise Refused(error) from None
+        return len(buffer) - len(rest)
+
+
+class Refused(Exception):
+    """The system refused to read; the argument is its OSError."""
+
+
+@contextlib.contextmanager
+def open_result(path: Path) -> Iterator[h5py.File]:
+    """Open a result file of any kind to read it, also while another process writes it.
+
+    Raises NoResult, Damaged if HDF5 cannot interpret the bytes, and OSError if the system refuses to read them.
     """
     if (what := special(path)) is not None:  # raises OSError for a missing file
         raise NoResult(f"{path}: must be a result file, but is {what}")
-    with open(path, "rb"):  # raises OSError for a forbidden file
-        pass
-    if not h5py.is_hdf5(path):
-        raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)
     try:
-        return _open(path, mode)
+        with _Bytes(path) as content:
+            start = bytearray(len(SIGNATURE))
+            if content.readinto(start) < len(start) or start != SIGNATURE:
+                raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
+            access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
+            try:
+                opened = h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
+            except OSError as error:
+                what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
+                raise Damaged(f"{path}: {what}; {remedy(path)}") from error
+            with opened as file:
+                yield file
+    except Refused as refused:
+        raise OSError(refused.args[0].errno, refused.args[0].strerror, str(path)) from None
+    finally:
+        access.close()  # a reference to `content` that outlives the interpreter crashes it
+
+
+def open_to_write(path: Path) -> h5py.File:
+    """Open a result file to change it. Raises Busy if this process has it open, and Unwritable.
+
+    HDF5's own lock would exclude readers. The lock of lock.py excludes a second writer.
+    """
+    try:
+        return h5py.File(path, "r+", locking=False, rdcc_nbytes=0)
     except OSError as error:
-        if "already open" in str(error):
-            raise Busy(f"{path}: open for reading in this process (h5py, xarray); close it first") from None
-        what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
-        raise Damaged(f"{path}: {what}; {remedy(path)}") from error
+        for words, doing in (("already open for read-only", "reading"), ("flag values don't match", "writing")):
+            if words in str(error):
+                raise Busy(f"{path}: open for {doing} in this process (h5py, xarray); close it first") from None
+        raise unwritable(error, path) from None
+
+
+def unwritable(error: BaseException, path: Path) -> Unwritable:
+    """Return Unwritable with the words of the system, from an error of HDF5 with a message of many lines."""
+    number = getattr(error, "errno", None) or re.search(r"errno = (\d+)", str(error))
+    code = int(number[1]) if isinstance(number, re.Match) else number or errno.EIO
+    what = os.strerror(code)
+    if "lock file" in str(error):  # HDF5 locks against `locking=False` if HDF5_USE_FILE_LOCKING is set
+        what += " (HDF5's own lock; HDF5_USE_FILE_LOCKING=FALSE turns it off, this program has another one)"
+    return Unwritable(code, what, str(path))
 
 
 def remedy(path: Path) -> str:
@@ -175,17 +232,6 @@ def origin_of(file: h5py.File) -> Origin:
     return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
 
 
-def _open(path: Path, mode: str) -> h5py.File:
-    if mode == "r":
-        try:
-            return h5py.File(path, "r")
-        except OSError as error:
-            if "locking flag" not in str(error):
-                raise
-    # this process is writing the file, and all its handles of the file must have the same locking flag
-    return h5py.File(path, mode, locking=False, rdcc_nbytes=0)
-
-
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     path, attrs = file.filename, file.attrs
@@ -217,7 +263,7 @@ def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
     for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
         for name, value in written.items():
             try:
-                whole = np.array_equal(stored[name], value)
+                whole = np.array_equal(np.asarray(stored[name]), value)  # array_equal hides errors of reading
             except BROKEN:
                 whole = False
             if not whole:

@@ -24,8 +24,8 @@ from vibrodrive.stability.unique_motion import UniqueLimit
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import altered, differences, refuse_different
 from vibrodrive.store.describe import explained, plain
-from vibrodrive.store.file import new_file, refuse_moved, unwritable
-from vibrodrive.store.header import origin_of, reading
+from vibrodrive.store.file import new_file, refuse_moved
+from vibrodrive.store.header import open_to_write, origin_of, reading, unwritable
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
@@ -104,7 +104,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
     with reading(path, "limits"):  # so that an unreadable file is reported as unreadable, and not as unwritable
         pass
     try:
-        with Lock(path), h5py.File(path, "r+", locking=False) as file:
+        with Lock(path), open_to_write(path) as file:
             yield file
     except (OSError, RuntimeError) as error:
         if "errno" in str(error):  # text of an HDF5 message

@@ -78,13 +78,14 @@ def refuse_foreign(path: Path) -> None:
         return
     try:
         with open_result(path) as file:
-            ours = is_ours(file)
+            try:
+                ours = is_ours(file)
+            except BROKEN:
+                ours = has_our_names(path)
     except NoResult as error:
         if isinstance(error, Damaged) and has_our_names(path):
             return
         raise NoResult(f"{error}; --overwrite replaces only result files") from None
-    except BROKEN:
-        ours = has_our_names(path)
     if not ours:
         raise NoResult(f"{path}: not a result file of vibrodrive; --overwrite replaces only result files")
 
