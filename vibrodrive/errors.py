@@ -41,7 +41,7 @@ class TooLarge(VibrodriveError, ValueError):
 
 
 class Different(VibrodriveError, ValueError):
-    """A file was made from another configuration. The message gives the keys that differ."""
+    """A file was made from another configuration (the message gives the keys that differ), or was replaced since."""
 
 
 class NoResult(VibrodriveError, ValueError):

@@ -133,7 +133,7 @@ def interpreting(path: str | Path) -> Iterator[None]:
     """
     try:
         yield
-    except NoResult:
+    except VibrodriveError:
         raise
     except BROKEN as error:
         if isinstance(error, TypeError) and not _raised_by_h5py(error):
@@ -230,6 +230,13 @@ def origin_of(file: h5py.File) -> Origin:
     """Return the Origin of an open file: its configuration, the options that replace values, and its title."""
     attrs = file.attrs
     return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
+
+
+def identity(file: h5py.File) -> tuple[object, ...]:
+    """Return what distinguishes the file of a sweep from the files of other sweeps and versions. It never changes, also
+    while the file is written or resumed."""
+    plan, versions = (file.attrs.get(name) for name in ("plan_sha256", "versions"))
+    return plan, versions, getattr(file.get("status"), "chunks", None)
 
 
 def read_header(file: h5py.File) -> Header:
