@@ -303,7 +303,7 @@ def test_complete_file_is_neither_recomputed_nor_replaced(copied, monkeypatch, m
     assert figure.read_bytes() == (made / figure).read_bytes()
     for option in ("B=0.2", "transient=21", told):
         name = option.split("=")[0]
-        words = ["another configuration", f"{name} is ", " in the file and ", "--overwrite"]
+        words = ["another configuration", f"{name} is ", " in the file and "]
         assert_refused(copied, command, f"{command}.toml", "--set", option, words=words)
     with pytest.raises(AssertionError, match="something is computed"):
         cli.cli.main([command, f"{command}.toml", "--overwrite"], standalone_mode=False)

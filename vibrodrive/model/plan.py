@@ -16,7 +16,7 @@ from vibrodrive.model.choices import ACTS_ON, Method, Scan, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, unknown
 from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
-from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, point_bytes
+from vibrodrive.model.records import ERROR, SECTION, SUMMARY, Quantity, check_record, point_bytes, quantities
 
 BLOCK_BYTES = 4 << 20
 """Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
@@ -58,6 +58,8 @@ class Plan:
     together : values of the parameters that change together along the axis POINT.
     tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
         for the shape that `chunk` computes.
+    stored : quantities in an existing file, whose version may have recorded fewer, or with other types; None for all
+        quantities of the records.
     """
 
     axes: dict[str, np.ndarray]
@@ -66,6 +68,12 @@ class Plan:
     tiling: tuple[int, ...] | None = None
     record: tuple[str, ...] = (SECTION,)
     together: dict[str, np.ndarray] = field(default_factory=dict)
+    stored: tuple[Quantity, ...] | None = None
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Quantities of the records, without the section."""
+        return quantities(self.record) if self.stored is None else self.stored
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -22,7 +22,9 @@ def dataset(results: Results) -> xarray.Dataset:
     except ImportError:
         raise ImportError("to_xarray needs the extra `data`: pip install 'vibrodrive[data]'") from None
 
-    plan = Plan(results.axes, results.scalars, results.settings, None, results.record, results.points)
+    plan = Plan(
+        results.axes, results.scalars, results.settings, None, results.record, results.points, results.quantities
+    )
     coords = {name: xarray.Variable(name, values, _about(name)) for name, values in layout.coordinates(plan).items()}
     if not plan.axes:
         coords.pop(POINT)  # the file of a single motion has this axis, with length 1; the Dataset has no such axis

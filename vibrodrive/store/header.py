@@ -19,12 +19,13 @@ import numpy as np
 
 from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind, Unwritable, VibrodriveError
 from vibrodrive.model.kinds import FILES
-from vibrodrive.model.names import Settings
-from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SECTION
+from vibrodrive.model.names import AXES, Settings
+from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.records import RECORDS, SECTION, Quantity, quantities
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
-from vibrodrive.store.layout import Origin, coordinates, digest
+from vibrodrive.store.layout import Origin, coordinates, digest, variable_name
+from vibrodrive.version import __version__
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Exceptions that h5py raises for bytes that it cannot interpret."""
@@ -184,10 +185,10 @@ def kind_in(file: h5py.File, wanted: str | None = None) -> str:
     path = file.filename
     with interpreting(path):
         kind = str(file.attrs["kind"]) if is_ours(file) else None
-    if kind is None:
-        raise NoResult(f"{path}: not a result file of vibrodrive")
-    if kind not in FILES:
-        raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(FILES)} for this version of vibrodrive")
+        if kind is None:
+            raise NoResult(f"{path}: not a result file of vibrodrive")
+        if kind not in FILES:
+            raise of_another_version(file, f"kind = {kind!r}: must be one of {', '.join(FILES)}")
     if wanted not in (None, kind):
         made = f"(`vibrodrive {FILES[kind].command}`)"
         raise OtherKind(f"{path}: must contain {FILES[str(wanted)].holds}, but contains {FILES[kind].holds} {made}")
@@ -208,10 +209,15 @@ def check_schema(file: h5py.File, kind: str) -> None:
     with interpreting(file.filename):
         found = file.attrs.get(name)
         if found not in numbers:
-            raise NoResult(
-                f"{file.filename}: {name} = {found}: must be {' or '.join(map(str, numbers))} for this version of "
-                "vibrodrive; compute the results again, into another file or with --overwrite"
-            )
+            raise of_another_version(file, f"{name} = {found}: must be {' or '.join(map(str, numbers))}")
+
+
+def of_another_version(file: h5py.File, what: str) -> NoResult:
+    """Return the error for a sound file with contents that only another version reads."""
+    made = json.loads(file.attrs["versions"])["vibrodrive"]
+    return NoResult(
+        f"{file.filename}: {what} for vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
+    )
 
 
 @contextlib.contextmanager
@@ -249,19 +255,35 @@ def read_header(file: h5py.File) -> Header:
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
                 raise damaged(path, f"the SHA-256 of the {what} differs from the stored SHA-256")
         outline = json.loads(attrs["plan"])
+        record = tuple(outline.get("record", (SECTION,)))
+        stored = _stored(file, outline, record)
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
                 raise damaged(path, f"axis {name}: changed after it was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
-        record = tuple(outline.get("record", (SECTION,)))
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together)
+        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together, stored)
         for variable in layout.variables_of(plan):
             data = file[variable.name]
             if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
                 raise damaged(path, f"{variable.name}: wrong chunk shape or data type")
         return Header(plan, origin_of(file), json.loads(attrs["versions"]))
+
+
+def _stored(file: h5py.File, outline: dict[str, Any], record: tuple[str, ...]) -> tuple[Quantity, ...]:
+    """Return the quantities of a file. Raises NoResult if the outline of its plan has names of another version."""
+    known = {q.name: q for q in quantities(record)}
+    in_files = {variable_name(name): name for name in known}
+    # a file without a list was written when each of its quantities had the present name
+    types = outline.get("quantities") or {in_files[name]: file[name].dtype.str for name in file if name in in_files}
+    for what, names, ours in (
+        ("setting", outline["settings"], vars(Settings())), ("record", record, RECORDS),
+        ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, known),
+    ):  # fmt: skip
+        if unknown := [name for name in names if name not in ours]:
+            raise of_another_version(file, f"{what} {unknown[0]!r}: unknown")
+    return tuple(q._replace(dtype=types[name]) for name, q in known.items() if name in types)
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:

@@ -92,9 +92,10 @@ class Writer:
             if block.section is not None:
                 for column, name in enumerate(("section_xi", "section_dxi")):
                     sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
-            for name, values in block.records.items():
-                self._put(k, layout.variable_name(name), values)
-                sums += record_sums(name, values)
+            for q in self.plan.quantities:
+                values = block.records[q.name].astype(q.dtype, copy=False)
+                self._put(k, layout.variable_name(q.name), values)
+                sums += record_sums(q.name, values)
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
             self._put(k, "checksum", sums)
