@@ -232,17 +232,17 @@ def reading(path: Path, kind: str | None = None) -> Iterator[h5py.File]:
             yield file
 
 
-def origin_of(file: h5py.File) -> Origin:
-    """Return the Origin of an open file: its configuration, the options that replace values, and its title."""
-    attrs = file.attrs
-    return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
-
-
 def identity(file: h5py.File) -> tuple[object, ...]:
     """Return what distinguishes the file of a sweep from the files of other sweeps and versions. It never changes, also
     while the file is written or resumed."""
     plan, versions = (file.attrs.get(name) for name in ("plan_sha256", "versions"))
     return plan, versions, getattr(file.get("status"), "chunks", None)
+
+
+def origin_of(file: h5py.File) -> Origin:
+    """Return the Origin of an open file: its configuration, the options that replace values, and its title."""
+    attrs = file.attrs
+    return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
 
 
 def read_header(file: h5py.File) -> Header:
