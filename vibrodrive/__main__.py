@@ -16,6 +16,7 @@ def main() -> NoReturn:
     signal.signal(signal.SIGINT, _stop)  # while the commands are imported
     _open_closed_streams()
     os.environ["MPLBACKEND"] = "agg"  # commands write figures to files and need no display
+    os.environ["HDF5_USE_FILE_LOCKING"] = "FALSE"  # result files have a lock of this program (store/lock.py)
     from vibrodrive.cli import main as run
 
     run()

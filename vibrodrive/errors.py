@@ -7,7 +7,7 @@ Examples
 ...     vd.sweep(A=[1.0, 2.0], path="diagram.png")
 ... except vd.errors.VibrodriveError as error:
 ...     print(error)
-output = 'diagram.png': must be a result file (.h5); `vibrodrive plot FILE.h5 -o diagram.png` draws one
+output = 'diagram.png': must be a result file (.h5 or .nc); `vibrodrive plot FILE.h5 -o diagram.png` draws one
 >>> issubclass(vd.errors.Damaged, vd.errors.NoResult), issubclass(vd.errors.NoResult, ValueError)
 (True, True)
 """
@@ -41,7 +41,7 @@ class TooLarge(VibrodriveError, ValueError):
 
 
 class Different(VibrodriveError, ValueError):
-    """A file was made from another configuration. The message gives the keys that differ."""
+    """A file was made from another configuration (the message gives the keys that differ), or was replaced since."""
 
 
 class NoResult(VibrodriveError, ValueError):

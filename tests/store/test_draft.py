@@ -131,7 +131,7 @@ def test_lock_belongs_to_the_file_of_the_name(tmp_path, monkeypatch):
     def replace_and_take(fd):
         if newer.exists():
             newer.replace(path)
-        take(fd)
+        return take(fd)
 
     monkeypatch.setattr(locks, "_lock", replace_and_take)
     with Lock(path), pytest.raises(Busy):

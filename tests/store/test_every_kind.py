@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 import vibrodrive as vd
 from tests.store import test_curves
 from tests.support import fake
+from tests.support.process import python
 from vibrodrive.errors import OtherKind
 from vibrodrive.model.config import parse
 from vibrodrive.model.kinds import ABOVE, FILES, named
@@ -159,6 +160,14 @@ def test_every_dataset_is_a_variable_of_netcdf(made, tmp_path):
     assert_netcdf(made)
     no_orbits(tmp_path / "none.h5")
     assert_netcdf(tmp_path / "none.h5")
+
+
+@pytest.mark.integration
+def test_netcdf_library_opens_every_kind(tmp_path):
+    for kind, (make, _) in MAKERS.items():
+        make(tmp_path / kind)
+    read = "import sys, netCDF4\nfor path in sys.argv[1:]:\n for v in netCDF4.Dataset(path).variables.values(): v[...]"
+    python(read, *tmp_path.iterdir())
 
 
 def test_variable_has_its_dimensions(tmp_path):

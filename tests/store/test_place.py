@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vibrodrive.errors import ConfigError, NoResult
+from vibrodrive.model.drawing import FORMATS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store.draft import draft_of
 from vibrodrive.store.layout import Origin
@@ -67,17 +68,20 @@ def test_figure_may_not_have_the_path_of_a_new_map(spelling):
         check_figure(Path(spelling), {"map": Path("new.png")})
 
 
-@pytest.mark.parametrize("name", ["x.png", "x.PDF", "x.svg"])
-def test_result_with_a_picture_suffix_is_refused(name):
-    refused(name, ["output", name, f"plot FILE.h5 -o {name}"])
+@pytest.mark.parametrize("name", ["x.png", "x.PDF", "x.svg", "x", "x.csv", "x.nc.txt"])
+def test_ending_of_a_result_is_h5_or_nc(name):
+    picture = f"plot FILE.h5 -o {name}" if name.lower().endswith(FORMATS) else ""
+    refused(name, ["output", name, "must be a result file (.h5 or .nc)", picture])
+    for allowed in ("x.h5", "x.H5", "x.nc"):
+        check_output(Path(allowed), None, "sweep", overwrite=False)
 
 
 def test_only_result_files_are_replaced():
-    Path("precious.txt").write_text("precious")
+    Path("precious.h5").write_text("precious")
     Path("empty.h5").touch()
     foreign("foreign.h5")
     Path("cut.h5").write_bytes(Path("foreign.h5").read_bytes()[:500])
-    for name in ("precious.txt", "empty.h5", "foreign.h5"):
+    for name in ("precious.h5", "empty.h5", "foreign.h5"):
         refused(name, [name, "only result files"])
     refused(
         "cut.h5", ["cut.h5", "only result files"], overwrite=[True]

@@ -1,5 +1,6 @@
 """Records other than sections are written, resumed, refused, checked and repaired like sections."""
 
+import json
 from dataclasses import replace
 
 import h5py
@@ -8,12 +9,13 @@ import pytest
 import xarray as xr
 
 from tests.support import fake
+from vibrodrive.errors import NoResult
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.records import quantities
+from vibrodrive.model.records import OF_RECORD, SUMMARIES, quantities
 from vibrodrive.model.size import file_bytes
 from vibrodrive.store.every_kind import load
-from vibrodrive.store.layout import Origin, variable_name, variables_of
-from vibrodrive.store.reader import DamagedBlock, verify
+from vibrodrive.store.layout import Origin, digest, variable_name, variables_of
+from vibrodrive.store.reader import DamagedBlock, look, verify
 from vibrodrive.store.writer import open_writer
 
 TEXT = "[sweep]\nA = {start = 3, stop = 3.25, num = 90}\n"
@@ -142,3 +144,49 @@ def test_variables_have_units_and_long_names(path, plan):
             assert variable.dims == (("A", "impact") if q.along else ("A",))
         if "section" in plan.record:
             assert data["section_xi"].dims == ("A", "period")
+
+
+def unlisted(path):
+    """Remove the list of quantities, which older versions did not write."""
+    with h5py.File(path, "a") as file:
+        outline = json.loads(file.attrs["plan"])
+        del outline["quantities"]
+        file.attrs["plan"] = json.dumps(outline)
+        file.attrs["plan_sha256"] = digest(file.attrs["plan"])
+
+
+@pytest.mark.parametrize("listed", [True, False])
+def test_file_of_an_older_version_has_what_it_has(path, monkeypatch, listed):
+    """A quantity that is new, or has another type today, damages no file, and the file is resumed without it."""
+    older = [q._replace(dtype="<f4") if q.name == "momentum" else q for q in SUMMARIES if q.name != "energy"]
+    with monkeypatch.context() as then:
+        then.setitem(OF_RECORD, "summary", older)
+        write(path, make(("summary",)), which=[0, 3])
+    if not listed:
+        unlisted(path)
+    write(path, make(("summary",)))
+    report = verify(path)
+    assert (report.complete, report.sound) == (True, True)
+    found = load(path)
+    assert found.momentum.dtype == np.float32
+    assert found.impacts.tobytes() == b"".join(
+        b.records["impacts"].tobytes() for b in fake.run_blocks(make(("summary",)))
+    )
+    with pytest.raises(AttributeError, match=r"energy: was not recorded by the version .* that wrote this file"):
+        _ = found.select(A=3.0).energy
+    with pytest.raises(ValueError, match="quantity = 'energy': must be one of period, "):
+        found.plot(quantity="energy")
+    assert "energy" not in {*found.to_xarray(), *dir(found)}
+
+
+@pytest.mark.parametrize("attempt", [load, look, verify, lambda path: write(path, make(("summary",)))])
+def test_file_of_a_newer_version_is_no_damage(path, monkeypatch, attempt):
+    with monkeypatch.context() as then:
+        then.setitem(OF_RECORD, "summary", (*SUMMARIES, SUMMARIES[-1]._replace(name="jerk")))
+        write(path, make(("summary",)))
+    before = path.read_bytes()
+    with pytest.raises(
+        NoResult, match=r"quantity 'jerk': unknown for .*; read it with vibrodrive [\d.]+, which wrote it$"
+    ):
+        attempt(path)
+    assert path.read_bytes() == before

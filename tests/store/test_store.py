@@ -20,6 +20,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.size import file_bytes
 from vibrodrive.model.states import State
+from vibrodrive.store import header
 from vibrodrive.store import writer as writer_module
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin, tiles, variables_of
@@ -172,6 +173,59 @@ def test_pickled_results_read_their_file(finished, monkeypatch, tmp_path):
         for name in ARRAYS:
             np.testing.assert_array_equal(getattr(again, name), getattr(results, name))
     assert len(pickle.dumps(load(finished))) < finished.stat().st_size / 4
+
+
+OTHERS = {"values": {"A": [1.5, 1.6]}, "points": {"A": [3.0]}, "axes": {"B": [0.1, 0.2]}, "periods": {"periods": 13},
+          "record": {"record": "summary"}}  # fmt: skip
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_replaced_file_is_not_read_with_the_axes_of_the_former(finished, tmp_path, other):
+    """Neither through results, a part of them or a pickle, nor in a figure or a Dataset."""
+    whole = load(finished)
+    objects = whole, whole.select(eps=0), pickle.loads(pickle.dumps(whole))
+    fake.write(tmp_path / "other.h5", make_plan({"A": [3.0, 3.1], "transient": 0, "periods": 12} | OTHERS[other]))
+    os.replace(tmp_path / "other.h5", finished)
+    for results in objects:
+        reads = [lambda r, name=name: getattr(r, name) for name in ARRAYS]
+        for read in (*reads, lambda r: r.to_xarray(), lambda r: r.plot()):
+            with pytest.raises(Different, match=r"sweep.h5: was replaced since by the file of another sweep; load it"):
+                read(results)
+        assert "not readable" in repr(results)
+    write(finished, make(), overwrite=True, which=[2])  # the same sweep, begun again
+    assert whole.computed == objects[-1].computed == 20 / 90
+    write(finished, make())
+    assert load(finished).section.tobytes() == whole.section.tobytes()
+
+
+def test_error_of_the_system_is_no_damage(finished, monkeypatch):
+    """The system may fail at any read. Damage would be blanked before it is computed again."""
+    before = finished.read_bytes()
+    directory = os.open("/", os.O_RDONLY)
+
+    class Failing(header._Bytes):
+        left = 0
+
+        def readinto(self, buffer):
+            self.left -= 1
+            if not self.left:
+                os.dup2(directory, self.fileno())  # a directory cannot be read
+            return super().readinto(buffer)
+
+    def resume(path):
+        writer = open_writer(path, make(), Origin(TEXT))
+        try:
+            writer.check()
+        finally:
+            writer.abandon()
+
+    monkeypatch.setattr(header, "_Bytes", Failing)
+    for attempt in (load, lambda path: load(path).section, lambda path: load(path).status, verify, resume):
+        for Failing.left in (1, 2, 3, 5, 9, 17, 33):
+            with pytest.raises(OSError, match=f"Is a directory: '{finished}'"):
+                attempt(finished)
+    os.close(directory)
+    assert finished.read_bytes() == before
 
 
 def test_xarray_sees_named_dimensions(finished):
@@ -427,9 +481,7 @@ def test_foreign_files_are_refused_and_unchanged(path):
 def test_another_schema_version_is_refused(finished):
     with h5py.File(finished, "a") as file:
         file.attrs["schema_version"] = 99
-    with pytest.raises(
-        NoResult, match=r"schema_version = 99: must be 3 .*; compute the results again, .* or with --overwrite$"
-    ):
+    with pytest.raises(NoResult, match=r"schema_version = 99: must be 3 for .*; read it with vibrodrive [\d.]+, which"):
         load(finished)
     with pytest.raises(NoResult, match="schema_version = 99"):
         open_writer(finished, make(), Origin(TEXT))

@@ -9,12 +9,13 @@ import io
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 import click
 
-from vibrodrive.cli.common import leave, same_command
+from vibrodrive.cli.common import leave, same_command, say
 from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
 from vibrodrive.cli.files import info, verify
@@ -54,6 +55,7 @@ def _on_signal(signum: int, frame: object) -> None:
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
     catch(_on_signal)
+    warnings.showwarning = lambda message, *place: say(f"warning: {message}")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # the encoding of pipes on Windows does not contain ξ
             stream.reconfigure(errors="replace")

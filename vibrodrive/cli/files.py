@@ -112,7 +112,7 @@ def read_in_process(file: Path, read: Callable[..., Summary], patience: int = PA
         child.join()
         slow = child.exitcode == -getattr(signal, "SIGALRM", 0)
         what = f"HDF5 has made no progress for {patience} s" if slow else "HDF5 crashes"
-        raise Damaged(f"{file}: too damaged to be read ({what}); restore it, or replace it with --overwrite") from None
+        raise Damaged(f"{file}: cannot be read ({what}); restore it") from None
     finally:
         show.clear()
     if isinstance(said, Exception):

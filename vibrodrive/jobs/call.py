@@ -71,9 +71,9 @@ def sweep(
         parameters that change together, by name, for example a pandas.DataFrame. Point k has the k-th value of each
         parameter. The points form one axis, `point`, with the values 0, 1, ….
     path : str or path, optional
-        result file (.h5) to write. Without a path all results are kept in memory. An existing file of the same sweep is
-        resumed, even if `vibrodrive sweep` has written it. The file contains these arguments as a configuration, from
-        which `vibrodrive sweep` can resume the file or write a bitwise equal file.
+        result file (.h5 or .nc) to write. Without a path all results are kept in memory. An existing file of the same
+        sweep is resumed, even if `vibrodrive sweep` has written it. The file contains these arguments as a
+        configuration, from which `vibrodrive sweep` can resume the file or write a bitwise equal file.
     overwrite : bool
         replace an existing result file of any kind. Other files are never replaced.
     threads : int, optional

@@ -72,7 +72,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         raise ValueError(bad("kind", MAP, "left out for one motion, which has no axis"))
     quantity = quantity or "period"
     known = [
-        *((*OF_SUMMARY, KEPT) if SUMMARY in record else ()),
+        *(q.name for q in swept.quantities if q.name in OF_SUMMARY),
+        *([KEPT] if SUMMARY in record else ()),
         *(OF_SECTION if SECTION in record else ()),
         *OF_EVERY_SWEEP,
     ]

@@ -23,8 +23,10 @@ from vibrodrive.model.records import (
     PERIODS,
     SECTION,
     SUMMARY,
+    Quantity,
     check_record,
     point_bytes,
+    quantities,
     several_motions,
 )
 
@@ -71,6 +73,8 @@ class Plan:
     together : values of the parameters that change together along the axis POINT.
     tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
         for the shape that `chunk` computes.
+    stored : quantities in an existing file, whose version may have recorded fewer, or with other types; None for all
+        quantities of the records.
     """
 
     axes: dict[str, np.ndarray]
@@ -79,6 +83,12 @@ class Plan:
     tiling: tuple[int, ...] | None = None
     record: tuple[str, ...] = (SECTION,)
     together: dict[str, np.ndarray] = field(default_factory=dict)
+    stored: tuple[Quantity, ...] | None = None
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Quantities of the records, without the section."""
+        return quantities(self.record) if self.stored is None else self.stored
 
     @property
     def shape(self) -> tuple[int, ...]:

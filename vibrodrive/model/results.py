@@ -16,7 +16,7 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, quantities
+from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, Quantity, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.statuses import Statuses, count_statuses
 
@@ -70,6 +70,8 @@ class Results:
         the settings common to all points, as attributes, such as `settings.transient`.
     record : tuple of str
         names of the records: "section", "impacts", "summary", "error".
+    quantities : tuple of Quantity
+        name, type, unit and meaning of each array that the records add. A file of an older version may lack some.
     title : str
         title of the configuration; "" if it has none.
     section : float64 (axes…, periods, 2)
@@ -115,8 +117,10 @@ class Results:
         *,
         record: tuple[str, ...] = (SECTION,),
         points: Mapping[str, np.ndarray] | None = None,
+        stored: tuple[Quantity, ...] | None = None,
     ) -> None:
         self.record = record
+        self.quantities = quantities(record) if stored is None else stored
         self.points = dict(points or {})
         self.axes = dict(axes)
         self.scalars = dict(scalars)
@@ -151,7 +155,7 @@ class Results:
         shape = plan.shape
         extra = {"": (), "impact": (2 * plan.settings.periods,)}
         arrays: dict[str, np.ndarray] = {
-            **{q.name: np.full((*shape, *extra[q.along]), q.fill, q.dtype) for q in quantities(plan.record)},
+            **{q.name: np.full((*shape, *extra[q.along]), q.fill, q.dtype) for q in plan.quantities},
             "status": np.full(shape, int(Status.NOT_COMPUTED), np.int8),
             "margin": np.full(shape, np.nan),
             "switches": np.full((*shape, 5), -1, np.int64),
@@ -165,7 +169,7 @@ class Results:
         """Return the results of a plan. `source` contains the arrays, or is a function that reads them."""
         return cls(
             plan.axes, plan.scalars, plan.settings, source, title,
-            record=plan.record, points=plan.together,
+            record=plan.record, points=plan.together, stored=plan.stored,
         )  # fmt: skip
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
@@ -191,22 +195,23 @@ class Results:
     def block(self, index: int, start: int, stop: int) -> Block:
         """Return the points `start` to `stop` - 1 as the block with the number `index`, to be written to a file."""
         section, status, margin, switches = self.rows(start, stop)
-        arrays = {q.name: self._array(q.name) for q in quantities(self.record)}
+        arrays = {q.name: self._array(q.name) for q in self.quantities}
         records = {name: a.reshape(-1, *a.shape[len(self.axes) :])[start:stop] for name, a in arrays.items()}
         return Block(index, start, stop, section, status, margin, switches, records)
 
     def __getattr__(self, name: str) -> np.ndarray:
-        recorded = not name.startswith("_") and name in (q.name for q in quantities(self.record))
-        if not recorded and name not in _WHERE:
+        if not name.startswith("_") and name in (q.name for q in self.quantities):
+            return self._array(name)
+        if name.startswith("_") or name not in _WHERE:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        if not recorded:
+        if _WHERE[name] not in self.record:
             raise AttributeError(
                 bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}", which contains {name}')
             )
-        return self._array(name)
+        raise AttributeError(f"{name}: was not recorded by the version of vibrodrive that wrote this file")
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *(q.name for q in quantities(self.record))]
+        return [*super().__dir__(), *(q.name for q in self.quantities)]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -216,7 +221,7 @@ class Results:
     @property
     def plan(self) -> Plan:
         """The plan of the sweep (model/plan.py), in blocks of the usual size."""
-        return Plan(self.axes, self.scalars, self.settings, record=self.record, together=self.points)
+        return Plan(self.axes, self.scalars, self.settings, None, self.record, self.points, self.quantities)
 
     @property
     def section(self) -> np.ndarray:
@@ -303,7 +308,7 @@ class Results:
         at = tuple(index)
         part = Results(
             axes, with_A_and_B(scalars), self.settings, functools.partial(_read_part, self._source, at), self.title,
-            record=self.record, points=points,
+            record=self.record, points=points, stored=self.quantities,
         )  # fmt: skip
         part._arrays.update({name: array[at] for name, array in self._arrays.items()})
         return part

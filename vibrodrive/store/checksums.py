@@ -22,7 +22,6 @@ import numpy as np
 
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import quantities
 from vibrodrive.store.header import BROKEN
 from vibrodrive.store.layout import Progress, Tile, digest, variable_name, variables_of
 
@@ -125,7 +124,7 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
     sums = point_sums(tile.start, values["margin"], values["switches"].astype(np.int64), values["status"])
     for column, name in enumerate(("section_xi", "section_dxi")):
         sums += section_sums(values[name], column) if name in values else np.uint64(0)
-    for q in quantities(plan.record):
+    for q in plan.quantities:
         sums += record_sums(q.name, values[variable_name(q.name)])
     if not np.array_equal(values["checksum"], sums):
         return "the values do not match their checksum"

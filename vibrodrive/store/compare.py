@@ -17,7 +17,7 @@ def refuse_different(path: Path, differences: list[str]) -> None:
     if differences:
         raise Different(
             f"{path}: made from another configuration: {'; '.join(differences)}. "
-            "A file cannot be extended. Choose another file, or replace this one with --overwrite"
+            "A file cannot be extended; choose another file"
         )
 
 

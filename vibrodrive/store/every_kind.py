@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
-from vibrodrive.errors import OtherKind
+from vibrodrive.errors import ConfigError, OtherKind
 from vibrodrive.model.described import Lines
 from vibrodrive.model.kinds import FILES, named
 from vibrodrive.model.parameters import bad, is_name
@@ -138,8 +139,9 @@ def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> S
     report = verify(path, progress) if thorough else look(path)
     faults = report.complaints()
     if thorough:
-        differences = compare(report.header.plan, report.header.origin.parsed().plan())
-        faults += [f"the configuration and the file differ: {what}" for what in differences]
+        with contextlib.suppress(ConfigError):  # the configuration was written by another version
+            differences = compare(report.header.plan, report.header.origin.parsed().plan())
+            faults += [f"the configuration and the file differ: {what}" for what in differences]
     return Summary(kind, title, report.share, report.lines(), report.facts() | versions, faults)
 
 

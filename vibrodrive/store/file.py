@@ -6,7 +6,6 @@
 import contextlib
 import errno
 import os
-import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -14,21 +13,13 @@ import h5py
 
 from vibrodrive.errors import Damaged, Unwritable
 from vibrodrive.model.plan import Plan
-from vibrodrive.store import lock
+from vibrodrive.store import netcdf
 from vibrodrive.store.checksums import SEAL, content_digest, find_faults
 from vibrodrive.store.compare import differences, refuse_different
 from vibrodrive.store.draft import drafted, target_of
-from vibrodrive.store.header import reading, remedy
+from vibrodrive.store.header import reading, remedy, unwritable
+from vibrodrive.store.lock import Lock
 from vibrodrive.store.place import refuse_foreign
-
-
-def unwritable(error: BaseException, path: Path) -> Unwritable:
-    """Return Unwritable with the one-line message of the system, from an error of HDF5 with a message of many lines."""
-    if isinstance(error, OSError) and error.errno:
-        return Unwritable(error.errno, error.strerror, str(path))
-    number = re.search(r"errno = (\d+)", str(error))
-    code = int(number[1]) if number else errno.EIO
-    return Unwritable(code, os.strerror(code), str(path))
 
 
 def refuse_moved(path: Path) -> None:
@@ -47,7 +38,7 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
     """
     refuse_foreign(path)
     # the file is made in memory, because HDF5 does not recover from a full disk, even at the end of the process
-    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
+    with netcdf.create(path.name, driver="core", backing_store=False) as file:
         yield file
         if seal:
             file.attrs[SEAL] = content_digest(file)
@@ -55,14 +46,11 @@ def new_file(path: Path, *, seal: bool = False) -> Iterator[h5py.File]:
         content = file.id.get_file_image()
     try:
         refuse_foreign(path)  # the file may have appeared meanwhile
-        older = lock.Lock(target_of(path), name=path) if path.exists() else contextlib.nullcontext()
-        with older as old, drafted(path) as draft:
-            with open(draft, "wb") as written:
-                written.write(content)
-                written.flush()
-                os.fsync(written.fileno())
-            if old is not None and not lock.RENAMES_OPEN_FILES:
-                old.release()
+        older = Lock(target_of(path), name=path) if path.exists() else contextlib.nullcontext()
+        with older, drafted(path) as draft, open(draft, "wb") as written:
+            written.write(content)
+            written.flush()
+            os.fsync(written.fileno())
     except OSError as error:
         raise unwritable(error, path) from None
 

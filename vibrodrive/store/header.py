@@ -1,28 +1,32 @@
 """Open a result file, and read and check its header."""
 
 import contextlib
+import errno
+import io
 import json
 import math
 import mmap
 import os
+import re
 import stat
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind
+from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind, Unwritable, VibrodriveError
 from vibrodrive.model.kinds import FILES
-from vibrodrive.model.names import Settings
-from vibrodrive.model.own import as_record
-from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SECTION
+from vibrodrive.model.names import AXES, Settings
+from vibrodrive.model.own import Own, as_record
+from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.records import RECORDS, SECTION, Quantity, quantities
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
-from vibrodrive.store.layout import Origin, coordinates, digest
+from vibrodrive.store.layout import Origin, coordinates, digest, variable_name
+from vibrodrive.version import __version__
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Exceptions that h5py raises for bytes that it cannot interpret."""
@@ -38,25 +42,79 @@ class Header(NamedTuple):
     versions: dict[str, str]
 
 
-def open_result(path: Path, mode: str = "r") -> h5py.File:
-    """Open a result file of any kind. Raises NoResult, OSError, or Busy if this process has the file open for reading.
+class _Bytes(io.FileIO):
+    """The bytes of a file for HDF5, which locks files, but no such object.
 
-    A writer does not use the lock of HDF5, because this lock would exclude readers during a sweep. The layout makes
-    reading during a sweep safe. The lock of lock.py excludes a second writer.
+    The layout of a file makes reading safe while a sweep writes it, so a reader needs no lock, and a lock that fails
+    would keep it away. `locking=False` is not enough: HDF5_USE_FILE_LOCKING overrides it. An error of the system does
+    not mean damage: as Refused it passes all code that interprets the errors of HDF5, until the end of `open_result`.
+    """
+
+    def readinto(self, buffer: Any) -> int:
+        rest = memoryview(buffer)
+        try:
+            while rest and (count := super().readinto(rest)):  # the system may read less than asked
+                rest = rest[count:]
+        except OSError as error:
+            raise Refused(error) from None
+        return len(buffer) - len(rest)
+
+
+class Refused(Exception):
+    """The system refused to read; the argument is its OSError."""
+
+
+@contextlib.contextmanager
+def open_result(path: Path) -> Iterator[h5py.File]:
+    """Open a result file of any kind to read it, also while another process writes it.
+
+    Raises NoResult, Damaged if HDF5 cannot interpret the bytes, and OSError if the system refuses to read them.
     """
     if (what := special(path)) is not None:  # raises OSError for a missing file
         raise NoResult(f"{path}: must be a result file, but is {what}")
-    with open(path, "rb"):  # raises OSError for a forbidden file
-        pass
-    if not h5py.is_hdf5(path):
-        raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)
     try:
-        return _open(path, mode)
+        with _Bytes(path) as content:
+            start = bytearray(len(SIGNATURE))
+            if content.readinto(start) < len(start) or start != SIGNATURE:
+                raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
+            access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
+            try:
+                opened = h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
+            except OSError as error:
+                what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
+                raise Damaged(f"{path}: {what}; {remedy(path)}") from error
+            with opened as file:
+                yield file
+    except Refused as refused:
+        raise OSError(refused.args[0].errno, refused.args[0].strerror, str(path)) from None
+    finally:
+        access.close()  # a reference to `content` that outlives the interpreter crashes it
+
+
+def open_to_write(path: Path) -> h5py.File:
+    """Open a result file to change it. Raises Busy if this process has it open, and Unwritable.
+
+    HDF5's own lock would exclude readers. The lock of lock.py excludes a second writer.
+    """
+    try:
+        return h5py.File(path, "r+", locking=False, rdcc_nbytes=0)
     except OSError as error:
-        if "already open" in str(error):
-            raise Busy(f"{path}: open for reading in this process (h5py, xarray); close it first") from None
-        what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
-        raise Damaged(f"{path}: {what}; {remedy(path)}") from error
+        for words, doing in (("already open for read-only", "reading"), ("flag values don't match", "writing")):
+            if words in str(error):
+                raise Busy(f"{path}: open for {doing} in this process (h5py, xarray); close it first") from None
+        raise unwritable(error, path) from None
+
+
+def unwritable(error: BaseException, path: Path) -> Unwritable:
+    """Return Unwritable with the words of the system, from an error of HDF5 with a message of many lines."""
+    number = getattr(error, "errno", None) or re.search(r"errno = (\d+)", str(error))
+    code = int(number[1]) if isinstance(number, re.Match) else number or errno.EIO
+    what = os.strerror(code)
+    if "lock file" in str(error):  # HDF5 locks against `locking=False` if HDF5_USE_FILE_LOCKING is set
+        what += " (HDF5's own lock; HDF5_USE_FILE_LOCKING=FALSE turns it off, this program has another one)"
+    return Unwritable(code, what, str(path))
 
 
 def remedy(path: Path) -> str:
@@ -77,7 +135,7 @@ def interpreting(path: str | Path) -> Iterator[None]:
     """
     try:
         yield
-    except NoResult:
+    except VibrodriveError:
         raise
     except BROKEN as error:
         if isinstance(error, TypeError) and not _raised_by_h5py(error):
@@ -128,10 +186,10 @@ def kind_in(file: h5py.File, wanted: str | None = None) -> str:
     path = file.filename
     with interpreting(path):
         kind = str(file.attrs["kind"]) if is_ours(file) else None
-    if kind is None:
-        raise NoResult(f"{path}: not a result file of vibrodrive")
-    if kind not in FILES:
-        raise NoResult(f"{path}: kind = {kind!r}: must be one of {', '.join(FILES)} for this version of vibrodrive")
+        if kind is None:
+            raise NoResult(f"{path}: not a result file of vibrodrive")
+        if kind not in FILES:
+            raise of_another_version(file, f"kind = {kind!r}: must be one of {', '.join(FILES)}")
     if wanted not in (None, kind):
         made = f"(`vibrodrive {FILES[kind].command}`)"
         raise OtherKind(f"{path}: must contain {FILES[str(wanted)].holds}, but contains {FILES[kind].holds} {made}")
@@ -152,10 +210,15 @@ def check_schema(file: h5py.File, kind: str) -> None:
     with interpreting(file.filename):
         found = file.attrs.get(name)
         if found not in numbers:
-            raise NoResult(
-                f"{file.filename}: {name} = {found}: must be {' or '.join(map(str, numbers))} for this version of "
-                "vibrodrive; compute the results again, into another file or with --overwrite"
-            )
+            raise of_another_version(file, f"{name} = {found}: must be {' or '.join(map(str, numbers))}")
+
+
+def of_another_version(file: h5py.File, what: str) -> NoResult:
+    """Return the error for a sound file with contents that only another version reads."""
+    made = json.loads(file.attrs["versions"])["vibrodrive"]
+    return NoResult(
+        f"{file.filename}: {what} for vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
+    )
 
 
 @contextlib.contextmanager
@@ -170,21 +233,17 @@ def reading(path: Path, kind: str | None = None) -> Iterator[h5py.File]:
             yield file
 
 
+def identity(file: h5py.File) -> tuple[object, ...]:
+    """Return what distinguishes the file of a sweep from the files of other sweeps and versions. It never changes, also
+    while the file is written or resumed."""
+    plan, versions = (file.attrs.get(name) for name in ("plan_sha256", "versions"))
+    return plan, versions, getattr(file.get("status"), "chunks", None)
+
+
 def origin_of(file: h5py.File) -> Origin:
     """Return the Origin of an open file: its configuration, the options that replace values, and its title."""
     attrs = file.attrs
     return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
-
-
-def _open(path: Path, mode: str) -> h5py.File:
-    if mode == "r":
-        try:
-            return h5py.File(path, "r")
-        except OSError as error:
-            if "locking flag" not in str(error):
-                raise
-    # this process is writing the file, and all its handles of the file must have the same locking flag
-    return h5py.File(path, mode, locking=False, rdcc_nbytes=0)
 
 
 def read_header(file: h5py.File) -> Header:
@@ -197,19 +256,35 @@ def read_header(file: h5py.File) -> Header:
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
                 raise damaged(path, f"the SHA-256 of the {what} differs from the stored SHA-256")
         outline = json.loads(attrs["plan"])
+        record = tuple(map(as_record, outline.get("record", (SECTION,))))
+        stored = _stored(file, outline, record)
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
                 raise damaged(path, f"axis {name}: changed after it was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = file["status"].chunks if axes else None
-        record = tuple(map(as_record, outline.get("record", (SECTION,))))
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together)
+        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together, stored)
         for variable in layout.variables_of(plan):
             data = file[variable.name]
             if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
                 raise damaged(path, f"{variable.name}: wrong chunk shape or data type")
         return Header(plan, origin_of(file), json.loads(attrs["versions"]))
+
+
+def _stored(file: h5py.File, outline: dict[str, Any], record: tuple[str, ...]) -> tuple[Quantity, ...]:
+    """Return the quantities of a file. Raises NoResult if the outline of its plan has names of another version."""
+    known = {q.name: q for q in quantities(record)}
+    in_files = {variable_name(name): name for name in known}
+    # a file without a list was written when each of its quantities had the present name
+    types = outline.get("quantities") or {in_files[name]: file[name].dtype.str for name in file if name in in_files}
+    for what, names, ours in (
+        ("setting", outline["settings"], vars(Settings())), ("record", [name for name in record if not isinstance(name, Own)], RECORDS),
+        ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, known),
+    ):  # fmt: skip
+        if unknown := [name for name in names if name not in ours]:
+            raise of_another_version(file, f"{what} {unknown[0]!r}: unknown")
+    return tuple(q._replace(dtype=types[name]) for name, q in known.items() if name in types)
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
@@ -218,7 +293,7 @@ def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
     for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
         for name, value in written.items():
             try:
-                whole = np.array_equal(stored[name], value)
+                whole = np.array_equal(np.asarray(stored[name]), value)  # array_equal hides errors of reading
             except BROKEN:
                 whole = False
             if not whole:

@@ -27,7 +27,7 @@ from vibrodrive.model.config import Config, parse
 from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import IMPACTS, SECTION, quantities
+from vibrodrive.model.records import IMPACTS, SECTION
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
@@ -73,9 +73,7 @@ COUNTS_MAX = 2**31
 
 def variables_of(plan: Plan) -> tuple[Variable, ...]:
     """Return the variables of a file, in the order in which a block is written."""
-    recorded = [
-        Variable(variable_name(q.name), q.dtype, q.along, q.fill, q.meaning, q.unit) for q in quantities(plan.record)
-    ]
+    recorded = [Variable(variable_name(q.name), q.dtype, q.along, q.fill, q.meaning, q.unit) for q in plan.quantities]
     few = SECTION not in plan.record and plan.settings.periods * plan.settings.budget < COUNTS_MAX
     points = [v._replace(dtype="<i4") if v.name == "switches" and few else v for v in POINTS]
     return (*(SECTIONS if SECTION in plan.record else ()), *recorded, *points)
@@ -217,7 +215,7 @@ def flags_of_states() -> dict[str, Any]:
 def flags_of(plan: Plan) -> dict[str, dict[str, Any]]:
     """Return the attributes that name the values of the status and of the codes, by variable."""
     advised = [s for s in Status if s is not Status.NOT_COMPUTED]
-    codes = {variable_name(q.name): q.codes for q in quantities(plan.record) if q.codes}
+    codes = {variable_name(q.name): q.codes for q in plan.quantities if q.codes}
     return {
         "status": _flags([*advised, Status.NOT_COMPUTED], {s: s.advice for s in advised}),
         **{name: _flags(list(how), {code: code.meaning for code in how}) for name, how in codes.items()},
@@ -256,6 +254,8 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     if plan.record != (SECTION,):
         parts["record"] = plan.record
+    if plan.quantities:
+        parts["quantities"] = {q.name: q.dtype for q in plan.quantities}
     if plan.together:
         parts["points"] = digests(plan.together)
     outline = json.dumps(parts)

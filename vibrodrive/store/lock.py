@@ -1,66 +1,60 @@
-"""Lock that excludes a second writer of a file: open-file-description locks, flock, or LockFileEx on Windows.
-
-Windows cannot rename or replace an open file. So on Windows a new result file is closed, renamed and opened again, and
-another process may lock it meanwhile. A file that another process is reading cannot be replaced on Windows.
-"""
+"""Lock that excludes a second writer of a file: a lock of the open file description (Linux), or flock."""
 
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import struct
 import sys
+import warnings
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 from vibrodrive.errors import Busy
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+WRITING = "another process is writing this file, or has it open; wait until it has finished, or choose another file"
 
-RENAMES_OPEN_FILES = os.name != "nt"
+UNKNOWN = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.ENOTTY)
+"""Errors of systems without a kind of lock, such as some network mounts. Others answer with a number without a name."""
 
-UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-"""Errors of file systems without locks, such as some network mounts. There the user must exclude a second writer."""
 
-WRITING = "another process is writing this file; wait until it has finished, or choose another file"
-
-FAR = 1 << 62  # offset of the byte locked on Windows: after the end of any file, because locked bytes cannot be read
+class Unlocked(UserWarning):
+    """Warning that nothing excludes a second writer of a file. The message is one line."""
 
 
 class Lock:
     """Exclusive lock of a writer of one file, kept until `release` or the end of the process.
 
     The lock belongs to the file and not to its name, so it remains when the temporary file is renamed. It has no effect
-    on readers and on the locks of HDF5.
+    on readers of this program, which take no lock.
     """
 
     def __init__(self, path: Path, *, create: bool = False, name: Path | None = None) -> None:
-        """Lock an existing file, or with `create` also a new file. Raises Busy, or OSError if the system refuses.
+        """Lock an existing file, or with `create` also a new file, of which nothing is left if this fails.
 
-        `name` is the path that messages give, by default `path`.
+        `name` is the path that messages give, by default `path`. Raises Busy if another process holds the lock, or
+        OSError if the system refuses. Warns (Unlocked) if the system knows no locks.
         """
-        while True:
+        name, self._fd = name or path, -1
+        while not self._is_file(path):  # the file may be renamed between opening and locking
+            self.release()
             try:
                 self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)
+                locked = _lock(self._fd)
             except OSError as error:
-                raise OSError(error.errno, error.strerror, str(name or path)) from None
-            try:
-                _lock(self._fd)
-            except OSError as error:
-                if error.errno not in UNSUPPORTED:
-                    os.close(self._fd)
-                    raise Busy(f"{name or path}: {WRITING}") from None
-            if self._is_file(path):
-                return
-            os.close(self._fd)  # the file was renamed between opening and locking
+                held = error.errno == errno.EAGAIN
+                if create and not held and self._fd >= 0 and not os.fstat(self._fd).st_size:
+                    path.unlink()
+                self.release()
+                raise Busy(f"{name}: {WRITING}") if held else OSError(error.errno, error.strerror, str(name)) from None
+        if not locked:
+            told = f"{name}: this file system has no locks; let only one process write this file"
+            warnings.warn(told, Unlocked, stacklevel=2)
 
     def _is_file(self, path: Path) -> bool:
         try:
-            return os.path.samestat(os.fstat(self._fd), os.stat(path))
+            return self._fd >= 0 and os.path.samestat(os.fstat(self._fd), os.stat(path))
         except FileNotFoundError:
             return False
 
@@ -81,33 +75,26 @@ class Lock:
         self.release()
 
 
-def _lock(fd: int) -> None:
-    """Lock an open file exclusively, without waiting. Raises OSError.
+def _lock(fd: int) -> bool:
+    """Lock an open file exclusively. Return False if the system knows no kind of lock.
 
-    On Linux the lock belongs to the open file description. The system would release a plain record lock when this
-    process closes any other handle of the file. A flock would exclude the readers of HDF5, which use flock.
+    Raises OSError, with errno EAGAIN if another process holds the lock.
     """
-    if fcntl is None:
-        _lock_byte(fd)
-    elif sys.platform == "linux":
-        fcntl.fcntl(fd, fcntl.F_OFD_SETLK, struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0))
-    else:
-        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    for take in (_lock_description, _flock) if sys.platform == "linux" else (_flock,):
+        try:
+            take(fd)
+            return True
+        except OSError as error:
+            if error.errno in errno.errorcode and error.errno not in UNKNOWN:
+                raise
+    return False
 
 
-def _lock_byte(fd: int) -> None:
-    """Lock one byte with LockFileEx until the file is closed. Raises OSError.
+def _lock_description(fd: int) -> None:
+    """Lock the open file description. The system would release a lock of the process when any handle of the file is
+    closed, and flock excludes the readers of HDF5, which use it."""
+    fcntl.fcntl(fd, fcntl.F_OFD_SETLK, struct.pack("hhqqi4x", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0))
 
-    msvcrt.locking is not used, because it has no offset above 2 GiB.
-    """
-    import ctypes
-    import msvcrt
 
-    windows: Any = ctypes
-    fail_at_once, exclusive = 1, 2
-    take = windows.WinDLL("kernel32", use_last_error=True).LockFileEx
-    take.argtypes = [ctypes.c_void_p, *[ctypes.c_uint32] * 4, ctypes.c_void_p]
-    overlapped = ctypes.create_string_buffer(struct.pack("PPIIP", 0, 0, FAR & 0xFFFFFFFF, FAR >> 32, 0))
-    handle = msvcrt.get_osfhandle(fd)  # type: ignore[attr-defined]
-    if not take(handle, fail_at_once | exclusive, 0, 1, 0, overlapped):
-        raise windows.WinError(windows.get_last_error())
+def _flock(fd: int) -> None:
+    fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -4,12 +4,18 @@ All kinds of result files use these functions, so that xarray and other programs
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
 MOST = 1 << 16  # largest default length of a chunk along a dimension
+
+
+def create(path: str | Path, **options: Any) -> h5py.File:
+    """Create an HDF5 file. The netCDF library extends only a file that tracks the order of its variables."""
+    return h5py.File(path, "w", track_order=True, **options)
 
 
 def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str = "1") -> h5py.Dataset:
@@ -32,9 +38,13 @@ def variable(
     chunks: tuple[int, ...] | None = None,
     units: str = "1",
 ) -> h5py.Dataset:
-    """Create a variable over existing dimensions. `fill` is its value where nothing has been written."""
+    """Create a variable over existing dimensions. `fill` is its value where nothing has been written.
+
+    Texts of fixed length have no such value: the netCDF library would overwrite memory when it opens the file.
+    """
     shape = tuple(len(file[d]) for d in dimensions)
-    data = _create(file, name, shape, np.dtype(dtype), chunks, fillvalue=fill)
+    kind = np.dtype(dtype)
+    data = _create(file, name, shape, kind, chunks, fillvalue=None if kind.kind == "S" else fill)
     for k, d in enumerate(dimensions):
         data.dims[k].attach_scale(file[d])
     return _describe(data, long_name, units)

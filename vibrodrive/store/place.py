@@ -15,6 +15,10 @@ from vibrodrive.model.kinds import FILES
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import draft_of
 
+ENDINGS = (".h5", ".nc")
+"""Endings of result files. They are HDF5 and netCDF-4 in one; without an ending a slip such as `-o diagram` or
+`-o table.csv` would be written."""
+
 
 def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     """Raise ConfigError if a figure cannot be written. `sources` are the input files of the figure, by their roles."""
@@ -49,12 +53,12 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     """
     from vibrodrive.store.header import read_kind
 
-    if path.suffix.lower() in FORMATS:
-        allowed = f"a result file (.h5); `vibrodrive plot FILE.h5 -o {path}` draws one"
-        raise ConfigError(bad("output", str(path), allowed))
     source = {} if config is None else {"configuration": config}
     check_different({**source, "output": path})
     check_place("output", path, renamed=overwrite)
+    if path.suffix.lower() not in ENDINGS:
+        drawn = f"; `vibrodrive plot FILE.h5 -o {path}` draws one" if path.suffix.lower() in FORMATS else ""
+        raise ConfigError(bad("output", str(path), f"a result file ({' or '.join(ENDINGS)}){drawn}"))
     check_different({**source, "temporary file of the output": draft_of(path)})
     for figure in figures:
         check_figure(figure, {**source, "output": path})
@@ -88,13 +92,14 @@ def refuse_foreign(path: Path) -> None:
         return
     try:
         with open_result(path) as file:
-            ours = is_ours(file)
+            try:
+                ours = is_ours(file)
+            except BROKEN:
+                ours = has_our_names(path)
     except NoResult as error:
         if isinstance(error, Damaged) and has_our_names(path):
             return
         raise NoResult(f"{error}; --overwrite replaces only result files") from None
-    except BROKEN:
-        ours = has_our_names(path)
     if not ours:
         raise NoResult(f"{path}: not a result file of vibrodrive; --overwrite replaces only result files")
 

@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from vibrodrive.errors import Different
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, numbers
 from vibrodrive.model.names import SCENE_AXES
@@ -18,14 +19,17 @@ from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses
 from vibrodrive.store.checksums import check_block, check_blocks, read_marks
 from vibrodrive.store.describe import acting
-from vibrodrive.store.header import Header, damaged_descriptions, open_result, read_header
+from vibrodrive.store.header import Header, damaged_descriptions, identity, interpreting, open_result, read_header
 from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, variable_name
 
 
 def read(file: h5py.File) -> Results:
-    """Return the results of a sweep in an open file. Each access to an array opens the file again."""
+    """Return the results of a sweep in an open file. Each access to an array opens the file again.
+
+    An access raises Different if the file was replaced by the file of another sweep since.
+    """
     header = read_header(file)
-    source = functools.partial(_read, Path(file.filename).absolute(), header.plan, {})
+    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), header.plan, {})
     return Results.of(header.plan, source, header.origin.title)
 
 
@@ -33,14 +37,18 @@ class DamagedBlock(UserWarning):
     """Warning that blocks cannot be read and are left out. The message names these blocks in one line."""
 
 
-def _read(path: Path, plan: Plan, damaged: dict[int, str], name: str, index: Index) -> np.ndarray:
+def _read(
+    path: Path, own: tuple[object, ...], plan: Plan, damaged: dict[int, str], name: str, index: Index
+) -> np.ndarray:
     """Return the array `name` of Results at an index, and add the faults of damaged blocks to `damaged`.
 
-    In the array `status` the points of damaged blocks are NOT_COMPUTED.
+    `own` is the identity of the file. In the array `status` the points of damaged blocks are NOT_COMPUTED.
     """
     index = index if plan.axes else (0,)
     names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
-    with open_result(path) as file:
+    with open_result(path) as file, interpreting(path):
+        if identity(file) != own:
+            raise Different(f"{path}: was replaced since by the file of another sweep; load it again")
         where = tiles(plan)
         _, done, wrong = read_marks(file, where)
         arrays = None

@@ -22,14 +22,21 @@ from vibrodrive.errors import Busy, Damaged
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
-from vibrodrive.store import layout
+from vibrodrive.store import layout, netcdf
 from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, section_sums
 from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
-from vibrodrive.store.file import refuse_moved, unwritable
-from vibrodrive.store.header import damaged, damaged_descriptions, open_result, read_header
+from vibrodrive.store.file import refuse_moved
+from vibrodrive.store.header import (
+    damaged,
+    damaged_descriptions,
+    open_result,
+    open_to_write,
+    read_header,
+    unwritable,
+)
 from vibrodrive.store.layout import Origin, Progress, put_chunk, quiet, variables_of
-from vibrodrive.store.lock import RENAMES_OPEN_FILES, WRITING, Lock
+from vibrodrive.store.lock import WRITING, Lock
 from vibrodrive.store.place import refuse_foreign
 
 if TYPE_CHECKING:
@@ -85,9 +92,10 @@ class Writer:
             if block.section is not None:
                 for column, name in enumerate(("section_xi", "section_dxi")):
                     sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
-            for name, values in block.records.items():
-                self._put(k, layout.variable_name(name), values)
-                sums += record_sums(name, values)
+            for q in self.plan.quantities:
+                values = block.records[q.name].astype(q.dtype, copy=False)
+                self._put(k, layout.variable_name(q.name), values)
+                sums += record_sums(q.name, values)
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
             self._put(k, "checksum", sums)
@@ -100,9 +108,10 @@ class Writer:
 
         Raises Damaged for damage outside the blocks, Unwritable, and the exceptions of `progress`.
         """
-        _, done, wrong = check_blocks(self._file, self.tiles, self.plan, progress)
-        for name in damaged_descriptions(self._file, self.plan):
-            raise damaged(self.path, name)
+        with open_result(self.path) as file:
+            _, done, wrong = check_blocks(file, self.tiles, self.plan, progress)
+            for name in damaged_descriptions(file, self.plan):
+                raise damaged(self.path, name)
         for k in wrong:
             # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5
             # would read a damaged chunk before it writes a part of this chunk.
@@ -124,9 +133,11 @@ class Writer:
             if self._file:  # an h5py.File is false once it is closed
                 self._commit()
                 self._file.close()
-                if sync:
-                    self._lock.sync()
-                self._lock.release()
+                try:
+                    if sync:
+                        self._lock.sync()
+                finally:
+                    self._lock.release()
         finally:
             self._mutex.release()
         return True
@@ -208,17 +219,15 @@ def open_writer(
 
 
 def _resume(path: Path, plan: Plan) -> Writer:
-    open_result(path).close()  # so that an unreadable file is reported as unreadable, and not as unwritable
+    with open_result(path):  # so that an unreadable file is reported as unreadable, and not as unwritable
+        pass
     lock = Lock(path)
-    file = None
     try:
-        file = open_result(path, "r+")
-        header = read_header(file)
-        refuse_different(path, compare(header.plan, plan))
-        return Writer(file, lock, path, header.plan)
+        with open_result(path) as file:
+            there = read_header(file).plan
+        refuse_different(path, compare(there, plan))
+        return Writer(open_to_write(path), lock, path, there)
     except BaseException:
-        if file is not None:
-            file.close()
         lock.release()
         raise
 
@@ -233,17 +242,9 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
                 if not overwrite:  # another process has created the file meanwhile
                     raise Busy(f"{path}: {WRITING}")
                 old = Lock(path)
-            file = h5py.File(draft, "w", locking=False, rdcc_nbytes=0)
+            file = netcdf.create(draft, locking=False, rdcc_nbytes=0)
             layout.lay_out(file, plan, origin, progress)
             file.flush()
-            if not RENAMES_OPEN_FILES:
-                file.close()
-                lock.release()
-                if old is not None:
-                    old.release()
-        if not RENAMES_OPEN_FILES:
-            lock = Lock(path)
-            file = open_result(path, "r+")
         return Writer(file, lock, path, plan)
     except BaseException as error:
         if file is not None:

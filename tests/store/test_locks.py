@@ -1,0 +1,153 @@
+"""A lock that the system refuses is neither damage nor another writer. Readers take no lock at all."""
+
+import errno
+import fcntl
+import os
+import shutil
+import subprocess
+import warnings
+
+import h5py
+import pytest
+
+from tests.support import fake
+from tests.support.process import python
+from vibrodrive.errors import Busy
+from vibrodrive.store.every_kind import load, summary
+from vibrodrive.store.lock import UNKNOWN, Unlocked
+from vibrodrive.store.reader import verify
+
+CONFIG = "[sweep]\nA = [3.0, 3.1]\n[run]\nperiods = 3\n"
+
+ERRORS = [*errno.errorcode, 524, 4444]
+"""All errors of the system, and two without a name, such as some network file systems return."""
+
+
+@pytest.fixture
+def part(tmp_path):
+    """Return the path of a file whose points are not computed yet."""
+    path = tmp_path / "part.h5"
+    fake.write(path, CONFIG, which=[])
+    return path
+
+
+def write(path):
+    """Write or resume a file, and return what the user meets: "" or the error, and the messages of warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            fake.write(path, CONFIG)
+        except (OSError, Busy) as error:
+            return error, [str(w.message) for w in caught]
+    assert {w.category for w in caught} <= {Unlocked}
+    return None, [str(w.message) for w in caught]
+
+
+def assert_right(number, path, error, said):
+    if number == errno.EAGAIN:  # the one that means a lock held by somebody
+        assert isinstance(error, Busy)
+        assert not said
+    elif number in UNKNOWN or number not in errno.errorcode:
+        assert error is None
+        assert said == [f"{path}: this file system has no locks; let only one process write this file"]
+        assert verify(path).complete
+    else:
+        assert (error.errno, error.filename) == (number, str(path))
+        assert not said
+    assert [word for word in ("damage", "overwrite", "h5.part") if word in str(error)] == []
+
+
+@pytest.mark.parametrize("number", ERRORS)
+def test_refused_lock_gives_the_words_of_the_system(tmp_path, part, monkeypatch, number):
+    def refuse(*arguments):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(fcntl, "fcntl", refuse)
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    assert load(part).computed == 0.0
+    assert summary(part, thorough=True).faults == []
+    for path in (tmp_path / "new.h5", part):
+        assert_right(number, path, *write(path))
+    if number != errno.EAGAIN:
+        assert {p.name for p in tmp_path.iterdir()} <= {"new.h5", "part.h5"}
+
+
+def test_second_kind_of_lock_excludes_a_second_writer(part, monkeypatch):
+    def unknown(*arguments):
+        raise OSError(errno.EINVAL, "")
+
+    monkeypatch.setattr(fcntl, "fcntl", unknown)
+    with open(part, "r+b") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        assert isinstance(write(part)[0], Busy)
+    assert write(part) == (None, [])
+
+
+def test_file_that_another_program_has_open_is_read(part):
+    """HDF5 locks a file that a notebook has open, and all handles of a process must agree about the lock."""
+    for mode in ("r", "a"):
+        for locking in (None, True, False, "best-effort"):
+            with h5py.File(part, mode, locking=locking):
+                assert load(part).computed == 0.0
+                assert summary(part).share == 0.0
+                if locking is not False:
+                    with pytest.raises(Busy, match=r"part.h5: open for (reading|writing) in this process"):
+                        fake.write(part, CONFIG)
+
+
+LIBRARY = """
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdlib.h>
+static int refuse(void) { errno = atoi(getenv("LOCK_ERRNO")); return -1; }
+int flock(int fd, int operation) { return refuse(); }
+#define CONTROL(name) int name(int fd, int command, ...) { \\
+    va_list more; va_start(more, command); void *argument = va_arg(more, void *); va_end(more); \\
+    if (command == F_SETLK || command == F_SETLKW || command == F_OFD_SETLK) return refuse(); \\
+    return ((int (*)(int, int, ...))dlsym(RTLD_NEXT, #name))(fd, command, argument); }
+CONTROL(fcntl)
+CONTROL(fcntl64)
+"""
+
+CHILD = """
+import os, sys
+from pathlib import Path
+from tests.store.test_locks import CONFIG, ERRORS, errno, load, part, verify, write
+folder = Path(sys.argv[1])
+for number in ERRORS:
+    if number == errno.EINTR: continue  # Python repeats such a call for ever
+    os.environ["LOCK_ERRNO"] = str(number)
+    assert load(folder / "part.h5").section.shape == (2, 3, 2)
+    assert verify(folder / "part.h5").sound
+    new = folder / f"{number}.h5"
+    error, said = write(new)
+    print(number, error or "written")
+"""
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("hdf5", ["", "BEST_EFFORT"])
+def test_locks_that_fail_in_the_system_itself(tmp_path, part, hdf5):
+    """A preloaded library refuses every lock, also those of HDF5, which HDF5_USE_FILE_LOCKING demands."""
+    compiler = shutil.which("cc")
+    if compiler is None or not os.path.exists("/proc"):
+        pytest.skip("needs a C compiler and LD_PRELOAD")
+    library = tmp_path / "nolock.so"
+    subprocess.run([compiler, "-shared", "-fPIC", "-x", "c", "-", "-o", library], input=LIBRARY, text=True, check=True)
+    demanded = {"HDF5_USE_FILE_LOCKING": hdf5} if hdf5 else {}
+    told = python(CHILD, tmp_path, LD_PRELOAD=str(library), LOCK_ERRNO="0", **demanded)
+    for line in told.splitlines():
+        number, said = line.split(maxsplit=1)
+        if int(number) == errno.EAGAIN:
+            assert "another process" in said
+        elif int(number) not in UNKNOWN and int(number) in errno.errorcode:
+            assert os.strerror(int(number)) in said
+            assert "HDF5" not in said
+        elif hdf5 and "written" not in said:
+            assert os.strerror(int(number)) in said
+            assert "HDF5_USE_FILE_LOCKING=FALSE turns it off" in said
+        else:
+            assert said == "written"
