@@ -47,7 +47,7 @@ _HOMES = {
     "driver": "jobs.driver",
     "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
-    "load": "store.every_kind",
+    "load": "store.load",
     "orbits": "periodic.search",
     "sweep": "jobs.call",
 }
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
     from vibrodrive.stability.questions import limit, start_limit, unique_limit
-    from vibrodrive.store.every_kind import load
+    from vibrodrive.store.load import load
 
 
 def __getattr__(name: str) -> Any:

@@ -21,7 +21,6 @@ __all__ = [
     "Different",
     "Failed",
     "NoResult",
-    "OtherKind",
     "TooLarge",
     "Unwritable",
     "VibrodriveError",
@@ -50,10 +49,6 @@ class NoResult(VibrodriveError, ValueError):
 
 class Damaged(NoResult):
     """A result file, or a block of its points, cannot be read."""
-
-
-class OtherKind(NoResult):
-    """A valid result file is of another kind than required. The message gives its kind."""
 
 
 class Busy(VibrodriveError, RuntimeError):

@@ -21,9 +21,9 @@ from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
+from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, ScanLike, Status
 from vibrodrive.model.keywords import as_written
-from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.physical import Scene

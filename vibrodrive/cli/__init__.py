@@ -18,10 +18,10 @@ import click
 from vibrodrive.cli.common import leave, same_command, say
 from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
-from vibrodrive.cli.files import info, verify
+from vibrodrive.cli.files import info
 from vibrodrive.cli.init import init
-from vibrodrive.cli.paper import paper
 from vibrodrive.cli.orbits import orbits
+from vibrodrive.cli.paper import paper
 from vibrodrive.cli.plot import plot
 from vibrodrive.cli.sweep import sweep
 from vibrodrive.cli.trajectory import trajectory
@@ -44,7 +44,7 @@ def cli() -> None:
     """
 
 
-for command in (init, sweep, plot, info, verify, trajectory, driver, orbits, paper, explore, validate):
+for command in (init, sweep, plot, info, trajectory, driver, orbits, paper, explore, validate):
     cli.add_command(command)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, scene_of, working
+from vibrodrive.cli.common import FILE, say, working
 from vibrodrive.errors import ConfigError, NoResult
 from vibrodrive.model import drawing
 from vibrodrive.model.kinds import FILES

@@ -88,7 +88,7 @@ def sweep(
     path = output or Path(config.stem + ".h5")
     if picture == Path():
         picture = path.with_suffix(".png")
-    check_output(path, config, "sweep", overwrite=overwrite, figures=[picture] if picture else [])
+    check_output(path, config, overwrite=overwrite, figures=[picture] if picture else [])
     if picture:
         check_drawing(settings.figure, plan)
     if dask is not None:

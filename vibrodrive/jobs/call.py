@@ -187,8 +187,8 @@ def _into_file(
     from vibrodrive.jobs.sweep import Job, run_in_place
     from vibrodrive.model.size import refuse_large_block
     from vibrodrive.model.toml import as_toml
-    from vibrodrive.store.every_kind import check_path, load
     from vibrodrive.store.layout import Origin
+    from vibrodrive.store.load import check_path, load
     from vibrodrive.store.place import check_output
 
     file = check_path(path)
@@ -196,7 +196,7 @@ def _into_file(
     if executor is not None:
         check_executor(executor)
     with _in_python():
-        check_output(file, None, "sweep", overwrite=overwrite)
+        check_output(file, None, overwrite=overwrite)
         refuse_large_block(plan, remote=executor is not None)
         job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
         raised = run_in_place(job, make_display(file.name))

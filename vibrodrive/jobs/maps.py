@@ -39,7 +39,7 @@ def read_overlays(files: Sequence[Path]) -> list[Any]:
     """Read what `plot --over` draws: results of limits, and tables of bifurcations. Raises ConfigError for other files."""
     from vibrodrive.jobs.orbits import read_bifurcations
     from vibrodrive.jobs.tables import ENDING
-    from vibrodrive.store.reader import load
+    from vibrodrive.store.load import load
 
     found: list[Any] = []
     for file in files:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import html_table, numbers, share_computed, span
-from vibrodrive.model.kinds import above
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import with_A_and_B

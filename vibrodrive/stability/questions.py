@@ -12,9 +12,9 @@ from typing import Any, TypeVar
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import slips
+from vibrodrive.model.above import above
 from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import as_written
-from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import check
 from vibrodrive.model.plan import Plan

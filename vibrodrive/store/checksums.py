@@ -1,17 +1,13 @@
 """Two layers of checksums, which detect every flipped bit of a file.
 
 HDF5's fletcher32 protects the bytes of a chunk (`jit.fletcher` computes the same sum faster). It does not detect that a
-chunk is in the wrong place or was never written, because the index of chunks has no checksum. Therefore this program
-adds a second layer:
+chunk is in the wrong place or was never written, because the index of chunks has no checksum. Therefore each
+point has a second checksum, of the values of all its variables and of the number of the point. The points of a block
+(one chunk of each variable) are written together. After a power failure the status of a block may be on the disk
+without the data of the block, or the index may be damaged. Only the checksums of the points detect these faults.
 
-- The file of a sweep grows, so each point has a checksum of the values of all its variables and of the number of the
-  point. The points of a block (one chunk of each variable) are written together. After a power failure the status of a
-  block may be on the disk without the data of the block, or the index may be damaged. Only the checksums of the points
-  detect these faults. The SHA-256 of the plan (model/plan.py) covers the axes.
-- A file that is written in one step has the SHA-256 of its contents.
-
-All files have the SHA-256 of the configuration as an attribute. The other numeric attributes are compared with the
-configuration, or with the plan of a sweep.
+The SHA-256 of the plan (model/plan.py) covers the axes, and that of the configuration its text. The other numeric
+attributes are compared with the plan.
 """
 
 import hashlib
@@ -23,7 +19,7 @@ import numpy as np
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.store.header import BROKEN
-from vibrodrive.store.layout import Progress, Tile, digest, variable_name, variables_of
+from vibrodrive.store.layout import Progress, Tile, variable_name, variables_of
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
@@ -129,41 +125,3 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
     if not np.array_equal(values["checksum"], sums):
         return "the values do not match their checksum"
     return None
-
-
-SEAL = "content_sha256"  # root attribute: SHA-256 of the contents of a file that is written in one step
-
-
-def find_faults(file: h5py.File) -> list[str]:
-    """Read the complete file, and return a text for each part that does not match its stored checksum."""
-    attrs = file.attrs
-    faults = []
-    if "config_sha256" in attrs and digest(str(attrs["config"])) != attrs["config_sha256"]:
-        faults.append("the SHA-256 of the configuration differs from the stored SHA-256")
-    for name, data in _datasets(file):
-        try:
-            data[...]
-        except BROKEN:
-            faults.append(f"{name}: wrong checksum")
-    if SEAL in attrs and not faults and content_digest(file) != attrs[SEAL]:
-        faults.append("the SHA-256 of the contents differs from the stored SHA-256")
-    return faults
-
-
-def content_digest(file: h5py.File) -> str:
-    """Return the SHA-256 of the names, shapes and values of all datasets."""
-    total = hashlib.sha256()
-    for name, data in _datasets(file):
-        values = data[...]
-        total.update(f"{name} {data.shape} {data.dtype.str}".encode())
-        if values.dtype.kind == "O":  # texts of variable length
-            total.update(np.array([len(v) for v in values.ravel()]).tobytes() + b"".join(values.ravel()))
-        else:
-            total.update(values.tobytes())
-    return total.hexdigest()
-
-
-def _datasets(file: h5py.File) -> list[tuple[str, h5py.Dataset]]:
-    found: list[tuple[str, h5py.Dataset]] = []
-    file.visititems(lambda name, item: found.append((name, item)) if isinstance(item, h5py.Dataset) else None)
-    return sorted(found, key=lambda pair: pair[0])

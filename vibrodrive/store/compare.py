@@ -1,15 +1,12 @@
-"""Comparison of a file with a configuration, or with a plan: the axes, parameters and settings of a sweep."""
+"""Comparison of the sweep in a file with another one: axes, parameters and settings."""
 
-from collections.abc import Collection, Mapping
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-from vibrodrive.errors import ConfigError, Different
+from vibrodrive.errors import Different
 from vibrodrive.model.plan import Plan
-from vibrodrive.store.describe import plain, settings_in_words
-from vibrodrive.store.header import origin_of
+from vibrodrive.store.describe import settings_in_words
 
 
 def refuse_different(path: Path, differences: list[str]) -> None:
@@ -21,48 +18,12 @@ def refuse_different(path: Path, differences: list[str]) -> None:
         )
 
 
-def differences(file: h5py.File, plan: Plan, own: Mapping[str, object]) -> list[str]:
-    """Return as texts the differences between a plan and an open file, which contains its configuration, but no plan.
-
-    `own` contains settings of the command, by the names of their root attributes. In the comparison they replace the
-    settings of the plan.
-    """
-    try:
-        there = origin_of(file).parsed().plan()
-    except ConfigError as error:
-        return [f"this version cannot read its configuration ({error})"]
-    different = {name: value for name, value in own.items() if file.attrs[name] != value}
-    found = [_difference(name, np.asarray(file.attrs[name]), np.asarray(value)) for name, value in different.items()]
-    return found + compare(there, plan, without=own)
-
-
-def altered(file: h5py.File, **own: object) -> list[str]:
-    """Return a text for each parameter, setting or range in the root attributes of an open file that contradicts the
-    configuration in the file.
-
-    No checksum covers these attributes. `own` contains the default values of the attributes that a command adds to its
-    files (`periods`, `max_period`), by name.
-    """
-    try:
-        config = origin_of(file).parsed()
-    except ConfigError:  # the configuration was written by another version
-        return []
-    plan = config.plan()
-    given = {name: value for name, value in (config.arguments | config.orbits).items() if name in own}
-    ranges = {f"range_{name}": (values.min(), values.max()) for name, values in plan.axes.items()}
-    expected = plain(plan) | ranges | own | given
-    wrong = [name for name in expected if name in file.attrs and not np.array_equal(file.attrs[name], expected[name])]
-    return [f"attribute {name}: changed after it was written" for name in wrong]
-
-
-def compare(stored: Plan, plan: Plan, without: Collection[str] = ()) -> list[str]:
-    """Return the differences between a stored plan and `plan` as texts. Names in `without` are not compared."""
+def compare(stored: Plan, plan: Plan) -> list[str]:
+    """Return the differences between a stored plan and `plan` as texts."""
     there, here = _flat(stored), _flat(plan)
     found = []
     for key in [*there, *(k for k in here if k not in there)]:
         a, b = there.get(key), here.get(key)
-        if key in without:
-            continue
         if a is None or b is None or a.tobytes() != b.tobytes():
             found.append(_difference(key, a, b))
     if not found and list(stored.axes) != list(plan.axes):

@@ -5,7 +5,6 @@ import errno
 import io
 import json
 import math
-import mmap
 import os
 import re
 import stat
@@ -17,19 +16,21 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Busy, Damaged, NoResult, OtherKind, Unwritable, VibrodriveError
-from vibrodrive.model.kinds import FILES
+from vibrodrive.errors import Busy, Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.names import AXES, Settings
 from vibrodrive.model.own import Own, as_record
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import RECORDS, SECTION, Quantity, quantities
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
-from vibrodrive.store.layout import Origin, coordinates, digest, variable_name
+from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, coordinates, digest, variable_name
 from vibrodrive.version import __version__
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Exceptions that h5py raises for bytes that it cannot interpret."""
+
+RESTORE = "restore or delete it"
+"""Advice for a file that cannot be read: nobody knows whether its results are elsewhere."""
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -84,7 +85,7 @@ def open_result(path: Path) -> Iterator[h5py.File]:
                 opened = h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
             except OSError as error:
                 what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
-                raise Damaged(f"{path}: {what}; {remedy(path)}") from error
+                raise Damaged(f"{path}: {what}; {RESTORE}") from error
             with opened as file:
                 yield file
     except Refused as refused:
@@ -117,11 +118,6 @@ def unwritable(error: BaseException, path: Path) -> Unwritable:
     return Unwritable(code, what, str(path))
 
 
-def remedy(path: Path) -> str:
-    """Return advice for a file that is too damaged to be read."""
-    return "restore it, or replace it with --overwrite" if has_our_names(path) else "restore or delete it"
-
-
 def damaged(path: str | Path, what: str) -> Damaged:
     """Return the error for a result file that can be opened, but has a fault."""
     return Damaged(f"{path}: damaged ({what}); restore it, or replace it with --overwrite")
@@ -141,7 +137,7 @@ def interpreting(path: str | Path) -> Iterator[None]:
         if isinstance(error, TypeError) and not _raised_by_h5py(error):
             raise
         what = " ".join(str(error).split())
-        raise Damaged(f"{path}: too damaged to be read ({what}); {remedy(Path(path))}") from error
+        raise Damaged(f"{path}: too damaged to be read ({what}); {RESTORE}") from error
 
 
 def _raised_by_h5py(error: BaseException) -> bool:
@@ -172,45 +168,26 @@ def is_ours(file: h5py.File) -> bool:
     return "kind" in file.attrs and "config_sha256" in file.attrs
 
 
-def has_our_names(path: Path) -> bool:
-    """Return True if an unreadable HDF5 file (truncated, damaged) has a word that only files of this program have."""
-    with open(path, "rb") as file:
-        if file.read(len(SIGNATURE)) != SIGNATURE:
-            return False
-        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
-            return any(content.find(word.encode()) >= 0 for kind in FILES.values() for word in kind.words)
-
-
-def kind_in(file: h5py.File, wanted: str | None = None) -> str:
-    """Return the kind of an open file, one of FILES. Raises NoResult, or OtherKind if the kind is not `wanted`."""
+def check_kind(file: h5py.File) -> None:
+    """Raise NoResult unless an open file is a sweep of a schema that this version reads."""
     path = file.filename
     with interpreting(path):
-        kind = str(file.attrs["kind"]) if is_ours(file) else None
-        if kind is None:
+        if not is_ours(file):
             raise NoResult(f"{path}: not a result file of vibrodrive")
-        if kind not in FILES:
-            raise of_another_version(file, f"kind = {kind!r}: must be one of {', '.join(FILES)}")
-    if wanted not in (None, kind):
-        made = f"(`vibrodrive {FILES[kind].command}`)"
-        raise OtherKind(f"{path}: must contain {FILES[str(wanted)].holds}, but contains {FILES[kind].holds} {made}")
-    return kind
+        if (kind := str(file.attrs["kind"])) != SWEEP:
+            raise NoResult(f"{path}: contains {kind}, a kind of file of before 0.1.0; {BEFORE.get(kind, NO_LONGER)}")
+        if (found := file.attrs.get(SCHEMA)) not in READABLE:
+            raise of_another_version(file, f"{SCHEMA} = {found}: must be {' or '.join(map(str, READABLE))}")
 
 
-def read_kind(path: Path) -> str:
-    """Return the kind of a result file. Raises the exceptions of `kind_in` and `open_result`."""
-    with open_result(path) as file:
-        return kind_in(file)
-
-
-def check_schema(file: h5py.File, kind: str) -> None:
-    """Raise NoResult if this version cannot read the schema of an open file."""
-    name, numbers = FILES[kind].schema, FILES[kind].readable
-    if not name:
-        return
-    with interpreting(file.filename):
-        found = file.attrs.get(name)
-        if found not in numbers:
-            raise of_another_version(file, f"{name} = {found}: must be {' or '.join(map(str, numbers))}")
+NO_LONGER = "this version neither reads nor writes it"
+BEFORE = {
+    "limits": 'compute them as a sweep with record = "limit"',
+    "failures": 'compute them as a sweep with record = "failures"',
+    "orbits": "`vibrodrive orbits CONFIG -o FILE.csv` writes a table instead",
+    "curves": "`vibrodrive orbits CONFIG -o FILE.csv` writes a table instead",
+}
+"""What to do about kinds of files that no release has written."""
 
 
 def of_another_version(file: h5py.File, what: str) -> NoResult:
@@ -222,13 +199,10 @@ def of_another_version(file: h5py.File, what: str) -> NoResult:
 
 
 @contextlib.contextmanager
-def reading(path: Path, kind: str | None = None) -> Iterator[h5py.File]:
-    """Open a file of the kind `kind`, or of any kind.
-
-    Raises the exceptions of `kind_in`, `open_result` and `interpreting`.
-    """
+def reading(path: Path) -> Iterator[h5py.File]:
+    """Open the file of a sweep. Raises the exceptions of `check_kind`, `open_result` and `interpreting`."""
     with open_result(path) as file:
-        check_schema(file, kind_in(file, kind))
+        check_kind(file)
         with interpreting(path):
             yield file
 
@@ -249,8 +223,7 @@ def origin_of(file: h5py.File) -> Origin:
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     path, attrs = file.filename, file.attrs
-    kind_in(file, "sweep")
-    check_schema(file, "sweep")
+    check_kind(file)
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:

@@ -24,7 +24,6 @@ import numpy as np
 
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import Config, parse
-from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import IMPACTS, SECTION
@@ -32,6 +31,9 @@ from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import explained, plain
 from vibrodrive.version import __version__
+
+SWEEP, SCHEMA, READABLE = "sweep", "schema_version", (3,)
+"""The kind of the file, the attribute with the number of its schema, and the schemas that this version reads."""
 
 MOTION_PERIOD = "motion_period"
 """Name of the quantity `period` of a summary in files, where `period` is a dimension of the section."""
@@ -113,14 +115,14 @@ def digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def about(kind: str, origin: Origin) -> dict[str, Any]:
-    """Return the root attributes of files of every kind.
+def about(origin: Origin) -> dict[str, Any]:
+    """Return the root attributes that do not depend on the plan.
 
     They contain no date, so that two runs of one configuration give equal files.
     """
     return {
         "Conventions": "CF-1.10",
-        "kind": kind,
+        "kind": SWEEP,
         "title": origin.title,
         "config": origin.config,
         "config_sha256": digest(origin.config),
@@ -259,10 +261,9 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     if plan.together:
         parts["points"] = digests(plan.together)
     outline = json.dumps(parts)
-    kind = FILES["sweep"]
-    return about("sweep", origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
+    return about(origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
         **explained(CONTENTS, plain(plan)),
-        kind.schema: kind.readable[-1],
+        SCHEMA: READABLE[-1],
         "plan": outline,
         "plan_sha256": digest(outline),
     }

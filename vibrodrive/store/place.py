@@ -11,7 +11,6 @@ from pathlib import Path
 
 from vibrodrive.errors import ConfigError, Damaged, NoResult
 from vibrodrive.model.drawing import FORMATS
-from vibrodrive.model.kinds import FILES
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import draft_of
 
@@ -45,13 +44,12 @@ def _check_replaced(role: str, target: Path, sources: Mapping[str, Path]) -> Non
                 raise ConfigError(bad(role, str(target), "another file, because this file contains data (HDF5)"))
 
 
-def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
+def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
     """Raise ConfigError if a result file cannot be written, or if output files would replace each other or an input.
 
-    An existing file of this kind is resumed; its configuration is compared later. With `overwrite` an existing result
-    file of any kind is replaced.
+    An existing result file is resumed; its configuration is compared later. With `overwrite` it is replaced.
     """
-    from vibrodrive.store.header import read_kind
+    from vibrodrive.store.header import reading
 
     source = {} if config is None else {"configuration": config}
     check_different({**source, "output": path})
@@ -68,37 +66,29 @@ def check_output(path: Path, config: Path | None, kind: str, *, overwrite: bool,
     if not path.exists():
         return
     try:
-        found = read_kind(path)
+        with reading(path):
+            pass
     except Damaged:
         raise
     except NoResult as error:
         why = str(error).removeprefix(f"{path}: ")
         advice = "choose another file, because --overwrite replaces only result files"
         raise ConfigError(f"output = {str(path)!r}: {why}; {advice}") from None
-    if found != kind:
-        held = f"a file of {FILES[kind].holds}, but contains {FILES[found].holds}; choose another file with -o"
-        raise ConfigError(bad("output", str(path), held))
 
 
 def refuse_foreign(path: Path) -> None:
     """Raise NoResult for an existing file that is no result file of this program. Only result files may be replaced.
 
-    A damaged result file may be replaced if it can be recognised. Call this function again directly before a file is
-    replaced.
+    A damaged file may be replaced if it can be recognised. Call this function again directly before a file is replaced.
     """
-    from vibrodrive.store.header import BROKEN, has_our_names, is_ours, open_result
+    from vibrodrive.store.header import interpreting, is_ours, open_result
 
     if not path.exists():
         return
     try:
-        with open_result(path) as file:
-            try:
-                ours = is_ours(file)
-            except BROKEN:
-                ours = has_our_names(path)
+        with open_result(path) as file, interpreting(path):
+            ours = is_ours(file)
     except NoResult as error:
-        if isinstance(error, Damaged) and has_our_names(path):
-            return
         raise NoResult(f"{error}; --overwrite replaces only result files") from None
     if not ours:
         raise NoResult(f"{path}: not a result file of vibrodrive; --overwrite replaces only result files")

@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Different
+from vibrodrive.errors import ConfigError, Different
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, numbers
 from vibrodrive.model.names import SCENE_AXES
@@ -18,8 +18,17 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses
 from vibrodrive.store.checksums import check_block, check_blocks, read_marks
+from vibrodrive.store.compare import compare
 from vibrodrive.store.describe import acting
-from vibrodrive.store.header import Header, damaged_descriptions, identity, interpreting, open_result, read_header
+from vibrodrive.store.header import (
+    Header,
+    damaged_descriptions,
+    identity,
+    interpreting,
+    open_result,
+    read_header,
+    reading,
+)
 from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, variable_name
 
 
@@ -177,7 +186,7 @@ class Report:
 
 def look(path: Path) -> Report:
     """Return the progress of a file without reading its sections. Raises the exceptions of `load`."""
-    with open_result(path) as file:
+    with reading(path) as file:
         header = read_header(file)
         status, done, wrong = read_marks(file, tiles(header.plan))
         return Report(header, done, count_statuses(status), wrong, [])
@@ -185,9 +194,12 @@ def look(path: Path) -> Report:
 
 def verify(path: Path, progress: Progress = quiet) -> Report:
     """Read all finished blocks, check their checksums and count the statuses. Raises the exceptions of `load`."""
-    with open_result(path) as file:
+    with reading(path) as file:
         header = read_header(file)
         plan = header.plan
         status, done, wrong = check_blocks(file, tiles(plan), plan, progress)
         general = [f"{name}: changed after it was written" for name in damaged_descriptions(file, plan)]
-        return Report(header, done, count_statuses(status), wrong, general)
+    with contextlib.suppress(ConfigError):  # the configuration was written by another version
+        written = compare(plan, header.origin.parsed().plan())
+        general += [f"the configuration and the file differ: {what}" for what in written]
+    return Report(header, done, count_statuses(status), wrong, general)

@@ -8,6 +8,7 @@ that finish within GROUP_SECONDS of each other are committed together.
 from __future__ import annotations
 
 import contextlib
+import errno
 import math
 import time
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Busy, Damaged
+from vibrodrive.errors import Busy, Damaged, Unwritable
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
@@ -26,7 +27,6 @@ from vibrodrive.store import layout, netcdf
 from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, section_sums
 from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
-from vibrodrive.store.file import refuse_moved
 from vibrodrive.store.header import (
     damaged,
     damaged_descriptions,
@@ -173,8 +173,8 @@ class Writer:
             raise self._refused(error) from None
 
     def _commit(self) -> None:
-        if self._pending:
-            refuse_moved(self.path)
+        if self._pending and not self.path.exists():  # further data would be lost
+            raise Unwritable(errno.ENOENT, "moved or deleted while it was written", str(self.path))
         self._flush()
         for k, status in self._pending.items():
             self._put(k, "status", status)

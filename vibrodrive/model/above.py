@@ -1,0 +1,22 @@
+"""Functions of higher layers that lower layers call, for methods such as `Results.plot`.
+
+No layer imports a higher layer. These functions are imported on first use, so that a command loads only what it needs:
+mainly Matplotlib comes late. A test imports all of them.
+"""
+
+from importlib import import_module
+from typing import Any
+
+ABOVE = {
+    "a Dataset of results": "store.dataset:dataset",
+    "the figure of results": "figures.diagrams:from_results",
+    "the figure of a motion": "figures.curves:trajectory_figure",
+    "the progress of a call": "jobs.progress:under_way",
+}
+"""Places "module:name" below `vibrodrive`. The key is the argument of `above`."""
+
+
+def above(what: str) -> Any:
+    """Import the object of an entry of ABOVE."""
+    module, _, name = ABOVE[what].partition(":")
+    return getattr(import_module(f"vibrodrive.{module}"), name)

@@ -1,0 +1,60 @@
+"""`vd.load`: the results in a file."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vibrodrive.model.parameters import bad, is_name
+from vibrodrive.store.header import reading
+from vibrodrive.store.reader import read
+
+if TYPE_CHECKING:
+    from vibrodrive.model.results import Results
+
+
+def load(path: str | Path) -> Results:
+    """Read a result file, finished or not.
+
+    Parameters
+    ----------
+    path : str or path
+        a file written by `vibrodrive sweep` or by `vd.sweep(..., path=…)`.
+
+    Returns
+    -------
+    Results
+        as from `sweep`, with the title of the configuration. The arrays are read on access, even while the sweep is
+        running. Damaged blocks count as not computed; a warning names them.
+
+    Raises
+    ------
+    NoResult
+        if `path` is not a result file of this version. All exceptions of this function are in `vibrodrive.errors`.
+    Damaged (a NoResult)
+        if the file cannot be read.
+    TypeError, ValueError
+        if `path` is not a file name.
+    OSError
+        if the system cannot open the file.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> r = vd.load("fig07.h5")  # made by `vibrodrive sweep configs/fig07.toml`
+    >>> r.axes["eps"], r.computed
+    (array([0.    , 0.0002]), 1.0)
+    """
+    path = check_path(path)
+    with reading(path) as file:
+        return read(file)
+
+
+def check_path(path: object) -> Path:
+    """Return a file name as Path. Raises TypeError or ValueError with a sentence that names the value of `path`."""
+    if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
+        raise TypeError(bad("path", path, "the name of a result file"))
+    if not is_name(os.fspath(path)):
+        raise ValueError(bad("path", path, "the name of a result file"))
+    return Path(path)
