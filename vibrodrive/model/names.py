@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from vibrodrive.model.choices import IN_LANES, Method, Scan
+from vibrodrive.model.choices import IN_LANES, Method
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -103,7 +103,6 @@ each point."""
 
 SETTINGS: dict[str, Name] = {
     "method": Name("method of finding switches", "method", "", "switching", Method.CERTIFIED, choices=Method),
-    "scan": Name("scan of the grid", "scan", "", "switching", Scan.SKIP, choices=Scan),
     "transient": Name(
         "excitation periods before the record begins", "transient", "", "run", 1000, slider=(0, 2000, 10)
     ),
@@ -142,7 +141,6 @@ class Settings:
     """Settings common to all points of a sweep."""
 
     method: int = _default("method")
-    scan: int = _default("scan")
     transient: int = _default("transient")
     periods: int = _default("periods")
     budget: int = _default("budget")
@@ -154,18 +152,13 @@ class Settings:
 
     @property
     def words(self) -> dict[str, int | str]:
-        """All settings by name, with method and scan as in a configuration."""
-        return vars(self) | {"method": self.method_name, "scan": Scan(self.scan).name.lower()}
-
-    @property
-    def literal(self) -> bool:
-        """True if every grid point is visited. It is False for `certified`, which has no grid."""
-        return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
+        """All settings by name, with the method as in a configuration."""
+        return vars(self) | {"method": self.method_name}
 
     @property
     def one_by_one(self) -> bool:
         """True if the points of a sweep are computed one by one, not in batches."""
-        return self.literal or self.method not in IN_LANES
+        return self.method not in IN_LANES
 
     def work(self, eps: float, eta: float, dtau: float, bounded: bool) -> float:
         """Return the estimated work of one point, with error bounds if `bounded`, in units of one undisturbed period.
@@ -174,8 +167,6 @@ class Settings:
         not depend on the machine.
         """
         period = 4.0 + eps * eta * eta + eta / 64.0 if eps > 0.0 else 1.0
-        if self.literal:
-            period += 2.0 * math.pi / dtau / 256.0
-        elif bounded:
+        if bounded:
             period *= 10.0
         return (self.transient + self.periods) * period

@@ -13,7 +13,7 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import slips
 from vibrodrive.model.above import above
-from vibrodrive.model.choices import MethodLike, ScanLike
+from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import check
@@ -46,7 +46,6 @@ def limit(
     transient: int = 1000,
     periods: int = PERIODS,
     section_phase: float = 0.0,
-    scan: ScanLike = "skip",
     budget: int = 100_000,
     threads: int | None = None,
 ) -> Limit:
@@ -73,7 +72,7 @@ def limit(
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
-    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
+    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget
         as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
         number of threads; by default the number of threads of Numba.
@@ -206,7 +205,6 @@ def unique_limit(
     tau0: float = 0.0,
     transient: int = 1000,
     periods: int = PERIODS,
-    scan: ScanLike = "skip",
     budget: int = 100_000,
     threads: int | None = None,
 ) -> UniqueLimit:
@@ -218,7 +216,7 @@ def unique_limit(
         excitation amplitude, dimensionless like all parameters.
     disturbance, method, eps, dtau
         as in `limit`.
-    B, eta, tol, tau0, transient, periods, scan, budget
+    B, eta, tol, tau0, transient, periods, budget
         as in `simulate`; they apply to each disturbed motion. The starts ξ0 and ξ'0 form a lattice that the function
         chooses. Two motions count as one if they agree over the last 64 recorded periods.
     threads : int, optional
