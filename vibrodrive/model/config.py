@@ -37,7 +37,7 @@ from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANT
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
 from vibrodrive.model.physical import Scene, check_scene
-from vibrodrive.model.plan import POINT, Plan, make_plan
+from vibrodrive.model.plan import POINT, Plan, check_at, make_plan
 from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
 
@@ -221,23 +221,15 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene
     return physical
 
 
-def _check(key: str, value: object, place: str) -> float:
-    """Return one value of an axis as a float, checked; `place` is its name in the error message."""
-    try:
-        return check_scene(key, value) if key in SCENE_AXES else check(key, value)
-    except (TypeError, ValueError) as error:
-        raise type(error)(str(error).replace(key, place, 1)) from None
-
-
 def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
     place = f"{table}.{key}"
     if isinstance(value, dict):
         return _range(key, value, place)
     if not isinstance(value, list):
-        return _check(key, value, place)
+        return check_at(key, value, place)
     if not value:
         raise ValueError(bad(place, value, "a list with at least one value"))
-    return np.array([_check(key, v, f"{place}[{i}]") for i, v in enumerate(value)])
+    return np.array([check_at(key, v, f"{place}[{i}]") for i, v in enumerate(value)])
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
@@ -268,7 +260,7 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     for k in keys[:3]:
         if k not in table:
             raise ValueError(f"{where}.{k} is missing: must be given, because a range needs start, stop and num")
-    ends = [_check(key, table[k], f"{where}.{k}") for k in ("start", "stop")]
+    ends = [check_at(key, table[k], f"{where}.{k}") for k in ("start", "stop")]
     num = check_count(f"{where}.num", table["num"], 1)
     scale = table.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):

@@ -253,9 +253,12 @@ class Scene:
 def _numbers(key: str, value: object) -> Any:
     """Return a number as a float, a sequence of numbers as a NumPy array, and an array of any library as it is.
 
-    Raises TypeError with the sentence of `bad`.
+    An array keeps its mask, its labels and its missing values. Raises TypeError with the sentence of `bad`.
     """
-    array = real_array(key, value, "a number or an array of numbers")
-    if hasattr(value, "dtype"):
-        return value
-    return float(array) if array.ndim == 0 else array
+    import numpy as np
+
+    known = value.data if isinstance(value, np.ma.MaskedArray) else value
+    array = real_array(key, known, "a number or an array of numbers")
+    if not hasattr(value, "dtype"):
+        return float(array) if array.ndim == 0 else array
+    return value.astype(float) if getattr(value.dtype, "kind", "") == "O" else value  # type: ignore[attr-defined]
