@@ -13,7 +13,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.described import html_table, numbers, share_computed, span
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import Settings
-from vibrodrive.model.parameters import bad, real_number
+from vibrodrive.model.parameters import bad, did_you_mean, real_number
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, quantities
@@ -197,7 +197,8 @@ class Results:
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name.startswith("_") or name not in _WHERE:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            hint = "" if name.startswith("_") else did_you_mean(name, [n for n in (*dir(self), *_WHERE) if n[0] != "_"])
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
         if name not in (q.name for q in quantities(self.record)):
             raise AttributeError(
                 bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}", which contains {name}')
