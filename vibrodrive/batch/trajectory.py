@@ -29,6 +29,7 @@ from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
+from vibrodrive.model.slips import forgotten, unlikely, warn
 
 if TYPE_CHECKING:
     import pandas
@@ -410,6 +411,12 @@ def simulate(
     TypeError, ValueError
         if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
 
+    Warns
+    -----
+    UserWarning
+        for values that are probably a mistake: a section_phase in degrees; ε in per cent; a dtau above 2π; the default
+        B with the A of a `Scene` that has another B.
+
     Examples
     --------
     At A = 3.04 the motion repeats after two excitation periods:
@@ -428,6 +435,7 @@ def simulate(
     refuse_idle(plan, written)
     for name, values in plan.axes.items():
         raise TypeError(f"{name} = array of length {len(values)}: must be one number (for an axis use `sweep`)")
+    warn([*unlikely(plan), *forgotten(A, B)])
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
     with above("the progress of a call")("simulate"):

@@ -110,12 +110,14 @@ def judge_idle(settings: Config) -> None:
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:
-    """Print a warning if all points have the same likely mistake. Without `always`, check only values in SI units."""
-    from vibrodrive.model.slips import slip
+    """Print a warning of likely mistakes. Without `always`, A and B are judged only if they are those of a scene."""
+    from vibrodrive.model.slips import slip, unlikely
 
+    plan = settings.plan()
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
-    if (always or of_scene) and (said := slip(settings.plan().ends())):
-        say(f"warning: {said}")
+    said = [*(slip(plan.ends()) if always or of_scene else ()), *unlikely(plan)]
+    if said:
+        say(f"warning: {'; '.join(said)}")
 
 
 def scene_of(settings: Config) -> Scene | None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from vibrodrive.model.parameters import bad, real_array, real_number
-from vibrodrive.model.slips import warn_of_slip
+from vibrodrive.model.slips import OfScene, slip, warn
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -187,7 +187,7 @@ class Scene:
             omega0 = 2.0 * math.pi * check_scene("frequency", frequency)
         self._take({"a0": a0, "omega0": omega0, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         if self.a0 > 0.0 and math.isfinite(self.A):  # a scene with a0 = 0 gives only B and the units
-            warn_of_slip([(self.A, self.B, 0.0, 1.0)])
+            warn(slip([(self.A, self.B, 0.0, 1.0)]))
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
@@ -213,7 +213,7 @@ class Scene:
     @property
     def A(self) -> float:
         """Excitation amplitude A = Ω0² a0 / (μ g cos α)."""
-        return amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g)
+        return OfScene(amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g), self.B)
 
     @property
     def B(self) -> float:

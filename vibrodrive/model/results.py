@@ -18,6 +18,7 @@ from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, quantities
 from vibrodrive.model.size import refuse_large_results
+from vibrodrive.model.slips import warn
 from vibrodrive.model.statuses import Statuses, count_statuses
 
 if TYPE_CHECKING:
@@ -267,6 +268,12 @@ class Results:
         TypeError, ValueError
             if a name is not an axis of these results, or if the axis does not contain the value.
 
+        Warns
+        -----
+        UserWarning
+            if the nearest value, without a tolerance, is an end of the axis, and `value` is beyond it by more than the
+            largest step of the axis.
+
         Examples
         --------
         >>> import vibrodrive as vd
@@ -471,4 +478,7 @@ def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> i
         else:
             allowed = f"within {reach:g} of {allowed}, of which the nearest is {axis[at].item()!r}"
         raise ValueError(bad(name, value, allowed))
+    step = np.diff(np.sort(axis)).max() if len(axis) > 1 else abs(axis[0])
+    if reach == np.inf and not axis.min() - step <= x <= axis.max() + step:
+        warn([f"{name} = {x:g}: outside of the axis, {axis.min():g} to {axis.max():g}; {axis[at]:g} is selected"])
     return at
