@@ -18,7 +18,8 @@
     [limits]               # quantity ("k2", "k1", "ku"), criterion ("impacts") of k2 (stability/criterion.py)
     [orbits]               # max_period: longest period of the orbits that `orbits` finds
 
-Each parameter is given once. An option of the command line replaces the value in the file, in any table.
+Each parameter is given once. An option of the command line replaces the value in the file, in any table. An option for
+the method also removes `dtau` and `tol` of the file if this method does not use them.
 """
 
 import os
@@ -33,6 +34,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.errors import ConfigError
+from vibrodrive.model.choices import ACTS_ON
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
@@ -120,6 +122,8 @@ def _text_of(path: Path) -> str:
         raise ConfigError(f"must be a configuration file, but is {what}")
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
+    if content.startswith(b"\x89HDF"):
+        raise ConfigError(f"must be a configuration, but is a result file; `vibrodrive plot {path}` draws it")
     if len(content) > MOST_BYTES:
         instead = "give a long axis as a range {start, stop, num}, or as an array to vd.sweep(..., path=…)"
         raise ConfigError(f"must be at most {MOST_BYTES >> 20} MiB; {instead}")
@@ -354,6 +358,15 @@ def _override(tables: dict[str, Any], option: str) -> None:
     if path[-1] in _TABLES and len(path) == 1:
         raise ConfigError(bad("--set", option, "TABLE.KEY=VALUE"))
     table[path[-1]] = value["value"]
+    if path[-1] == "method":
+        _leave_out_idle(table)
+
+
+def _leave_out_idle(switching: dict[str, Any]) -> None:
+    """Remove the parameters that were meant for another method of the file."""
+    for key, methods in ACTS_ON.items():
+        if str(switching["method"]).upper() not in [method.name for method in methods]:
+            switching.pop(key, None)
 
 
 _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCENE, **HOMES, **_EXTRAS}
