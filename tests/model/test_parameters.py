@@ -113,6 +113,14 @@ def test_scene_accepts_a_frequency_in_hertz_instead_of_omega0():
             Scene(**rest, **given)
 
 
+def test_a_scene_is_a_table_in_a_notebook():
+    table = Scene(**SCENE)._repr_html_()
+    for name, text in (("a0", "4 mm"), ("omega0", "150 rad/s"), ("mu", "0.6"), ("alpha", "10 °"), ("mass", "250 kg")):
+        assert f"<tr><th>{name}</th><td>{text}</td></tr>" in table
+    assert "<th>A</th>" in table
+    assert "<th>A</th>" not in Scene(**SCENE | {"a0": 0.0})._repr_html_()  # such a scene gives only B and the units
+
+
 def test_slip_is_named_if_all_points_have_it():
     odd = {"swapped": (0.1, 3.04, 0.0, 101.0), "SI units": (340.0, 0.1, 0, 1)}
     for words, point in odd.items():

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.describe import described
+from vibrodrive.batch.describe import described, long_summary
 from vibrodrive.batch.frames import Table, frame
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import new_errors
@@ -190,6 +190,14 @@ class Trajectory:
         how = f"{method}, {a['transient']} + {a['periods']} periods"
         found = f"{len(self.switches)} switches, {len(self.impacts)} main impacts; {self.status}"
         return f"<Trajectory {', '.join(start)}: {how}; {found}, margin {self.margin:.2g}>"
+
+    @property
+    def period(self) -> int:
+        """Period of the motion in excitation periods, as in a summary: 0 if it does not repeat within 64 periods.
+
+        It is computed at each access, from 256 periods if fewer are recorded.
+        """
+        return int(long_summary(self._plan)["period"])
 
     def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
         """Return the switches, the main impacts or the section points as a table.

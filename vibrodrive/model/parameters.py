@@ -64,7 +64,7 @@ def has_control(text: str) -> bool:
     return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
 
 
-def plain(key: str, value: object, allowed: str) -> object:
+def as_number(key: str, value: object, allowed: str) -> object:
     """Return a number or an array without dimensions, of NumPy, xarray or another library, as a number of Python.
 
     Any other value is returned unchanged. Raises TypeError with the sentence of `bad` for a masked value, for a time,
@@ -98,7 +98,7 @@ def refuse_unit(key: str, value: object, allowed: str) -> None:
 
 def real_number(key: str, value: object, allowed: str) -> float:
     """Return a real number as a float, ±inf if it is too large. Raises TypeError with the sentence of `bad`."""
-    number = plain(key, value, allowed)
+    number = as_number(key, value, allowed)
     if isinstance(number, bool) or not isinstance(number, numbers.Real):
         raise TypeError(bad(key, value, allowed))
     try:
@@ -157,7 +157,7 @@ def check(name: str, value: object) -> float:
 def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
     """Cast an integer setting to int. Raises TypeError or ValueError with the sentence of `bad`."""
     allowed = f"an integer >= {low}"
-    value = plain(name, value, allowed)
+    value = as_number(name, value, allowed)
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise TypeError(bad(name, value, allowed))
     value = int(value)

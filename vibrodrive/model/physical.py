@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from vibrodrive.model.names import SCENE
+from vibrodrive.model.notebook import html_table
 from vibrodrive.model.parameters import bad, real_array, real_number
 from vibrodrive.model.slips import OfScene, slip, warn
 
@@ -199,6 +201,12 @@ class Scene:
     def _take(self, values: Mapping[str, object]) -> None:
         for key, value in values.items():
             object.__setattr__(self, key, check_scene(key, value))
+
+    def _repr_html_(self) -> str:
+        values = {name: (getattr(self, name, None), row) for name, row in SCENE.items()}
+        rows = {name: f"{x * row.scale:.6g} {row.shown}".strip() for name, (x, row) in values.items() if x}
+        rows |= {"frequency": f"{self.frequency:.6g} Hz", "B": f"{self.B:.6g}"}
+        return html_table("Scene", (rows | ({"A": f"{self.A:.6g}"} if self.a0 else {})).items())
 
     @property
     def frequency(self) -> float:

@@ -9,12 +9,9 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vibrodrive.model.names import PARAMETERS, TURN
-
-if TYPE_CHECKING:
-    from vibrodrive.model.plan import Plan
 
 LARGE = 100.0  # warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation
 
@@ -36,8 +33,8 @@ def slip(points: Iterable[tuple[float, float, float, float]]) -> list[str]:
     return said
 
 
-def unlikely(plan: Plan) -> list[str]:
-    """Return a sentence for each likely mistake in the values of a plan."""
+def unlikely(plan: Any) -> list[str]:
+    """Return a sentence for each likely mistake in the values of a Plan."""
     import numpy as np
 
     said = []
