@@ -532,6 +532,8 @@ def test_unused_parameters_are_refused_as_in_python(run, quick):
             code, out, err = run(command, "idle.toml", *more)
             assert (code, out, err.count("\n")) == (2, "", 1)
             assert f"{name}: {told}" in err
+    err = run("sweep", "idle.toml", "--set", "tol=1e-9", "--set", "method=fixed")[2]
+    assert "tol = 1e-09: must be left out with method = 'fixed'" in err
 
 
 def test_option_for_the_method_leaves_out_what_it_does_not_use(run, quick):

@@ -142,7 +142,7 @@ ODD = [
     ({"eps": [1.5, 3.0]}, r"eps = 1\.5: ε is a share"),
 ]
 USUAL = [
-    {"section_phase": [-math.pi, 2 * math.pi]},
+    {"section_phase": [-math.pi, 7.0]},
     {"A": (2, 5, 10)},
     {"eta": [1.0, 10.0, 100.0]},
     {"A": np.linspace(2, 5, 300), "eps": [0.0, 1e-6, 1e-3]},

@@ -79,7 +79,7 @@ def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config
     from vibrodrive.model import config as configuration
 
     flags = (f"switching.method={method}",) if method else ()
-    return configuration.read(config, (*flags, *overrides))
+    return configuration.read(config, (*overrides, *flags))
 
 
 def refuse_axes(plan: Plan) -> None:

@@ -140,8 +140,8 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
         raise ConfigError(f"invalid TOML: {error}") from None
     except RecursionError:
         raise ConfigError("invalid TOML: lists or tables are nested too deeply") from None
-    for option in overrides:
-        _override(tables, option)
+    for option in sorted(overrides, key=lambda option: "method" not in option.partition("=")[0]):
+        _override(tables, option)  # the method first, because it removes parameters of the file, not of other options
     try:
         return _checked(tables, text, tuple(overrides))
     except (TypeError, ValueError) as error:
@@ -363,7 +363,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
 
 
 def _leave_out_idle(switching: dict[str, Any]) -> None:
-    """Remove the parameters that were meant for another method of the file."""
+    """Remove the parameters of a file that were meant for its own method."""
     for key, methods in ACTS_ON.items():
         if str(switching["method"]).upper() not in [method.name for method in methods]:
             switching.pop(key, None)

@@ -45,11 +45,12 @@ def unlikely(plan: Any) -> list[str]:
         start, stop, num = axis.tolist() if len(axis) == 3 else (0.0, 0.0, 0.0)
         if start < stop and num >= 20 and num == round(num) and num - stop > 20 * (stop - start):
             ends = f"{start:g}, {stop:g}, {num:g}"
-            said.append(f"{name} = {ends}: these are three values (is a range meant, numpy.linspace({ends})?)")
+            meant = f"numpy.linspace({ends}) or, in a configuration, {{start, stop, num}}"
+            said.append(f"{name} = {ends}: these are three values (is a range meant, {meant}?)")
     given: dict[str, Any] = {**plan.scalars, **plan.together, **plan.axes}
     phases, step = np.ravel(given["section_phase"]), np.max(given["dtau"])
     phase = phases[np.abs(phases).argmax()]
-    if abs(phase) > TURN:
+    if abs(phase) > 2.0 * TURN:
         said.append(f"section_phase = {phase:g}: a phase is in radians, usually below 2π (is it in degrees?)")
     if step > TURN:
         said.append(f"dtau = {step:g}: the step of the grid is longer than the excitation period, 2π")
