@@ -240,13 +240,14 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
         arguments["periods"] = drawn.pop("periods")
     target = output or Path(config.stem + "_trajectory.png")  # CONFIG.png is the diagram of a sweep
     check_figure(target, {"configuration": config})
-    from vibrodrive import simulate
+    from vibrodrive.batch.trajectory import follow
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.figures.curves import FIRST
     from vibrodrive.figures.style import save
+    from vibrodrive.model.plan import make_plan
 
     with working(config.stem):
-        motion = simulate(**arguments)
+        motion = follow(make_plan(arguments))
         shown = None if told else FIRST
         figure = figures.trajectory_figure(motion, **drawn, shown=shown, **settings.look)
         words = motion.describe(scene_of(settings))

@@ -25,8 +25,13 @@ class _Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words = pairwise([*args, ""])
-        alone = ("--plot=" if w == "--plot" and not after.lower().endswith(FORMATS) else w for w, after in words)
-        return super().parse_args(ctx, list(alone))
+        alone = ["--plot=" if w == "--plot" and not after.lower().endswith(FORMATS) else w for w, after in words]
+        try:
+            return super().parse_args(ctx, alone)
+        except click.UsageError:
+            if "--plot" not in args[:-1] or args[args.index("--plot") + 1].startswith("-"):
+                raise
+            return super().parse_args(ctx, args)  # CONFIG is elsewhere, so the value is a figure of another format
 
 
 def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:

@@ -18,6 +18,7 @@ from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.results import Results
+from vibrodrive.model.slips import forgotten, unlikely, warn
 
 OWN = ("path", "overwrite", "threads", "executor")  # keywords that do not change the results
 
@@ -98,6 +99,13 @@ def sweep(
     OSError
         if the system refuses to read or write the file.
 
+    Warns
+    -----
+    UserWarning
+        for values that are probably a mistake: a section_phase in degrees; ε in per cent; a dtau above 2π; the default
+        B with the A of a `Scene` that has another B; a value twice on an axis; (start, stop, num) as three
+        values of an axis.
+
     Examples
     --------
     A small bifurcation diagram, with and without a disturbance:
@@ -136,6 +144,7 @@ def sweep(
     if not isinstance(overwrite, bool):
         raise TypeError(bad("overwrite", overwrite, "True or False"))
     refuse_idle(plan, written)
+    warn([*unlikely(plan), *forgotten(A, B)])
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:

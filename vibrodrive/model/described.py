@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from html import escape
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from vibrodrive.model.kinds import FILES
+from vibrodrive.model.notebook import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,11 +64,6 @@ class Stored:
 
     def _repr_html_(self) -> str:
         return html_table(type(self).__name__, [("title", self.title), *self.lines()])
-
-
-def html_table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
-    cells = [f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows if text]
-    return f"<table><caption>{caption}</caption>{''.join(cells)}</table>"
 
 
 LABELS = {"axes": "axis", "ranges": "range", "parameters": "fixed"}

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibrodrive.model.choices import ACTS_ON, Method, Scan, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
-from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, unknown
+from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
 from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import ERROR, SECTION, SUMMARY, Quantity, check_record, point_bytes, quantities
 
@@ -237,13 +237,12 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
     if value is None and key in PARAMETERS:
         if PARAMETERS[key].default is None:
             raise TypeError(bad(key, value, PARAMETERS[key].allowed))
-    elif _is_scalar(key, value):
-        number = value.item() if isinstance(value, np.ndarray) else value
-        scalars[key] = check_scene(key, number) if key in SCENE else check(key, number)
-    elif key in SCENE:
-        axes[key] = np.array([check_scene(key, v) for v in np.asarray(value).tolist()])
+        return
+    values = _checked(key, value)
+    if values.ndim:
+        axes[key] = values
     else:
-        axes[key] = _axis(key, value)
+        scalars[key] = float(values)
 
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
@@ -257,14 +256,27 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
             raise ValueError(unknown("key of points", name, COLUMNS))
         if arguments.get(name) is not None:
             raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
-        if _is_scalar(f"points.{name}", value[name]):
+        found[name] = _checked(name, value[name], "points.")
+        if found[name].ndim == 0:
             raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
-        found[name] = _axis(name, value[name], "points.")
+    labels = {name: labels for name in found if (labels := _labels(value[name])) is not None}
+    for name in labels:
+        if not labels[name].equals(labels[first := next(iter(labels))]):
+            allowed = f"in the order of the labels of points.{first}, or an array without labels"
+            raise ValueError(bad(f"points.{name}", value[name], allowed))
     lengths = {name: len(values) for name, values in found.items()}
     if len({*lengths.values()}) != 1:
         told = ", ".join(f"{n} of {name}" for name, n in lengths.items()) or "nothing"
         raise ValueError(f"points = {told}: must be {allowed}")
     return found
+
+
+def _labels(values: Any) -> Any:
+    """Return the labels of a pandas.Series or of an xarray.DataArray of one dimension, or None without labels."""
+    if hasattr(values, "get_index"):
+        return values.get_index(values.dims[0])
+    index = getattr(values, "index", None)
+    return index if hasattr(index, "equals") else None
 
 
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
@@ -288,32 +300,31 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> 
             scalars[name] = value
 
 
-def _is_scalar(key: str, value: object) -> bool:
-    """Return True if an argument is a single value, and False if it can be an axis. Otherwise raises ValueError."""
-    try:
-        return np.ndim(value) == 0 and not isinstance(value, str)  # type: ignore[arg-type]
-    except ValueError:
-        raise ValueError(bad(key, value, "a number or a one-dimensional axis")) from None  # rows of different lengths
-    except MemoryError:
-        raise ValueError(bad(key, value, "an axis that fits into memory")) from None
+def _checked(key: str, value: object, place: str = "") -> np.ndarray:
+    """Return one value of a parameter, float64 (), or its values along an axis, float64 (n,), checked.
 
-
-def _axis(key: str, value: object, place: str = "") -> np.ndarray:
-    """Return the values of a parameter along an axis, checked; messages put `place` before its name."""
-    if isinstance(value, str):
-        check(key, value)
-    array = np.asarray(value)
-    if array.ndim != 1:
+    Messages put `place` before the name. Raises TypeError or ValueError.
+    """
+    allowed = PARAMETERS[key].allowed if key in PARAMETERS else "a number or a one-dimensional axis"
+    array = real_array(place + key, value, allowed)
+    if array.ndim == 0:
+        return np.array(check_at(key, value, place + key))
+    if array.ndim > 1:
         raise ValueError(f"{place}{key} = array of shape {array.shape}: must be a number or a one-dimensional axis")
     if array.size == 0:
         raise ValueError(bad(place + key, [], "an axis with at least one value"))
-    if array.dtype.kind not in "iuf":
-        for v in array.tolist():
-            check(key, v)
-    wide = array.astype(np.float64)
-    p = PARAMETERS[key]
-    wrong = ~((wide >= p.low) & (wide <= p.high)) | (p.open_low & (wide == p.low))
-    if wrong.any():
-        at = int(np.argmax(wrong))
-        raise ValueError(bad(f"{place}{key}[{at}]", array[at].item(), p.allowed))
-    return wide + 0.0
+    suspects = np.arange(len(array))
+    if key in PARAMETERS:  # an axis may have millions of values: find those to be refused without a loop
+        p = PARAMETERS[key]
+        suspects = np.flatnonzero(~((array >= p.low) & (array <= p.high)) | (p.open_low & (array == p.low)))
+    for i in suspects.tolist():
+        check_at(key, array[i].item(), f"{place}{key}[{i}]")
+    return array + 0.0
+
+
+def check_at(key: str, value: object, place: str) -> float:
+    """Return one value of a parameter or quantity of the scene, checked; `place` is its name in the error message."""
+    try:
+        return check_scene(key, value) if key in SCENE else check(key, value)
+    except (TypeError, ValueError) as error:
+        raise type(error)(str(error).replace(key, place, 1)) from None

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, did_you_mean
 
 SECTION, IMPACTS, SUMMARY, ERROR = "section", "impacts", "summary", "error"
 
@@ -82,8 +82,11 @@ def check_record(record: object) -> tuple[str, ...]:
     allowed = "one or several of " + ", ".join(RECORDS)
     if not isinstance(names, (list, tuple)) or any(not isinstance(name, str) for name in names):
         raise TypeError(bad("record", record, allowed))
-    if not names or set(names) - set(RECORDS):
-        raise ValueError(bad("record", record, allowed))
+    wrong = [name for name in names if name not in RECORDS]
+    if wrong or not names:
+        name = str(*wrong[:1])
+        hint = f"; write {name.split(',')}" if "," in name else did_you_mean(name, RECORDS)
+        raise ValueError(bad("record", record, allowed) + hint)
     if len(set(names)) < len(names):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
     return tuple(name for name in RECORDS if name in names)

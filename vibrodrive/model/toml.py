@@ -6,7 +6,7 @@ import textwrap
 import numpy as np
 
 from vibrodrive.model.config import HOMES
-from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.plan import POINT, Plan, idle
 
 FEW = 3  # an axis of up to this number of values is written as a list, because a range would not be shorter
 
@@ -16,10 +16,11 @@ WIDTH = 110
 def as_toml(plan: Plan) -> str:
     """Return the configuration of a plan without a scene in SI units.
 
-    The text contains all settings, so that a later version with other defaults reads the same plan.
+    The text contains all settings in use, so that a later version with other defaults reads the same plan.
     """
     s = plan.settings
-    numbers = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
+    left = {*plan.axes, *idle(s.method)}
+    numbers = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
     said = numbers | s.words | {"record": list(plan.record)}
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}
     together = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
