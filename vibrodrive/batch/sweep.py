@@ -6,11 +6,12 @@ memory of one motion in a kernel (kernels/lane.py).
 """
 
 import os
+import platform
 import tempfile
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from typing import Any
 from uuid import uuid4
@@ -20,7 +21,9 @@ import numpy as np
 
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import Arrays, as_quantities, new_errors
+from vibrodrive.errors import Failed
 from vibrodrive.jit.slices import Halt
+from vibrodrive.jit.sources import build
 from vibrodrive.kernels.arguments import SWITCH, Arguments
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
@@ -181,9 +184,16 @@ def check_threads(threads: int | None) -> int:
 
 
 def check_executor(executor: Any) -> None:
-    """Raise TypeError if `executor` is not an object with a method `submit`."""
-    if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
-        raise TypeError(bad("executor", executor, "an Executor of concurrent.futures, or None"))
+    """Raise TypeError if `executor` is no object with the interface of `concurrent.futures`.
+
+    A client of Dask also has a method `submit`, which returns other futures.
+    """
+    submits = callable(getattr(executor, "submit", None)) and not hasattr(executor, "get_executor")
+    if isinstance(executor, type) or not submits:
+        raise TypeError(bad("executor", executor, EXECUTOR))
+
+
+EXECUTOR = "an Executor of concurrent.futures, such as ProcessPoolExecutor(4) or, for Dask, client.get_executor()"
 
 
 def run_blocks(
@@ -237,14 +247,32 @@ def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
         yield wave
 
 
+def _run_task(made_by: str, task: Callable[..., Block], *arguments: Any) -> Block:
+    """Return `task(*arguments)`, in a process of an executor.
+
+    Raises Failed if this process has other sources than those in `made_by`, the `build` of the caller.
+    """
+    if made_by != build():
+        here = f"a worker on {platform.node()} computes with {build()}, the caller with {made_by}"
+        raise Failed(f"{here}: must be the same; install one of them on all machines")
+    return task(*arguments)
+
+
 def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Block]:
-    limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
+    workers = getattr(executor, "_max_workers", None)  # None also for executors that count their workers later
+    limit = 2 * workers if isinstance(workers, int) else IN_FLIGHT
     queue = deque(todo)
     flying: dict[Future[Block], tuple[Span, int]] = {}
-    halt = Halt(os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}"))
+    sign = None
+    with suppress(OSError):  # nothing can be written: tasks that have begun then run to their ends
+        sign = os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}")
+    halt = Halt(sign)
 
     def launch(block: Span, tries: int) -> None:
-        flying[executor.submit(compute, plan, block[1], block[2], 1, halt)] = (block, tries)
+        future = executor.submit(_run_task, build(), compute, plan, block[1], block[2], 1, halt)
+        if not isinstance(future, Future):
+            raise TypeError(bad("executor", executor, EXECUTOR))
+        flying[future] = (block, tries)
 
     try:
         while True:
@@ -257,6 +285,8 @@ def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Bl
                 block, tries = flying.pop(future)
                 try:
                     result = future.result()
+                except Failed:  # other sources; to repeat the task cannot help
+                    raise
                 except Exception:
                     if tries >= RETRIES:
                         raise

@@ -10,6 +10,8 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
+from vibrodrive.version import __version__
+
 PACKAGE = __name__.partition(".")[0]
 
 COMPILER = f"{PACKAGE}.jit.compile"
@@ -38,6 +40,14 @@ def hash_of(sources: Mapping[str, bytes], names: Iterable[str]) -> str:
     for name in sorted(names):
         digest.update(name.encode() + b"\0" + sources[name])
     return digest.hexdigest()
+
+
+def build() -> str:
+    """Return the version of the package and the beginning of the hash of all its sources, as messages name them.
+
+    The hash also contains modules that compute nothing, so that it misses none that is imported on request.
+    """
+    return f"vibrodrive {__version__} (sources {fingerprints()[0][:12]})"
 
 
 def read(root: Traversable) -> tuple[dict[str, bytes], set[str]]:

@@ -76,7 +76,8 @@ def sweep(
     threads : int, optional
         number of threads; by default the number of threads of Numba.
     executor : concurrent.futures.Executor, optional
-        executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``.
+        executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``. Its workers must have the
+        version and the sources of this package.
 
     Returns
     -------
@@ -94,7 +95,8 @@ def sweep(
         TooLarge, if the results do not fit into memory or on the disk; Different, if the file belongs to another sweep
         (the message gives the keys that differ); NoResult, if the file is not a result file or cannot be read.
     RuntimeError
-        Busy, if another process is writing the file; Failed, if the computation failed. Written blocks remain.
+        Busy, if another process is writing the file; Failed, if the computation failed, or if a worker of the executor
+        has other sources of this package. Written blocks remain.
     OSError
         if the system refuses to read or write the file.
 
