@@ -20,7 +20,7 @@ from numba import types
 
 import vibrodrive as vd
 from vibrodrive.batch import parallel
-from vibrodrive.batch.sweep import run_blocks
+from vibrodrive.batch.sweep import check_threads, run_blocks
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.sources import build
 from vibrodrive.kernels.arguments import Arguments, packed
@@ -157,6 +157,19 @@ def test_arrays_of_other_types_are_refused():
     for wrong in (np.zeros((1, 2), np.float32), np.zeros(2), np.zeros((2, 4))[:, ::2]):
         with pytest.raises(TypeError, match="points"):
             packed([arguments._replace(points=wrong)])
+
+
+@pytest.mark.jit
+def test_number_of_threads_set_in_numba_is_the_default():
+    """Numba keeps this number for each thread."""
+
+    def ask():
+        numba.set_num_threads(1)
+        return check_threads(None), check_threads(TWO + 1)
+
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(ask).result() == (1, TWO + 1)
+    assert check_threads(None) == int(numba.config.NUMBA_NUM_THREADS)
 
 
 class Failing(Executor):

@@ -175,12 +175,18 @@ def load_kernels(plan: Plan) -> None:
 
 
 def check_threads(threads: int | None) -> int:
-    """Return the number of threads to use: `threads` or, if it is None, the number of threads of Numba.
+    """Return the number of threads to use: `threads` or, if it is None, the number that Numba uses in this thread.
 
     Raises TypeError or ValueError if `threads` is not an integer between 1 and the number of threads of Numba.
     """
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-    return most if threads is None else check_count("threads", threads, 1, most)
+    if threads is not None:
+        return check_count("threads", threads, 1, most)
+    try:
+        numba.threading_layer()
+    except ValueError:  # threads are not started, so `numba.set_num_threads` was not called; to ask would start them
+        return most
+    return int(numba.get_num_threads())
 
 
 def check_executor(executor: Any) -> None:

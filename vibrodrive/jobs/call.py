@@ -74,7 +74,7 @@ def sweep(
     overwrite : bool
         replace an existing result file of any kind. Other files are never replaced.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
     executor : concurrent.futures.Executor, optional
         executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``. Its workers must have the
         version and the sources of this package.
