@@ -39,6 +39,7 @@ from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan
 from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
+from vibrodrive.model.size import LARGE, refuse_large_results, result_bytes
 
 RETRIES = 3
 """Number of times that a failed block is submitted again. With a larger number, a sweep can lose more workers and
@@ -321,6 +322,9 @@ def collect(
         check_executor(executor)
         with closing(run_blocks(plan, executor=executor)) as blocks:  # `closing` cancels tasks that have not started
             return Results.collect(plan, _counted(blocks, tell))
+    if result_bytes(plan) > LARGE:
+        refuse_large_results(plan)
+        load_kernels(plan)  # they take memory too, before the results do
     results, halt = Results.uncomputed(plan), Halt()
     for wave in _waves(plan, _spans(plan)):
         start, stop = wave[0][1], wave[-1][2]
