@@ -429,6 +429,15 @@ def test_durations_are_readable(seconds, words):
     assert duration(seconds) == words
 
 
+def test_lack_of_memory_prints_one_line(run, monkeypatch):
+    def fails(*_):
+        raise MemoryError("Unable to allocate 1.19 GiB for an array")
+
+    monkeypatch.setattr("vibrodrive.model.config.read", fails)
+    Path("c.toml").touch()
+    assert run("sweep", "c.toml") == (1, "", "vibrodrive: Unable to allocate 1.19 GiB for an array\n")
+
+
 @pytest.mark.jit
 @pytest.mark.slow("15 s: 60 000 points, in processes of their own")
 def test_memory_does_not_grow_with_the_sweep(run):

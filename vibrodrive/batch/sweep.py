@@ -7,11 +7,12 @@ lane is the memory of one motion in a kernel (kernels/lane.py).
 
 import math
 import os
+import platform
 import tempfile
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from queue import SimpleQueue
 from time import monotonic
@@ -23,7 +24,9 @@ import numpy as np
 
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import Arrays, Rows, as_quantities
+from vibrodrive.errors import Failed
 from vibrodrive.jit.slices import Halt
+from vibrodrive.jit.sources import build
 from vibrodrive.kernels.arguments import SWITCH, Arguments
 from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import new_history
@@ -38,6 +41,7 @@ from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.plan import IN_FLIGHT, Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.results import Results
+from vibrodrive.model.size import LARGE, refuse_large_results, result_bytes
 
 RETRIES = 3
 """Number of times that a failed block is submitted again. With a larger number, a sweep can lose more workers and
@@ -202,18 +206,31 @@ def load_kernels(plan: Plan) -> None:
 
 
 def check_threads(threads: int | None) -> int:
-    """Return the number of threads to use: `threads` or, if it is None, the number of threads of Numba.
+    """Return the number of threads to use: `threads` or, if it is None, the number that Numba uses in this thread.
 
     Raises TypeError or ValueError if `threads` is not an integer between 1 and the number of threads of Numba.
     """
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-    return most if threads is None else check_count("threads", threads, 1, most)
+    if threads is not None:
+        return check_count("threads", threads, 1, most)
+    try:
+        numba.threading_layer()
+    except ValueError:  # threads are not started, so `numba.set_num_threads` was not called; to ask would start them
+        return most
+    return int(numba.get_num_threads())
 
 
 def check_executor(executor: Any) -> None:
-    """Raise TypeError if `executor` is not an object with a method `submit`."""
-    if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
-        raise TypeError(bad("executor", executor, "an Executor of concurrent.futures, or None"))
+    """Raise TypeError if `executor` is no object with the interface of `concurrent.futures`.
+
+    A client of Dask also has a method `submit`, which returns other futures.
+    """
+    submits = callable(getattr(executor, "submit", None)) and not hasattr(executor, "get_executor")
+    if isinstance(executor, type) or not submits:
+        raise TypeError(bad("executor", executor, EXECUTOR))
+
+
+EXECUTOR = "an Executor of concurrent.futures, such as ProcessPoolExecutor(4) or, for Dask, client.get_executor()"
 
 
 def run_blocks(
@@ -286,15 +303,36 @@ def compute_some(plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
     return found
 
 
+Task = Callable[[Plan, Sequence[Span], Halt], list[Block]]
+
+
+def _run_task(made_by: str, task: Task, plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
+    """Return `task(plan, blocks, halt)`, in a process of an executor.
+
+    Raises Failed if this process has other sources than those in `made_by`, the `build` of the caller.
+    """
+    if made_by != build():
+        here = f"a worker on {platform.node()} computes with {build()}, the caller with {made_by}"
+        raise Failed(f"{here}: must be the same; install one of them on all machines")
+    return task(plan, blocks, halt)
+
+
 def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Block]:
-    limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
+    workers = getattr(executor, "_max_workers", None)  # None also for executors that count their workers later
+    limit = 2 * workers if isinstance(workers, int) else IN_FLIGHT
     queue = deque(todo)
     most = max(1, plan.wave_points // math.prod(plan.chunk))
     flying: dict[Future[list[Block]], tuple[list[Span], int]] = {}
-    halt = Halt(os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}"))
+    sign = None
+    with suppress(OSError):  # nothing can be written: tasks that have begun then run to their ends
+        sign = os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}")
+    halt = Halt(sign)
 
     def launch(blocks: list[Span], tries: int) -> None:
-        flying[executor.submit(compute_some, plan, blocks, halt)] = (blocks, tries)
+        future = executor.submit(_run_task, build(), compute_some, plan, blocks, halt)
+        if not isinstance(future, Future):
+            raise TypeError(bad("executor", executor, EXECUTOR))
+        flying[future] = (blocks, tries)
 
     try:
         while True:
@@ -308,6 +346,8 @@ def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Bl
                 blocks, tries = flying.pop(future)
                 try:
                     results = future.result()
+                except Failed:  # other sources; to repeat the task cannot help
+                    raise
                 except Exception:
                     if tries >= RETRIES:
                         raise
@@ -337,6 +377,9 @@ def collect(
         check_executor(executor)
         with closing(run_blocks(plan, executor=executor)) as blocks:  # `closing` cancels tasks that have not started
             return Results.collect(plan, _counted(blocks, tell))
+    if result_bytes(plan) > LARGE:
+        refuse_large_results(plan)
+        load_kernels(plan)  # they take memory too, before the results do
     results, halt = Results.uncomputed(plan), Halt()
 
     def put(block: Block) -> None:

@@ -131,7 +131,7 @@ def _check_threads(threads: int) -> None:
 def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     from vibrodrive.jobs.estimate import estimate
     from vibrodrive.jobs.progress import duration
-    from vibrodrive.model.size import file_bytes, human, refuse_large_file, working_bytes
+    from vibrodrive.model.size import BASE_MEMORY, file_bytes, human, refuse_large_file, working_bytes
 
     periods = plan.settings.transient + plan.settings.periods
     click.echo(f"points   {plan.n_points}")
@@ -144,9 +144,6 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
         found = pool.submit(estimate, plan, threads).result()
     computing, least, most, loading = map(duration, found)
     click.echo(f"time     about {computing} ({least} to {most}) on idle cores, plus {loading} to load the kernels")
-
-
-BASE_MEMORY = 200_000_000  # bytes of memory for the interpreter, NumPy, Numba and the compiled kernels
 
 
 def _print_statuses(path: Path) -> None:

@@ -75,9 +75,10 @@ def sweep(
     overwrite : bool
         replace an existing result file of any kind. Other files are never replaced.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
     executor : concurrent.futures.Executor, optional
-        executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``.
+        executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``. Its workers must have the
+        version and the sources of this package.
 
     Returns
     -------
@@ -95,7 +96,8 @@ def sweep(
         TooLarge, if the results do not fit into memory or on the disk; Different, if the file belongs to another sweep
         (the message gives the keys that differ); NoResult, if the file is not a result file or cannot be read.
     RuntimeError
-        Busy, if another process is writing the file; Failed, if the computation failed. Written blocks remain.
+        Busy, if another process is writing the file; Failed, if the computation failed, or if a worker of the executor
+        has other sources of this package. Written blocks remain.
     OSError
         if the system refuses to read or write the file.
 

@@ -80,7 +80,7 @@ def limit(
     B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
         as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
 
     Returns
     -------
@@ -158,7 +158,7 @@ def start_limit(
     B, transient, budget
         as in `simulate`. A `transient` below 20 000 periods is raised to 20 000.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
 
     Returns
     -------
@@ -226,7 +226,7 @@ def unique_limit(
         as in `simulate`; they apply to each disturbed motion. The starts ξ0 and ξ'0 form a lattice that the function
         chooses. Two motions count as one if they agree over the last 64 recorded periods.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
 
     Returns
     -------
