@@ -12,8 +12,6 @@ output = 'diagram.png': must be a result file (.h5 or .nc); `vibrodrive plot FIL
 (True, True)
 """
 
-from __future__ import annotations
-
 __all__ = [
     "Busy",
     "ConfigError",
@@ -25,6 +23,10 @@ __all__ = [
     "Unwritable",
     "VibrodriveError",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 class VibrodriveError(Exception):

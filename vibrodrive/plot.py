@@ -21,8 +21,6 @@ In existing axes, a motion next to its section:
 True
 """
 
-from __future__ import annotations
-
 from vibrodrive.figures.bifurcation import bifurcation
 from vibrodrive.figures.curves import phase_curve
 from vibrodrive.figures.diagrams import poincare
@@ -47,3 +45,7 @@ __all__ = [
 
 for _name in __all__:
     globals()[_name].__name__ = _name  # `help` shows the public name
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -161,38 +161,47 @@ def write_junit(path: Path, cases: list[dict], results: dict[str, dict], seconds
 
 
 def main() -> int:
-    """Read the answers, judge them and print the table. Return 2 if a file cannot be read."""
+    """Read the answers, judge them and print the table. Return 2 if a file cannot be read or written."""
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.reconfigure(errors="backslashreplace")  # any terminal and locale shows the help and the messages
     parser = argparse.ArgumentParser(description=__doc__, epilog=FORM, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("answers", type=Path, help="the answers file")
     parser.add_argument("--cases", type=Path, default=Path(__file__).parent / "cases", help="the folder of the cases")
     parser.add_argument("--brief", action="store_true", help="print only the table, not each case")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="also write the verdicts to this file as JUnit XML")
-    options = parser.parse_args()
+    options, lines, what = parser.parse_args(), [], "not readable as answers"
+    path = options.answers
     try:
-        sent = json.loads(options.answers.read_text(encoding="utf-8"), parse_float=Decimal)
+        sent = json.loads(path.read_text(encoding="utf-8-sig"), parse_float=str, parse_int=str)  # see `number`
         answers = dict(sent["answers"])
         seconds = {i: float(number(s)) for i, s in (sent.get("seconds") or {}).items()}
-        cases = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(options.cases.glob("*/*.json"))]
+        title = " ".join(str(sent.get(key, "")) for key in ("solver", "version", "settings"))
+        if not title.isprintable():
+            raise ValueError(f"{title!r} is no line of text")
+        path, what = options.cases, "not readable as cases"
+        cases = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(path.glob("*/*.json"))]
         if not cases:
-            raise ValueError(f"no cases in {options.cases}")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        print(f"{options.answers}: not readable as answers: {type(error).__name__}: {error}", file=sys.stderr)
+            raise ValueError("there are none")
+        results = {case["id"]: judge(case, answers.get(case["id"])) for case in cases}
+        for name, r in () if options.brief else results.items():
+            digits = "" if r["digits"] is None else format(r["digits"], "5.1f")
+            lines.append(f"{name:28} {r['verdict']:12} {digits}".rstrip())
+        lines.append(title)
+        for row in [COLUMNS, *rows(cases, results, seconds)]:
+            padded = zip(row, WIDTHS, "<<" + ">" * len(row), strict=False)
+            lines.append("  ".join(f"{x:{side}{w}}" for x, w, side in padded))
+        if unknown := len(answers.keys() - results.keys()):
+            lines.append(f"{unknown} answers have an id that no case has, and were not read")
+        path, what = options.junit, "not written"
+        if path:
+            write_junit(path, cases, results, seconds)
+        path = "stdout"
+        print(*lines, sep="\n", flush=True)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+        sys.stdout = None  # Python would try again to write what could not be written
+        if not isinstance(error, BrokenPipeError):  # the reader of the output has read enough
+            print(f"{path}: {what}: {type(error).__name__}: {error}", file=sys.stderr)
         return 2
-    results = {case["id"]: judge(case, answers.get(case["id"])) for case in cases}
-    if not options.brief:
-        for name, r in results.items():
-            print(f"{name:28} {r['verdict']:12} {'' if r['digits'] is None else format(r['digits'], '5.1f')}".rstrip())
-    print(*(str(sent.get(key, "")) for key in ("solver", "version", "settings")))
-    for row in [COLUMNS, *rows(cases, results, seconds)]:
-        padded = zip(row, WIDTHS, "<<" + ">" * len(row), strict=False)
-        print("  ".join(f"{x:{side}{w}}" for x, w, side in padded))
-    if unknown := len(answers.keys() - results.keys()):
-        print(f"{unknown} answers have an id that no case has, and were not read")
-    try:
-        if options.junit:
-            write_junit(options.junit, cases, results, seconds)
-    except OSError as error:
-        parser.error(f"{options.junit}: not written: {error}")
     return 0
 
 

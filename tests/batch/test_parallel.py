@@ -1,11 +1,17 @@
 """A sweep is a loop of `numba.prange`. It runs on each threading layer, in several threads, and in forked children."""
 
 import os
+import pickle
+import re
+import shutil
 import subprocess
 import sys
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
+from multiprocessing.pool import ThreadPool
+from pathlib import Path
 from time import sleep
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -14,8 +20,9 @@ from numba import types
 
 import vibrodrive as vd
 from vibrodrive.batch import parallel
-from vibrodrive.batch.sweep import run_blocks
+from vibrodrive.batch.sweep import check_threads, run_blocks
 from vibrodrive.jit.slices import Halt
+from vibrodrive.jit.sources import build
 from vibrodrive.kernels.arguments import Arguments, packed
 from vibrodrive.model.plan import make_plan
 
@@ -152,6 +159,19 @@ def test_arrays_of_other_types_are_refused():
             packed([arguments._replace(points=wrong)])
 
 
+@pytest.mark.jit
+def test_number_of_threads_set_in_numba_is_the_default():
+    """Numba keeps this number for each thread."""
+
+    def ask():
+        numba.set_num_threads(1)
+        return check_threads(None), check_threads(TWO + 1)
+
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(ask).result() == (1, TWO + 1)
+    assert check_threads(None) == int(numba.config.NUMBA_NUM_THREADS)
+
+
 class Failing(Executor):
     """Executor in which each task fails the first `times` times, as if the worker died."""
 
@@ -159,9 +179,10 @@ class Failing(Executor):
         self.times, self.submitted = times, []
 
     def submit(self, task, *arguments):
-        self.submitted.append(arguments[1])
+        ((_, start, _),) = arguments[3]
+        self.submitted.append(start)
         future = Future()
-        if self.submitted.count(arguments[1]) > self.times:
+        if self.submitted.count(start) > self.times:
             future.set_result(task(*arguments))
         else:
             future.set_exception(OSError("the worker died"))
@@ -179,6 +200,58 @@ def test_block_is_resubmitted_three_times():
     with pytest.raises(OSError, match="the worker died"):
         list(run_blocks(plan, executor=lost))
     assert max(map(lost.submitted.count, lost.submitted)) == 4
+
+
+class Elsewhere(Executor):
+    """Executor whose tasks run in a process with another copy of the package, as on a worker of a cluster."""
+
+    _max_workers = None  # not known yet
+
+    def __init__(self, copy):
+        self.copy, self.submitted = copy, 0
+
+    def submit(self, task, *arguments):
+        self.submitted += 1
+        future = Future()
+        script = f"import sys; sys.path[:0] = [{str(self.copy)!r}]; from pickle import dumps, loads\n"
+        script += "task, arguments = loads(sys.stdin.buffer.read())\ntry: answer = task(*arguments)\n"
+        script += "except Exception as error: answer = error\nsys.stdout.buffer.write(dumps(answer))"
+        work = pickle.dumps((task, arguments))
+        answer = subprocess.run([sys.executable, "-c", script], input=work, capture_output=True, check=True).stdout
+        answer = pickle.loads(answer)
+        (future.set_exception if isinstance(answer, Exception) else future.set_result)(answer)
+        return future
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(("module", "old", "new"), [("version.py", "0.1.0", "0.2.0"), ("model/names.py", "\n", "\n\n")])
+def test_worker_with_other_sources_is_refused(tmp_path, module, old, new):
+    """The message names both, and the block is not submitted again."""
+    package = Path(vd.__file__).parent
+    plan = make_plan(dict(A=[3.0, 3.1], transient=0, periods=2))
+    shutil.copytree(package, tmp_path / "vibrodrive", ignore=shutil.ignore_patterns("__pycache__"))
+    (block,) = run_blocks(plan, executor=Elsewhere(tmp_path))
+    assert np.array_equal(block.section, vd.sweep(A=[3.0, 3.1], transient=0, periods=2).section)
+    changed = tmp_path / "vibrodrive" / module
+    changed.write_text(changed.read_text().replace(old, new, 1))
+    executor = Elsewhere(tmp_path)
+    with pytest.raises(vd.errors.Failed) as caught:
+        list(run_blocks(plan, executor=executor))
+    worker, here = re.findall(r"vibrodrive (\S+ \(sources [0-9a-f]{12}\))", str(caught.value))
+    assert f"vibrodrive {here}" == build()
+    assert worker != here
+    assert worker.split()[0] == (new if module == "version.py" else vd.__version__)
+    assert executor.submitted == 1
+
+
+def test_objects_that_are_no_executor_are_refused(tmp_path):
+    """A client of Dask has a method `submit`, too."""
+    client = SimpleNamespace(submit=lambda *_: "a future of Dask", get_executor=lambda: None)
+    with ThreadPool(1) as pool:
+        for wrong in (client, pool, ThreadPoolExecutor, SimpleNamespace(submit=lambda *_: 3)):
+            for path in (None, tmp_path / "new.h5"):
+                with pytest.raises((TypeError, vd.errors.Failed), match=r"for Dask, client\.get_executor\(\)"):
+                    vd.sweep(A=[3.0], transient=0, periods=1, executor=wrong, path=path)
 
 
 def test_error_after_ctrl_c_is_not_raised_by_the_next_call():

@@ -26,6 +26,11 @@ def test_more_switches_than_expected_are_all_stored():
     assert (many.switch_errors[: len(few.switches)] == few.switch_errors).all()
 
 
+def test_period_is_that_of_the_summary_even_if_the_record_is_short():
+    for A in (1.5, 3.04, 3.2):
+        assert vd.simulate(A, periods=1).period == vd.sweep(A=A, periods=256, record="summary").period
+
+
 def test_motion_is_described_in_words_and_in_si_units():
     motion = vd.simulate(3.04, transient=200, periods=2)
     words = motion.describe().splitlines()

@@ -6,6 +6,7 @@ Cases satisfy the schema and can be made again byte for byte. score.py gives eac
 import csv
 import json
 import math
+import os
 import random
 import re
 import runpy
@@ -400,6 +401,8 @@ def test_brief_prints_the_table_only(judged):
 
 UNREADABLE = [None, "", "{", "[]", "1", "{}", '{"answers": 1}', '{"answers": null}', "[" * 100_000]
 UNREADABLE += ['{"answers": {}, "seconds": [1]}', '{"answers": {}, "seconds": {"L0-a": "?"}}']
+UNREADABLE += [rf'{{"answers": {{}}, "{key}": "\ud800"}}' for key in ("solver", "version", "settings")]
+UNREADABLE += ['{"answers": {}, "solver": ' + "[" * 5000 + "]" * 5000 + "}"]
 
 
 @pytest.mark.parametrize("sent", UNREADABLE, ids=lambda sent: str(sent)[:40])
@@ -409,8 +412,46 @@ def test_unreadable_file_ends_with_code_2(judged, sent):
     assert "not readable as answers" in err
 
 
-def test_folder_without_cases_ends_with_code_2(judged):
-    assert judged({"answers": {}}, cases=())[0] == 2
+@pytest.mark.parametrize("number", ["1e999999999999999999999", "1e-999999999999999999999", "9" * 5000, '"\\ud800"'])
+def test_number_that_no_decimal_holds_refuses_its_case_only(judged, number):
+    code, out, err = judged(f'{{"answers": {{"L0-a": {{"zeros": [{number}]}}, "L2-a": {{"events": []}}}}}}')
+    assert (code, err) == (0, "")
+    assert re.search(r"^L0-a +refused$", out, re.M)
+    assert re.search(r"^L2-a +missed$", out, re.M)
+
+
+@pytest.mark.parametrize("cases", [(), [{"id": "L0-a", "level": 0}], [zero_case(["one"])]])
+def test_unreadable_cases_end_with_code_2(judged, cases):
+    code, out, err = judged({"answers": {"L0-a": {"zeros": [1]}}}, cases=cases)
+    assert (code, out) == (2, "")
+    assert "not readable as cases" in err
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("file", [None, "/dev/full"], ids=["closed pipe", "full disk"])
+def test_output_that_cannot_be_written_ends_with_code_2(tmp_path, file):
+    if file and not Path(file).exists():
+        pytest.skip(f"no {file} here")
+    (tmp_path / "answers.json").write_text('{"answers": {}}')
+    call = [sys.executable, FOLDER / "score.py", tmp_path / "answers.json"]
+    reader, writer = os.pipe() if file is None else (None, os.open(file, os.O_WRONLY))
+    if reader is not None:
+        os.close(reader)
+    try:
+        done = subprocess.run(call, stdout=writer, stderr=subprocess.PIPE, text=True)
+    finally:
+        os.close(writer)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == (file is not None)
+
+
+@pytest.mark.integration
+def test_output_needs_no_encoding(tmp_path):
+    (tmp_path / "answers.json").write_text('{"answers": {}, "solver": "Löser"}', encoding="utf-8")
+    env = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    for call in ("--help", str(tmp_path / "answers.json")):
+        done = subprocess.run([sys.executable, FOLDER / "score.py", call], env=env, capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_junit(judged, tmp_path):
@@ -431,7 +472,7 @@ def test_junit(judged, tmp_path):
 
 
 def test_score_fits_on_few_pages():
-    assert len((FOLDER / "score.py").read_text(encoding="utf-8").splitlines()) <= 200
+    assert len((FOLDER / "score.py").read_text(encoding="utf-8").splitlines()) <= 210
 
 
 @pytest.mark.integration

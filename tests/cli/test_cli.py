@@ -16,11 +16,9 @@ from matplotlib import image
 import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import python
-from vibrodrive.cli.common import judge_idle
 from vibrodrive.jobs import limits
 from vibrodrive.jobs.progress import Show, Tally, duration
 from vibrodrive.model import config
-from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.limit import Limit
 from vibrodrive.store.layout import Origin
@@ -72,7 +70,7 @@ def test_package_is_lazy_and_modules_hide_no_functions():
         "import sys, vibrodrive as vd\nassert not {'numba', 'h5py', 'numpy'} & set(sys.modules)\n"
         "from vibrodrive.batch.sweep import compute\nassert callable(vd.sweep) and vd.sweep.__name__ == 'sweep'\n"
         "vd.ETA, vd.Status, vd.load, vd.simulate, vd.Scene, vd.Results\n"
-        "assert set(vd.__all__) <= set(dir(vd))\n"
+        "assert all(dir(m) == sorted(m.__all__) for m in (vd, vd.plot, vd.errors))\n"
         "try: vd.nonsense\nexcept AttributeError as e: print(e)"
     )
     assert "nonsense" in python(code)
@@ -140,6 +138,10 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
             ["TB", "free"],
         ),
         (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
+        (["sweep", "small.toml", "--plot", "c1.jpg"], ["figure = 'c1.jpg'", ".png, .pdf, .svg"]),
+        (["sweep", "--plot", "c1.jpg", "small.toml"], ["figure = 'c1.jpg'", ".png, .pdf, .svg"]),
+        (["sweep", "small.toml", "other.toml", "--plot"], ["other.toml"]),
+        (["sweep", "result.h5"], ["result.h5: must be a configuration", "`vibrodrive plot result.h5` draws it"]),
         (["sweep", "small.toml", "-o", ""], ["output = ''", "name"]),
         (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
         (["validate", "-o", ""], ["output = ''", "name"]),
@@ -154,7 +156,6 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
         (["limits", "small.toml", "--set", "criterion=3"], ["limits.criterion = 3", "string"]),
         (["limits", "small.toml", "--set", "eps=0", "--threads", "9999"], ["threads = 9999"]),
         (["orbits", "small.toml"], ["axes = A, eps", "A only, or A and B"]),
-        (["orbits", "small.toml", "--set", "eps=0", "--set", "B=[0.1, 0.1]"], ["B = [0.1, 0.1]", "two different"]),
         (["failures", "small.toml"], ["eps = 0.0", "> 0"]),
         (["paper", "--only", "fig99"], ["figure = 'fig99'", "fig02"]),
         (["paper", "-o", "small.toml"], ["-o", "small.toml"]),
@@ -164,6 +165,7 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
 )
 def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):
     Path("broken.toml").write_text("[sweep]\nA = = 3\n")
+    fake.write("result.h5", SMALL)
     before = sorted(Path().rglob("*"))
     code, out, err = run(*arguments)
     assert code == 2
@@ -427,6 +429,15 @@ def test_durations_are_readable(seconds, words):
     assert duration(seconds) == words
 
 
+def test_lack_of_memory_prints_one_line(run, monkeypatch):
+    def fails(*_):
+        raise MemoryError("Unable to allocate 1.19 GiB for an array")
+
+    monkeypatch.setattr("vibrodrive.model.config.read", fails)
+    Path("c.toml").touch()
+    assert run("sweep", "c.toml") == (1, "", "vibrodrive: Unable to allocate 1.19 GiB for an array\n")
+
+
 @pytest.mark.jit
 @pytest.mark.slow("15 s: 60 000 points, in processes of their own")
 def test_memory_does_not_grow_with_the_sweep(run):
@@ -515,35 +526,43 @@ def test_paper_draws_selected_figures_and_judges_their_claims(run):
     assert f"there: {len(names)} files written" in err
 
 
-IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\ntol = 1e-9\n[run]\ntransient = 1\nperiods = 1\n"
+IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\n[run]\ntransient = 1\nperiods = 1\n"
 
 
-@pytest.mark.jit
-def test_unused_settings_are_named_or_refused(run):
+def test_unused_parameters_are_refused_as_in_python(run, quick):
     Path("idle.toml").write_text(IDLE)
-    code, out, err = run("sweep", "idle.toml", "--dry-run", "--set", "dtau=[0.1, 0.01]")
-    assert (code, out) == (2, "")
-    assert (
-        "dtau = [0.1, 0.01]: must be left out with method = 'certified', because it is used by fixed and muller only"
-        in err
-    )
-    for method, names in (("certified", ["dtau", "tol"]), ("fixed", ["tol"]), ("muller", [])):
-        code, _, err = run("sweep", "idle.toml", "--method", method, "-o", f"{method}.h5")
-        assert code == 0
-        assert [line.split()[0] for line in err.splitlines() if "is ignored" in line] == names
-    out = run("info", "certified.h5")[1]
-    assert not any(f"{name} =" in out for name in ("dtau", "tol", "eta"))
-    out = run("info", "muller.h5")[1]
-    assert "tol = 1e-09" in out
-    assert "eta =" not in out
+    told = "must be left out with method = 'certified', because it is used by"
+    for more, name in (
+        ((), "dtau = 0.1"),
+        (("--set", "dtau=[0.1, 0.01]"), "dtau = [0.1, 0.01]"),
+        (("--set", "tol=1e-7", "--method", "certified"), "tol = 1e-07"),
+    ):
+        for command in ("sweep", "trajectory"):
+            code, out, err = run(command, "idle.toml", *more)
+            assert (code, out, err.count("\n")) == (2, "", 1)
+            assert f"{name}: {told}" in err
+    err = run("sweep", "idle.toml", "--set", "tol=1e-9", "--set", "method=fixed")[2]
+    assert "tol = 1e-09: must be left out with method = 'fixed'" in err
 
 
-def test_unused_default_settings_are_not_named(capsys):
-    """The explorer writes configurations with every key. A key with its default value gives no note."""
-    judge_idle(parse(IDLE.replace("dtau = 0.1\ntol = 1e-9", "tol = 1e-7")))
-    assert capsys.readouterr().err == ""
-    judge_idle(parse(IDLE))
-    assert capsys.readouterr().err.count("is ignored") == 2
+def test_option_for_the_method_leaves_out_what_it_does_not_use(run, quick):
+    Path("idle.toml").write_text(IDLE.replace("dtau", 'method = "muller"\ntol = 1e-9\ndtau'))
+    for method, used in (("certified", set()), ("fixed", {"dtau"}), ("muller", {"dtau", "tol"})):
+        for option in (("--method", method), ("--set", f"method={method}")):
+            assert run("sweep", "idle.toml", "--overwrite", *option)[0] == 0
+            out = run("info", "idle.h5")[1]
+            assert {name for name in ("dtau", "tol") if f"{name} =" in out} == used
+            assert run("sweep", "idle.toml", *option)[2].startswith("idle.h5 is complete")
+
+
+def test_table_that_a_command_does_not_read_is_named_in_one_line(run, quick):
+    Path("small.toml").write_text(SMALL + '[limits]\nquantity = "k1"\n[trajectory]\nperiods = 3\n[figure]\nx = "A"\n')
+    _, _, err = run("sweep", "small.toml")
+    told = "warning: [trajectory] is not read by `vibrodrive sweep`; [limits] is not read by `vibrodrive sweep`\n"
+    assert [line for line in err.splitlines(keepends=True) if "not read" in line] == [told]
+    Path("small.toml").write_text(SMALL)
+    _, _, err = run("sweep", "small.toml", "--overwrite", "--set", "max_period=2")
+    assert "warning: [orbits] is not read by `vibrodrive sweep`\n" in err
 
 
 @pytest.mark.jit

@@ -8,9 +8,11 @@ import subprocess
 import sys
 import urllib.error
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 
 import click
+import numba
 import pytest
 
 pytest.importorskip("bokeh")
@@ -95,6 +97,18 @@ def test_notebook_and_its_explorer_do_not_import_numba_at_once():
         explorer.close()
     """
     assert python(script) == "True\n"
+
+
+def test_explorer_uses_the_number_of_threads_set_in_numba():
+    """Numba keeps this number for each thread, and the explorer computes in another one."""
+
+    def ask():
+        numba.set_num_threads(1)
+        with closing(vd.explore()) as explorer:
+            return explorer._explorer.engine.threads
+
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(ask).result() == 1
 
 
 @pytest.mark.parametrize(

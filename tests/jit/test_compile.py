@@ -5,12 +5,14 @@ A message is shown during a long compilation.
 
 import ast
 import importlib
+import os
 import pkgutil
 import re
 import shutil
 import subprocess
 import sys
 import time
+import zipfile
 from contextlib import nullcontext
 from importlib import import_module
 from importlib.util import find_spec
@@ -23,7 +25,7 @@ import pytest
 import vibrodrive
 from tests.support.process import python
 from vibrodrive.jit import compile as _jit
-from vibrodrive.jit.compile import _fingerprint
+from vibrodrive.jit import sources as _sources
 from vibrodrive.jobs.progress import COMPILING
 
 ROOT = Path(vibrodrive.__file__).parent
@@ -118,13 +120,19 @@ def copy(tmp_path):
     return path
 
 
+def fingerprint(root: Path) -> str:
+    """Return the hash of the sources of kernels in a copy of the package."""
+    found, packages = _sources.read(root)
+    return _sources.hash_of(found, _sources.kernels(found, packages))
+
+
 def changing(copy, names: set[str]) -> set[str]:
-    """Return the modules in `names` whose edit changes the fingerprint, the hash of the sources of kernels."""
-    before, found = _fingerprint(copy.root, _jit.__name__), set()
+    """Return the modules in `names` whose edit changes the fingerprint."""
+    before, found = fingerprint(copy.root), set()
     for name in names:
         source = copy(name).read_text()
         copy(name).write_text(source + "\n# edited\n")
-        if _fingerprint(copy.root, _jit.__name__) != before:
+        if fingerprint(copy.root) != before:
             found.add(name)
         copy(name).write_text(source)
     return found
@@ -134,7 +142,7 @@ def changing(copy, names: set[str]) -> set[str]:
 def test_edit_of_compiled_modules_makes_new_kernels(copy):
     kernels = compiled_modules()
     assert {"vibrodrive.kernels.engine", "vibrodrive.jit.trig", "vibrodrive.model.choices"} <= kernels
-    kernels |= {"vibrodrive.jit.compile", "vibrodrive.jit.pieces"}
+    kernels |= {"vibrodrive.jit.compile", "vibrodrive.jit.pieces", "vibrodrive.jit.sources"}
     assert changing(copy, kernels) == kernels
 
 
@@ -172,16 +180,13 @@ def test_imports_are_followed_into_packages_of_packages(copy):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(source)
 
-    def hash_of_all() -> str:
-        return _fingerprint(copy.root, "vibrodrive.jit.compile")
-
-    first, deaf = hash_of_all(), []
+    first, deaf = fingerprint(copy.root), []
     for name, source in TREE.items():
         (copy.root / name).write_text(source + "\nx = 1\n")
-        if hash_of_all() == first:
+        if fingerprint(copy.root) == first:
             deaf.append(name)
         (copy.root / name).write_text(source)
-    assert hash_of_all() == first
+    assert fingerprint(copy.root) == first
     # no kernel uses these modules; a kernel that imports a module of a package need not import the package itself
     assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
 
@@ -190,7 +195,7 @@ def test_fingerprint_is_fast(monkeypatch):
     """The fingerprint reads all sources but parses only lines with imports."""
     parsed, parse = [], ast.parse
     monkeypatch.setattr(ast, "parse", lambda source: parsed.append(len(source)) or parse(source))
-    _fingerprint()
+    fingerprint(ROOT)
     assert 0 < sum(parsed) < sum(path.stat().st_size for path in ROOT.rglob("*.py")) / 10
 
 
@@ -242,6 +247,110 @@ def test_processors_with_one_cache_neither_share_nor_lose_kernels(monkeypatch, t
     assert [compiled for _, compiled in (here, generic, plain)] == ["True"] * 3
     assert len({here[0], generic[0], plain[0]}) == 3
     assert run() == [here[0], "False"]
+
+
+def test_fingerprint_of_an_archive_and_of_a_frozen_program(copy, tmp_path, monkeypatch):
+    """An archive has the fingerprint of its files; a program without sources has that of the program."""
+    (copy.root / "jit" / ".#compile.py").symlink_to("nowhere")  # Emacs marks a file that is being edited
+    before = fingerprint(copy.root)
+    archive = shutil.make_archive(tmp_path / "package", "zip", tmp_path, "vibrodrive")
+    shutil.rmtree(copy.root / "jit")
+    assert fingerprint(zipfile.Path(archive, "vibrodrive/")) == before != fingerprint(copy.root)
+    monkeypatch.setattr(sys, "executable", archive)
+    assert _sources.read(tmp_path / "frozen") == ({"": Path(archive).read_bytes()}, set())
+
+
+NOWHERE = """
+import tempfile
+tempfile._candidate_tempdir_list = list
+exec(compile(KERNEL, FILE, "exec"))
+"""
+
+
+@pytest.mark.jit
+def test_kernels_run_where_nothing_can_be_written(tmp_path):
+    (tmp_path / "kernel.py").write_text(KERNEL.replace("CACHE.name", "CACHE"))
+    code = f"KERNEL, FILE = {(tmp_path / 'kernel.py').read_text()!r}, {str(tmp_path / 'kernel.py')!r}\n{NOWHERE}"
+    places = {"NUMBA_CACHE_DIR": "~no user of this name/"}  # as without HOME and without an entry in passwd
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **places}, capture_output=True, text=True, timeout=1200
+    )
+    assert (done.returncode, done.stdout) == (0, "None True\n"), done.stderr
+    assert done.stderr.startswith("vibrodrive: kernels are compiled without the cache ([Errno 2] No usable temporary")
+    assert done.stderr.count("\n") == 1
+
+
+def test_directory_of_the_cache_is_found(monkeypatch, tmp_path):
+    """A directory that cannot be made or written is replaced by one that only this user can write."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / "file").touch()
+    monkeypatch.setattr("tempfile.tempdir", str(elsewhere))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    path = _jit._cache_directory()
+    assert (path.parent, path.stat().st_mode & 0o777) == (elsewhere, 0o700)
+    if hasattr(os, "getuid"):
+        other = os.getuid() + 1
+        monkeypatch.setattr(os, "getuid", lambda: other)  # then this user is the stranger who has made the directory
+        with pytest.raises(PermissionError, match="belongs to another user"):
+            _jit._cache_directory()
+
+
+def double(x):
+    return 2.0 * x
+
+
+@pytest.fixture
+def computing(tmp_path, monkeypatch, capsys):
+    """Return a function that runs a kernel as a new process would, and returns (was it compiled, text on stderr)."""
+    monkeypatch.setattr(_jit, "CACHE", tmp_path)
+
+    def call() -> tuple[bool, str]:
+        monkeypatch.setattr(_jit, "_reasons", [])
+        kernel = _jit.jit(double)
+        assert kernel(3.0) == 6.0
+        return not kernel.stats.cache_hits, capsys.readouterr().err
+
+    return call
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("ending", "harm"),
+    [("nbc", "changed"), *((ending, harm) for ending in ("nbi", "nbc") for harm in ("empty", "cut", "folder"))],
+)
+def test_damaged_file_of_the_cache_is_replaced(computing, tmp_path, ending, harm):
+    """Damaged machine code must not run: one changed byte could change results."""
+    assert computing() == (True, "")
+    assert computing() == (False, "")
+    (path,) = tmp_path.rglob(f"*.{ending}")
+    content = path.read_bytes()
+    middle = len(content) // 2
+    path.unlink()
+    if harm == "folder":
+        path.mkdir()
+    else:
+        changed = content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+        path.write_bytes({"empty": b"", "cut": content[:middle], "changed": changed}[harm])
+    compiled, said = computing()
+    assert compiled
+    assert re.fullmatch(rf"vibrodrive: kernels are compiled without the cache in {tmp_path} \(.+\)\n", said)
+    if harm != "folder":
+        assert computing() == (False, "")
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("step", ["_open_for_write", "_load_index"])
+def test_disk_that_fails_costs_the_cache_only(computing, monkeypatch, step):
+    def fails(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(f"numba.core.caching.IndexDataCacheFile.{step}", fails)
+    for _ in range(2):
+        compiled, said = computing()
+        assert compiled
+        assert said.count("\n") == 1
+        assert "No space left on device" in said
 
 
 PIECES = """

@@ -14,12 +14,16 @@ import sys
 from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.support import fake
 from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import PARAMETERS, Settings
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.results import Results
 
 ROOT = Path(__file__).parent.parent.parent
 CHOICES = {"method": Method, "scan": Scan}
@@ -84,7 +88,7 @@ def test_omitted_arguments_have_the_default_of_the_signature():
 @pytest.mark.integration
 @pytest.mark.parametrize("names", [["A", "eps", "xi0"], ["xi0", "A", "eps"], ["eps", "xi0", "A"]])
 def test_axes_are_in_the_order_written(names):
-    r = vd.sweep(**{name: [1.0 + k] * (k + 1) for k, name in enumerate(names)}, transient=0, periods=1)
+    r = vd.sweep(**{name: np.linspace(0.0, 0.01, k + 1) for k, name in enumerate(names)}, transient=0, periods=1)
     assert (list(r.axes), r.shape) == (names, (1, 2, 3))
 
 
@@ -105,10 +109,35 @@ def test_positional_arguments_are_limited_by_the_signature():
         match=r"^arguments without a name = \(3\.0, 0\.1\): must be at most 1 \(A\); give the others by name$",
     ):
         vd.simulate(3.0, 0.1)
-    with pytest.raises(TypeError, match=r"^arguments without a name = \(\[3\.0\],\): must be none$"):
+    with pytest.raises(
+        TypeError,
+        match=r"^arguments without a name = \(\[3\.0\],\): must be none; give each by name, such as A = …$",
+    ):
         vd.sweep([3.0])
     with pytest.raises(TypeError, match="multiple values for argument 'A'"):
         vd.simulate(3.0, A=3.0)
+
+
+HINTS = [
+    (lambda: vd.simulate(a0=1e-3), "argument = 'a0': must be given by a scene, as scene = vd.Scene(a0=…, …)"),
+    (lambda: vd.start_limit(A=3.04), "axis is missing: must be given, one of xi0, dxi0, tau0"),
+    (lambda: vd.sweep(A=3.0, record="sections"), "Did you mean section?"),
+    (lambda: vd.sweep(A=3.0, record=["section", "sumary"]), "Did you mean summary?"),
+    (lambda: vd.sweep(A=3.0, record="section,impacts"), "write ['section', 'impacts']"),
+    (lambda: recorded().sections, "'Results' object has no attribute 'sections'. Did you mean section?"),
+]
+
+
+def recorded():
+    plan = make_plan({"A": [3.0, 3.1], "transient": 0, "periods": 1})
+    return Results.collect(plan, fake.run_blocks(plan))
+
+
+@pytest.mark.parametrize(("call", "told"), HINTS)
+def test_wrong_name_gets_the_right_hint(call, told):
+    with pytest.raises((AttributeError, TypeError, ValueError), match=re.escape(told) + "$"):
+        call()
+    assert not hasattr(recorded(), "_repr_png_")  # a notebook asks for such names
 
 
 def test_decorated_function_receives_the_given_arguments_and_keeps_its_name():

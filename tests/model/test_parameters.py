@@ -1,16 +1,22 @@
 """Tests of the checks of arguments: allowed values and types, messages for other values, and scenes in SI units."""
 
 import math
+import pickle
+import re
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
+import vibrodrive as vd
 from vibrodrive.model.choices import Method, Scan, Status
+from vibrodrive.model.config import read
 from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.packaged import configurations, titles
 from vibrodrive.model.parameters import check, check_choice, check_count
 from vibrodrive.model.physical import Scene
-from vibrodrive.model.slips import slip
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.slips import slip, unlikely
 
 
 def test_numbers_become_float64():
@@ -107,22 +113,85 @@ def test_scene_accepts_a_frequency_in_hertz_instead_of_omega0():
             Scene(**rest, **given)
 
 
+def test_a_scene_is_a_table_in_a_notebook():
+    table = Scene(**SCENE)._repr_html_()
+    for name, text in (("a0", "4 mm"), ("omega0", "150 rad/s"), ("mu", "0.6"), ("alpha", "10 °"), ("mass", "250 kg")):
+        assert f"<tr><th>{name}</th><td>{text}</td></tr>" in table
+    assert "<th>A</th>" in table
+    assert "<th>A</th>" not in Scene(**SCENE | {"a0": 0.0})._repr_html_()  # such a scene gives only B and the units
+
+
 def test_slip_is_named_if_all_points_have_it():
-    odd = {
-        "swapped": (0.1, 3.04, 0.0, 101.0),
-        "per cent": (3.0, 0.1, 2.0, 101.0),
-        "SI units": (340.0, 0.1, 0, 1),
-    }
+    odd = {"swapped": (0.1, 3.04, 0.0, 101.0), "SI units": (340.0, 0.1, 0, 1)}
     for words, point in odd.items():
-        assert words in slip([point])
-        assert slip([point, (3.04, 0.1, 1e-4, 101.0)]) == ""
-    assert slip([(2000.0, 1000.0, 0.0, 101.0)]) == ""  # the bouncing ball
-    assert slip([(0.9, 0.1, 1e-3, 101.0)]) == ""  # the disturbance moves the mass
+        assert words in slip([point])[0]
+        assert slip([point, (3.04, 0.1, 1e-4, 101.0)]) == []
+    assert slip([(2000.0, 1000.0, 0.0, 101.0)]) == []  # the bouncing ball
+    assert slip([(0.9, 0.1, 1e-3, 101.0)]) == []  # the disturbance moves the mass
 
 
-def test_scene_in_other_units_warns_once():
-    with pytest.warns(UserWarning, match="not in SI units") as caught:
-        scene = Scene(a0=0.8, omega0=150.0, mu=0.6, alpha=3.4)
-    assert len(caught) == 1
-    assert caught[0].filename == __file__
-    assert round(scene.A, 1) == 3064.5
+ODD = [
+    ({"section_phase": 90}, "section_phase = 90: a phase is in radians"),
+    ({"section_phase": [0, -45]}, "section_phase = -45: a phase is in radians"),
+    ({"A": (2, 5, 300)}, r"A = 2, 5, 300: these are three values \(is a range meant, numpy\.linspace\(2, 5, 300\)"),
+    ({"B": [0.1, 0.3, 50]}, r"B = 0\.1, 0\.3, 50: these are three values"),
+    ({"A": [3.0, 3.1, 3.0]}, "A = 3: this value is more than once on the axis"),
+    ({"method": "fixed", "dtau": 7}, "dtau = 7: the step of the grid is longer than the excitation period"),
+    ({"method": "muller", "points": {"dtau": [0.1, 7.0]}}, "dtau = 7: the step"),
+    ({"eps": 2}, "eps = 2: ε is a share of the excitation"),
+    ({"eps": [1.5, 3.0]}, r"eps = 1\.5: ε is a share"),
+]
+USUAL = [
+    {"section_phase": [-math.pi, 7.0]},
+    {"A": (2, 5, 10)},
+    {"eta": [1.0, 10.0, 100.0]},
+    {"A": np.linspace(2, 5, 300), "eps": [0.0, 1e-6, 1e-3]},
+    {"points": {"A": [3.0, 3.0]}},
+    {"method": "fixed", "dtau": np.geomspace(1e-3, 6.28, 9)},
+    {"eps": np.geomspace(1e-6, 2.0, 9)},
+    {"eps": 1.0, "eta": 2.0},  # two harmonics
+]
+
+
+@pytest.mark.parametrize(("arguments", "told"), ODD)
+def test_unlikely_values_of_a_plan_are_named_once(arguments, told):
+    (said,) = unlikely(make_plan({"A": 3.0} | arguments if "A" not in arguments.get("points", ()) else arguments))
+    assert re.match(told, said), said
+
+
+@pytest.mark.parametrize("arguments", USUAL, ids=str)
+def test_usual_values_of_a_plan_give_no_warning(arguments):
+    assert unlikely(make_plan(({} if "points" in arguments else {"A": 3.0}) | arguments)) == []
+
+
+@pytest.mark.integration
+def test_warning_names_the_line_of_the_caller_once():
+    short = dict(transient=0, periods=1)
+    scene = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4)
+    swept = vd.sweep(A=[3.0, 3.1], eps=[0.0, 1e-4], **short)
+    calls = {
+        "A = 9: outside of the axis, 3 to 3.1; 3.1 is selected": lambda: swept.select("nearest", A=9),
+        "eps = -0.1: outside": lambda: swept.select("nearest", A=3.19, eps=-0.1),
+        "A = 3: ": lambda: vd.sweep(A=[3.0, 3.0], **short),
+        "section_phase = 90: ": lambda: vd.simulate(3.0, section_phase=90, **short),
+        "eps = 2: ": lambda: vd.limit(3.0, "dtau", eps=2.0, transient=5, periods=16),
+        "A = 0.1, ": lambda: vd.orbits(0.1, 3.0),
+        "A = 3064.54, ": lambda: vd.Scene(a0=0.8, omega0=150.0, mu=0.6, alpha=3.4),
+        "B = 0.1: ": lambda: vd.simulate(scene.A, **short),
+        "B = 0.1: A ": lambda: vd.sweep(A=scene.A, eps=[0.0], **short),
+        "B = 0.1: A is ": lambda: vd.impact_map(pickle.loads(pickle.dumps(scene.A))),
+    }
+    for told, call in calls.items():
+        with pytest.warns(UserWarning, match=f"^{told}") as caught:
+            call()
+        assert [w.filename for w in caught] == [__file__]
+    vd.simulate(scene.A, B=scene.B, **short)
+    vd.simulate(float(scene.A), **short)
+    swept.select("nearest", A=3.19)
+    swept.select("nearest", 10.0, A=9)
+
+
+def test_supplied_configurations_give_no_warning():
+    for name in titles():
+        plan = read(configurations() / f"{name}.toml").plan()
+        assert unlikely(plan) == [], name

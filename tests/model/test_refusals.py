@@ -9,9 +9,13 @@ from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import vibrodrive as vd
+from vibrodrive.model.parameters import real_array
+from vibrodrive.model.plan import make_plan
 
 SHORT = dict(transient=1, periods=3)
 JUDGED = dict(transient=20, periods=10)
@@ -21,8 +25,11 @@ IN_SI = vd.Scene(**SCENE)
 NOT_NUMBERS = [
     True, "3", "", "x" * 500, b"3", 3 + 1j, decimal.Decimal(3), {}, {"a": 1}, set(), object(), float, len, ...,
     slice(1), iter([3.0]), np.array(["a"]), np.array([None]), np.datetime64("2020"), [None], ["a"], [[3], [3, 4]],
+    np.timedelta64(3, "ns"), pd.NA, xr.Dataset({"A": 3.0}),
+    xr.DataArray(3.0, attrs={"units": "mm"}),
 ]  # fmt: skip
-OUTSIDE = [math.nan, math.inf, -math.inf, 10**400, -(10**400), 10**5000, Fraction(10**400, 3)]
+MASKED = [np.ma.masked, np.ma.array(3.0, mask=True)]
+OUTSIDE = [*MASKED, math.nan, math.inf, -math.inf, 10**400, -(10**400), 10**5000, Fraction(10**400, 3)]
 SEQUENCES = [[], (), [3.0, 3.1], [[3.0]], np.array([]), np.zeros((20, 2)), range(3), range(10**15)]
 NUMBER = [None, *NOT_NUMBERS, *OUTSIDE, *SEQUENCES, -1.0]
 OPTIONAL = [*NOT_NUMBERS, *OUTSIDE, *SEQUENCES]
@@ -130,6 +137,94 @@ def test_refusal_shows_the_given_value_and_public_names_only():
         vd.sweep(points={"A": [3, 3.1], "eps": [0]})
     with pytest.raises(ValueError, match=r"^periods = 1000000000000: must be .* take 96\.0 TB, .* are available$"):
         vd.simulate(A=3.04, periods=10**12)
+
+
+class Quantity(np.ndarray):
+    """An array with a unit, as in astropy: NumPy drops the unit."""
+
+    unit = "mm"
+
+
+class Measure:
+    """A number or an array with a unit, as in pint: it converts itself to an array, with a warning at most."""
+
+    units = "millimeter"
+
+    def __init__(self, magnitude):
+        self.magnitude = magnitude
+
+    def __array__(self, dtype=None, copy=None):
+        return np.asarray(self.magnitude)
+
+
+LOSING = [
+    (np.ma.masked_greater([0.003, 999.0], 100), r"a0\[1\] = masked: must be"),
+    ([0.003, np.ma.masked], r"a0\[1\] = masked: must be"),
+    ([0.003, True], r"a0\[1\] = True: must be"),
+    ([0.003, "0.004"], r"a0\[1\] = '0\.004': must be"),
+    ([0.003, decimal.Decimal("0.004")], r"a0\[1\] = Decimal\('0\.004'\): must be"),
+    ([0.003, pd.NA], r"a0\[1\] = <NA>: must be"),
+    (pd.Series([0.003, None], dtype="Float64"), r"a0\[1\] = nan: must be"),
+    (np.array([3, 4], "m8[ns]"), r"a0\[0\] = .*: must be"),
+    (np.array([0.8]).view(Quantity), r"a0 = Quantity\(\[0\.8\]\): must be .*, without a unit, in m$"),
+    ([np.array(0.8).view(Quantity)], r"a0\[0\] = Quantity\(0\.8\): must be .*, without a unit, in m$"),
+    (Measure([0.8]), r"a0 = .*: must be .*, without a unit, in m$"),
+    ([Measure(0.8)], r"a0\[0\] = .*: must be .*, without a unit, in m$"),
+    (xr.DataArray([0.8], attrs={"units": "mm"}), r"a0 = .*: must be .*, without a unit, in m$"),
+]
+"""Values of a0 in m of which a conversion to an array would lose a mask, a type or a unit, and the refusals."""
+
+
+@pytest.mark.parametrize(("value", "told"), LOSING)
+def test_nothing_is_lost_in_a_conversion_to_numbers(value, told):
+    with pytest.raises((TypeError, ValueError), match=f"^{told}"):
+        make_plan({"a0": value, "omega0": 150.0, "mu": 0.6, "alpha": 10.0})
+    with pytest.raises((TypeError, ValueError), match=r"^A(\[\d\])? = .*: must be "):
+        make_plan({"A": value})
+    with pytest.raises((TypeError, ValueError), match=r"^points\.A(\[\d\])? = .*: must be "):
+        make_plan({"points": {"A": value}})
+
+
+TAKEN = [
+    3.0, np.float32(3.0), np.array(3.0), np.ma.array(3.0), xr.DataArray(3.0), xr.DataArray(3, attrs={"units": "1"}),
+    Fraction(3), [3.0, 3.5], (np.float32(3.0), Fraction(7, 2)), np.array([3.0, 3.5], object), np.ma.array([3.0, 3.5]),
+    pd.Series([3.0, 3.5], index=[5, 7]), pd.array([3.0, 3.5]), pd.Index([3.0, 3.5]),
+    xr.DataArray([3.0, 3.5], dims="A", coords={"A": [5, 7]}), [xr.DataArray(3.0), np.array(3.5)],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", TAKEN, ids=str)
+def test_numbers_of_every_library_are_taken(value):
+    plan = make_plan({"A": value})
+    wanted = [3.0, 3.5] if np.ndim(value) else [3.0]
+    assert plan.points(0, plan.n_points)[:, 0].tolist() == wanted
+    assert list(plan.axes) == ["A"] * np.ndim(value)
+
+
+def test_arrays_keep_their_mask_their_labels_and_their_missing_values_in_si_units():
+    series = pd.Series([1.0, None], index=["a", "b"], dtype="Float64")
+    assert IN_SI.length(series).isna().tolist() == [False, True]
+    assert list(IN_SI.length(series).index) == ["a", "b"]
+    assert IN_SI.length(np.ma.masked_greater([1.0, 9.0], 5)).mask.tolist() == [False, True]
+    assert IN_SI.length(xr.DataArray([1.0], coords={"x": [3]}, dims="x")).x == 3
+
+
+def test_lists_in_lists_have_a_depth():
+    nested = [3.0]
+    for _ in range(10_000):
+        nested = [nested]
+    with pytest.raises(TypeError, match=r"^A(\[0\])* = .*: must be numbers$"):
+        real_array("A", nested, "numbers")
+
+
+def test_points_with_labels_in_another_order_are_refused():
+    """pandas and xarray align values by label, this program by position."""
+    A, eps = pd.Series([3.0, 3.1], index=[5, 7]), pd.Series([0.0, 1e-4], index=[7, 5])
+    for labelled in (eps, eps.to_xarray()):
+        with pytest.raises(ValueError, match=r"^points\.eps = .*: must be in the order of the labels of points\.A, or"):
+            make_plan({"points": {"A": A, "eps": labelled}})
+    for other in (eps[A.index], eps.to_numpy(), [1e-4, 0.0]):
+        assert list(make_plan({"points": {"A": A, "eps": other}}).together) == ["A", "eps"]
 
 
 @pytest.mark.jit

@@ -126,3 +126,16 @@ def test_repr_describes_the_contents(plan):
     page = r._repr_html_()
     assert "<td>4 × 2 points</td>" in page
     assert "B = 0.1" in page
+
+
+def test_arrays_and_axes_are_items():
+    plan = make_plan({"points": {"A": [3.0, 3.1]}, "eps": [0.0, 1e-4], "record": ["section", "summary"], "periods": 2})
+    r = Results.collect(plan, fake.run_blocks(plan))
+    for name in ("section", "status", "margin", "switches", "period", "energy"):
+        np.testing.assert_array_equal(r[name], getattr(r, name))
+    assert (r["A"].tolist(), r["eps"].tolist()) == ([3.0, 3.1], [0.0, 1e-4])
+    for name in ("sections", "plot", "error", "impact_phase", 0, slice(None)):
+        with pytest.raises(KeyError, match=r"name = .*: must be one of section, status, margin, switches, period, "):
+            r[name]
+    with pytest.raises(TypeError, match="not iterable"):
+        list(r)

@@ -9,6 +9,8 @@ import xarray as xr
 
 from tests.support import fake
 from vibrodrive.model.config import parse
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.results import Results
 from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
 
@@ -72,3 +74,34 @@ def test_missing_xarray_is_reported_in_one_line(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match=r"^to_xarray needs the extra `data`: pip install 'vibrodrive\[data\]'$"):
         load(path).to_xarray()
+
+
+def test_table_has_a_row_for_each_point_and_a_column_for_each_number(path):
+    results = load(path)
+    table = results.to_dataframe()
+    assert len(table) == results.status.size
+    for k, index in enumerate(np.ndindex(results.shape)):
+        row = table.iloc[k]
+        assert row["status"] == str(results.status[index])
+        assert row["margin"] == results.margin[index]
+        for (name, values), i in zip(results.axes.items(), index, strict=True):
+            assert row[name] == values[i]
+        for name, values in results.points.items():
+            assert row[name] == values[index]
+    data = results.to_xarray()
+    numbers = {n for n, array in data.variables.items() if n not in data.dims and set(array.dims) == set(results.axes)}
+    wanted = (
+        {"period" if name == "motion_period" else name for name in numbers}
+        | results.axes.keys()
+        | results.points.keys()
+    )
+    assert set(table) == wanted
+    assert set(table.attrs["units"]) == set(table)
+
+
+def test_table_of_one_motion_has_one_row():
+    plan = make_plan({"A": 3.0, "record": "summary"})
+    table = Results.collect(plan, fake.run_blocks(plan)).to_dataframe()
+    assert len(table) == 1
+    assert {"status", "margin", "period", "energy"} <= set(table)
+    assert "point" not in table

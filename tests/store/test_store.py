@@ -16,6 +16,7 @@ import xarray as xr
 from tests.support import fake
 from tests.support.process import python
 from vibrodrive.errors import Busy, Damaged, Different, NoResult, TooLarge
+from vibrodrive.model import size
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.size import file_bytes
@@ -528,6 +529,18 @@ def test_too_little_disk_space_is_refused_with_numbers(path, monkeypatch):
     with pytest.raises(TooLarge, match=r"180 points x 12 periods.* takes .* kB, and 50.0 kB are free"):
         open_writer(path, make(), Origin(TEXT))
     assert list(path.parent.iterdir()) == []
+
+
+def test_array_larger_than_the_memory_is_not_read(finished, monkeypatch):
+    """Reading a section of 180 points with 12 periods takes 2 · 2 · 8 · 180 · 12 bytes, because it is copied once."""
+    monkeypatch.setattr(size, "LARGE", 0)
+    monkeypatch.setattr(size, "available_memory", lambda: 69_119)
+    results = load(finished)
+    with pytest.raises(TooLarge, match=r"section: must .* takes 69\.1 kB, and 69\.1 kB are available \(`select`"):
+        results.section  # noqa: B018
+    assert results.select(A=results.axes["A"][0]).section.size
+    monkeypatch.setattr(size, "available_memory", lambda: 69_120)
+    assert results.section.nbytes == 69_120 / 2
 
 
 def damaged(path, offset, bit=0):

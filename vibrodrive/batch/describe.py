@@ -26,12 +26,16 @@ def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
     return {name: values[0].item() for name, values in block.records.items()}
 
 
+def long_summary(plan: Plan) -> dict[str, Any]:
+    """Return the summary of the single motion of a plan, from at least LEAST periods."""
+    return summary_of(replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods))))
+
+
 def described(status: Status, margin: float, plan: Plan, scene: Scene | None) -> str:
     """Return the text of `Trajectory.describe`."""
     a = plan.scalars
-    long = replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
-    return "\n".join([place, *sentences(status, margin, summary_of(long), plan, scene)])
+    return "\n".join([place, *sentences(status, margin, long_summary(plan), plan, scene)])
 
 
 def sentences(

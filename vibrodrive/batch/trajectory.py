@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.describe import described
+from vibrodrive.batch.describe import described, long_summary
 from vibrodrive.batch.frames import Table, columns, frame
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import new_errors
@@ -29,6 +29,7 @@ from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
+from vibrodrive.model.slips import forgotten, unlikely, warn
 
 if TYPE_CHECKING:
     import pandas
@@ -189,6 +190,14 @@ class Trajectory:
         how = f"{method}, {a['transient']} + {a['periods']} periods"
         found = f"{len(self.switches)} switches, {len(self.impacts)} main impacts; {self.status}"
         return f"<Trajectory {', '.join(start)}: {how}; {found}, margin {self.margin:.2g}>"
+
+    @property
+    def period(self) -> int:
+        """Period of the motion in excitation periods, as in a summary: 0 if it does not repeat within 64 periods.
+
+        It is computed at each access, from 256 periods if fewer are recorded.
+        """
+        return int(long_summary(self._plan)["period"])
 
     def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
         """Return the switches, the main impacts or the section points as a table.
@@ -413,6 +422,12 @@ def simulate(
     TypeError, ValueError
         if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
 
+    Warns
+    -----
+    UserWarning
+        for values that are probably a mistake: a section_phase in degrees; ε in per cent; a dtau above 2π; the default
+        B with the A of a `Scene` that has another B.
+
     Examples
     --------
     At A = 3.04 the motion repeats after two excitation periods:
@@ -431,6 +446,7 @@ def simulate(
     refuse_idle(plan, written)
     for name, values in plan.axes.items():
         raise TypeError(f"{name} = array of length {len(values)}: must be one number (for an axis use `sweep`)")
+    warn([*unlikely(plan), *forgotten(A, B)])
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
     with above("the progress of a call")("simulate"):
@@ -440,9 +456,8 @@ def simulate(
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     """Simulate the motion from the single point of a plan. Raises Halted if `halt` is called before the motion ends."""
     s, halt = plan.settings, halt or Halt()
-    eps, eta, dtau = (plan.scalars[name] for name in ("eps", "eta", "dtau"))
-    brief = s.work(eps, eta, dtau, bounded=False) <= BRIEF
-    capacity = fitting_rows(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
+    brief = s.work(*(plan.scalars[name] for name in ("A", "B", "eps", "eta", "dtau")), bounded=True) <= BRIEF
+    capacity = fitting_rows(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
     while True:
         section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
         status, margin = np.empty(1, np.int8), np.empty(1)

@@ -90,7 +90,7 @@ def _expected(error: Exception) -> int | None:
     """Return the exit code of a foreseeable error; None for a defect of the program."""
     from vibrodrive.errors import Damaged, Failed, Unwritable, VibrodriveError
 
-    if isinstance(error, (Damaged, Failed, Unwritable)):
+    if isinstance(error, (Damaged, Failed, Unwritable, MemoryError)):
         return 1
     if isinstance(error, OSError):
         return 2 if error.errno in REFUSED else 1
@@ -107,4 +107,4 @@ REFUSED = {
 def _text(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
-    return " ".join(str(error).split())
+    return " ".join(str(error).split()) or type(error).__name__

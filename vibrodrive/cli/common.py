@@ -17,7 +17,7 @@ import click
 
 from vibrodrive.errors import ConfigError, Damaged
 from vibrodrive.model.choices import Method, used_by
-from vibrodrive.model.names import PARAMETERS, SCENE
+from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, is_name
 
 if TYPE_CHECKING:
@@ -121,27 +121,29 @@ def refuse_axes(plan: Plan) -> None:
 
 
 def judge_idle(settings: Config) -> None:
-    """Raise ConfigError for an axis that the method does not use, and print a message for a single value."""
-    from vibrodrive.model.plan import idle, refuse_idle
+    """Raise ConfigError for a parameter that the method does not use."""
+    from vibrodrive.model.plan import refuse_idle
 
-    plan = settings.plan()
     try:
-        refuse_idle(plan, {})
+        refuse_idle(settings.plan(), settings.arguments)
     except ValueError as error:
         raise ConfigError(str(error)) from None
-    for name in idle(plan.settings.method):
-        value = settings.arguments.get(name)
-        if value not in (None, PARAMETERS[name].default):
-            say(f"{name} = {value} is ignored, because it is used by {used_by(name)} only")
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:
-    """Print a warning if all points have the same likely mistake. Without `always`, check only values in SI units."""
-    from vibrodrive.model.slips import slip
+    """Print a warning of likely mistakes, and of tables for other commands.
 
+    Without `always`, A and B are judged only if they are those of a scene.
+    """
+    from vibrodrive.model.slips import slip, unlikely
+
+    plan, command = settings.plan(), click.get_current_context().command.name
+    unread = [t for t in ("trajectory", "limits", "orbits") if getattr(settings, t) and t != command]
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
-    if (always or of_scene) and (said := slip(settings.plan().ends())):
-        say(f"warning: {said}")
+    said = [*(slip(plan.ends()) if always or of_scene else ()), *unlikely(plan)]
+    said += [f"[{table}] is not read by `vibrodrive {command}`" for table in unread]
+    if said:
+        say(f"warning: {'; '.join(said)}")
 
 
 def scene_of(settings: Config) -> Scene | None:

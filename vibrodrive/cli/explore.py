@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, METHOD, SET, THREADS, read
+from vibrodrive.cli.common import FILE, METHOD, SET, THREADS, judge_slip, read
 
 
 @click.command()
@@ -50,6 +50,7 @@ def explore(
             view = read_address(config.name.partition("?")[2])
         elif config is not None:
             settings = read(config, overrides, method)
+            judge_slip(settings)
             view = view_of(settings)
             click.echo(f"shows {part_shown(view, settings.plan())}", err=True)
     except ValueError as error:

@@ -25,8 +25,13 @@ class _Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words = pairwise([*args, ""])
-        alone = ("--plot=" if w == "--plot" and not after.lower().endswith(FORMATS) else w for w, after in words)
-        return super().parse_args(ctx, list(alone))
+        alone = ["--plot=" if w == "--plot" and not after.lower().endswith(FORMATS) else w for w, after in words]
+        try:
+            return super().parse_args(ctx, alone)
+        except click.UsageError:
+            if "--plot" not in args[:-1] or args[args.index("--plot") + 1].startswith("-"):
+                raise
+            return super().parse_args(ctx, args)  # CONFIG is elsewhere, so the value is a figure of another format
 
 
 def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:
@@ -126,7 +131,7 @@ def _check_threads(threads: int) -> None:
 def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     from vibrodrive.jobs.estimate import estimate
     from vibrodrive.jobs.progress import duration
-    from vibrodrive.model.size import file_bytes, human, refuse_large_file, working_bytes
+    from vibrodrive.model.size import BASE_MEMORY, file_bytes, human, refuse_large_file, working_bytes
 
     periods = plan.settings.transient + plan.settings.periods
     click.echo(f"points   {plan.n_points}")
@@ -137,10 +142,8 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     # a separate thread computes, because the main thread handles a signal only between two steps of this thread
     with common.working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()
-    click.echo(f"time     about {duration(found.computing)}, plus {duration(found.loading)} to load the kernels")
-
-
-BASE_MEMORY = 200_000_000  # bytes of memory for the interpreter, NumPy, Numba and the compiled kernels
+    computing, least, most, loading = map(duration, found)
+    click.echo(f"time     about {computing} ({least} to {most}) on idle cores, plus {loading} to load the kernels")
 
 
 def _print_statuses(path: Path) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class Explored:
     """Running explorer. A notebook shows its page in a frame. A browser opens its `address`, a URL on this machine."""
 
-    def __init__(self, view: View, threads: int | None) -> None:
+    def __init__(self, view: View, threads: int) -> None:
         started: Future[Explorer] = Future()
         self._thread = threading.Thread(target=_serve, args=(view, threads, started), name="explorer page", daemon=True)
         self._thread.start()
@@ -49,7 +49,7 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     config : path, optional
         configuration of the first view; by default a diagram over A.
     threads : int, optional
-        number of threads of the computation; by default the number of threads of Numba.
+        number of threads of the computation; by default the number of threads of Numba (`numba.set_num_threads`).
 
     Returns
     -------
@@ -75,12 +75,13 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     if find_spec("bokeh") is None:
         raise ModuleNotFoundError("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
     view = View() if config is None else view_of(configuration.read(Path(config)))
+    from vibrodrive.batch.sweep import check_threads
     from vibrodrive.explorer import tasks  # noqa: F401 - imports Numba; if two threads import it, one may fail
 
-    return Explored(view, threads)
+    return Explored(view, check_threads(threads))
 
 
-def _serve(view: View, threads: int | None, started: Future[Explorer]) -> None:
+def _serve(view: View, threads: int, started: Future[Explorer]) -> None:
     """Serve in this thread, with a separate event loop, because a notebook already runs an event loop."""
     from vibrodrive.explorer.server import Explorer
 

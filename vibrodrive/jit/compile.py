@@ -15,17 +15,16 @@ formulas are inlined.
   could load the code of the other.
 """
 
-import ast
 import hashlib
 import inspect
 import os
-import re
+import pickle
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import Future, wait
-from contextlib import nullcontext, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from time import monotonic
@@ -35,79 +34,11 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core import event, externals, types
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 
-_ROOT = Path(__file__).parents[__name__.count(".") - 1]
-
-_IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
-"""An import statement that is not indented, with its continuation lines. Indented imports are in functions or for type
-checks, so no kernel depends on them. To parse these statements takes a tenth of the time that entire modules would
-take."""
-
-
-def _fingerprint(root: Path = _ROOT, here: str = __name__) -> str:
-    """Return a hash of all sources on which machine code depends, for the package in the folder `root`.
-
-    `here` is the name of this module. Modules that import this module may contain kernels. The hash includes these
-    modules, the modules in the folder of this module, and all modules that any of these modules imports, directly or
-    indirectly.
-    """
-    package = here.partition(".")[0]
-    paths = {_module(package, path.relative_to(root)): path for path in root.rglob("*.py")}
-    sources = {name: path.read_bytes() for name, path in paths.items()}
-    within = {name for name, path in paths.items() if path.name == "__init__.py"}
-    homes = {here} | {name for name in within if name != package and here.startswith(f"{name}.")}
-    words = [home.rpartition(".")[2].encode() for home in homes]
-    near = [name for name, source in sources.items() if any(word in source for word in words)]
-    imported = {name: set(_imported(name, sources, within)) for name in near}
-    todo = [name for name in near if not homes.isdisjoint(imported[name])]
-    todo += [name for name in sources if name.rpartition(".")[0] == here.rpartition(".")[0] and name not in todo]
-    known = set(todo)
-    while todo:
-        name = todo.pop()
-        new = (imported[name] if name in imported else set(_imported(name, sources, within))) - known
-        known |= new
-        todo += new
-    digest = hashlib.sha256()
-    for name in sorted(known):
-        digest.update(name.encode() + b"\0" + sources[name])
-    return digest.hexdigest()
-
-
-def _module(package: str, path: Path) -> str:
-    """Return the name of the module at `path` in the package."""
-    parts = path.with_suffix("").parts
-    return ".".join([package, *(parts[:-1] if parts[-1] == "__init__" else parts)])
-
-
-def _imported(name: str, sources: Mapping[str, bytes], within: set[str]) -> Iterator[str]:
-    """Yield the names of the modules of the package that module `name` imports.
-
-    sources : source of every module of the package, by name
-    within : names of those modules that are packages
-    """
-    package = name.partition(".")[0].encode()
-    lines = _IMPORT.findall(b"\n" + sources[name])
-    lines = [line for line in lines if package in line or line.split()[1].startswith(b".")]
-    try:
-        statements = ast.parse(b"\n".join(lines)).body
-    except SyntaxError:  # a line of a string looks like an import, or a comment in an import contains a bracket
-        statements = ast.parse(sources[name]).body
-    for statement in statements:
-        if isinstance(statement, ast.Import):
-            yield from (alias.name for alias in statement.names if alias.name in sources)
-        elif isinstance(statement, ast.ImportFrom):
-            base = statement.module or ""
-            if statement.level:
-                parts = name.split(".")
-                up = statement.level - (name in within)  # in `__init__.py` one dot is the package itself
-                base = ".".join([*parts[: len(parts) - up], *filter(None, [base])])
-            for alias in statement.names:
-                found = f"{base}.{alias.name}"
-                if found in sources or base in sources:
-                    yield found if found in sources else base
+from vibrodrive.jit.sources import PACKAGE, fingerprints
 
 
 def _target() -> str:
@@ -118,22 +49,51 @@ def _target() -> str:
 
 
 def _cache_directory() -> Path:
-    """Return a writable cache directory outside the installation, which may be read-only."""
+    """Return a writable cache directory outside the installation, which may be read-only. Raises OSError if none is."""
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    key = hashlib.sha256(f"{_fingerprint()} {_target()}".encode()).hexdigest()[:16]
+    key = hashlib.sha256(f"{fingerprints()[1]} {_target()}".encode()).hexdigest()[:16]
     name = f"vibrodrive-{key}"
-    user = os.getuid() if hasattr(os, "getuid") else ""  # on Windows each user has a temporary directory of his own
-    for base in (Path(home).expanduser(), Path(tempfile.gettempdir()) / f"vibrodrive-cache-{user}"):
-        try:
-            (base / name).mkdir(parents=True, exist_ok=True, mode=0o700)
-        except OSError:
-            continue
-        if os.access(base / name, os.W_OK):
-            return base / name
-    return Path(tempfile.mkdtemp(prefix="vibrodrive-"))
+    with suppress(OSError, RuntimeError):  # RuntimeError: the user has no home
+        return _writable(Path(home).expanduser() / name)
+    user = os.getuid() if hasattr(os, "getuid") else 0  # on Windows each user has a temporary directory of his own
+    path = _writable(Path(tempfile.gettempdir()) / f"{name}-{user}")
+    if os.name == "posix" and path.lstat().st_uid != user:
+        raise PermissionError(f"{path} belongs to another user, who could store any code there")
+    return path
 
 
-CACHE = _cache_directory()
+def _writable(path: Path) -> Path:
+    """Make a directory unless it exists, and return its path. Raises OSError if no file can be written there."""
+    path.mkdir(parents=True, exist_ok=True, mode=0o700)
+    if not os.access(path, os.W_OK):
+        raise PermissionError(f"{path} is not writable")
+    return path
+
+
+CACHE: Path | None = None
+
+
+@contextmanager
+def _or_without_cache() -> Iterator[None]:
+    """Continue without the cache if the block fails, and print the reason, once in a process.
+
+    Kernels that cannot be read are compiled. Kernels that cannot be stored are compiled again in the next process.
+    """
+    try:
+        yield
+    except Exception as error:
+        if not _reasons:
+            why = " ".join(str(error).split()) or type(error).__name__
+            with suppress(OSError, ValueError, AttributeError):  # stderr is closed
+                where = "" if CACHE is None else f" in {CACHE}"
+                print(f"vibrodrive: kernels are compiled without the cache{where} ({why})", file=sys.stderr)
+        _reasons.append(error)
+
+
+_reasons: list[Exception] = []
+
+with _or_without_cache():
+    CACHE = _cache_directory()
 
 
 class Compilation(event.Listener):
@@ -172,18 +132,86 @@ compilation = Compilation()
 event.register("numba:compile", compilation)
 
 
+class _Place:
+    """Place of the files of one kernel in the cache, an interface that Numba calls a locator.
+
+    Numba would choose the place by the folder of the source, which archives and frozen programs do not have. If that
+    place cannot be written, it would choose another, whose name does not contain the hash of the sources.
+    """
+
+    def __init__(self, function, path):
+        self._py_file = path
+        self._function = function
+
+    @classmethod
+    def from_function(cls, function, path):
+        return cls(function, path)
+
+    def get_cache_path(self):
+        return str(CACHE / self._function.__module__)
+
+    def ensure_cache_path(self):
+        os.makedirs(self.get_cache_path(), exist_ok=True)
+
+    def get_disambiguator(self):
+        return str(self._function.__code__.co_firstlineno)
+
+    def get_source_stamp(self):
+        """Return a hash of the source of a kernel outside the package. CACHE covers the sources of the package."""
+        if self._function.__module__.startswith(f"{PACKAGE}."):
+            return ""
+        return hashlib.sha256(Path(self._py_file).read_bytes()).hexdigest()
+
+
+class _Kernel(CompileResultCacheImpl):
+    def __init__(self, function):
+        self._locator_classes = [_Place]
+        super().__init__(function)
+
+
+class _Files(IndexDataCacheFile):
+    """Files of one kernel. Machine code is stored with its checksum, because damaged code would run, or crash."""
+
+    def _save_data(self, name, data):
+        content = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(content + hashlib.sha256(content).digest())
+
+    def _load_data(self, name):
+        path = Path(self._data_path(name))
+        content = path.read_bytes()
+        if hashlib.sha256(content[:-32]).digest() != content[-32:]:
+            raise ValueError(f"{path} is damaged")
+        return pickle.loads(content)
+
+
 class _Cache(FunctionCache):
     """Numba's cache on disk, read without Numba's compiler. A process that compiles nothing then takes half the time.
 
     Numba imports its compiler modules (0.2 s) before it reads a kernel. This class omits this import. Numba imports
-    these modules anyway before it compiles a kernel.
+    these modules anyway before it compiles a kernel. Errors of files end in a compilation, and not in an exception.
     """
+
+    _impl_class = _Kernel
+
+    def __init__(self, function):
+        super().__init__(function)
+        self._cache_file = _Files(self.cache_path, self._impl.filename_base, self._cache_file._source_stamp)
 
     def load_overload(self, sig, target_context):
         rtsys.initialize(target_context)  # symbols that machine code may call: reference counts, libm
         externals.c_math_functions.install(target_context)
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+        with _or_without_cache():
+            try:
+                return self._load_overload(sig, target_context)
+            except Exception:
+                with suppress(OSError):
+                    self.flush()  # so that the kernel can be stored again
+                raise
+
+    def save_overload(self, sig, data):
+        with _or_without_cache():
+            self._save_overload(sig, data)
 
 
 def jit(function=None, **options):
@@ -201,14 +229,11 @@ def jit(function=None, **options):
         # the values in the closure
         values = "_".join(str(cell.cell_contents) for cell in function.__closure__)
         function.__qualname__ = f"{function.__qualname__}_{values}"
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(CACHE)
-    try:
-        dispatcher = numba.njit(error_model="numpy", nogil=True, **options)(function)
-        dispatcher._cache = _Cache(dispatcher.py_func)
-        return _compiled_in_thread(dispatcher)
-    finally:
-        numba.config.CACHE_DIR = before
+    dispatcher = numba.njit(error_model="numpy", nogil=True, **options)(function)
+    if CACHE is not None:
+        with _or_without_cache():
+            dispatcher._cache = _Cache(function)
+    return _compiled_in_thread(dispatcher)
 
 
 _INNER = {

@@ -21,6 +21,7 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.records import several_motions
 from vibrodrive.model.results import Results
+from vibrodrive.model.slips import forgotten, unlikely, warn
 
 OWN = ("path", "overwrite", "threads", "executor")  # keywords that do not change the results
 
@@ -76,9 +77,10 @@ def sweep(
     overwrite : bool
         replace an existing result file of any kind. Other files are never replaced.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
     executor : concurrent.futures.Executor, optional
-        executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``.
+        executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``. Its workers must have the
+        version and the sources of this package.
 
     Returns
     -------
@@ -96,9 +98,17 @@ def sweep(
         TooLarge, if the results do not fit into memory or on the disk; Different, if the file belongs to another sweep
         (the message gives the keys that differ); NoResult, if the file is not a result file or cannot be read.
     RuntimeError
-        Busy, if another process is writing the file; Failed, if the computation failed. Written blocks remain.
+        Busy, if another process is writing the file; Failed, if the computation failed, or if a worker of the executor
+        has other sources of this package. Written blocks remain.
     OSError
         if the system refuses to read or write the file.
+
+    Warns
+    -----
+    UserWarning
+        for values that are probably a mistake: a section_phase in degrees; ε in per cent; a dtau above 2π; the default
+        B with the A of a `Scene` that has another B; a value twice on an axis; (start, stop, num) as three
+        values of an axis.
 
     Examples
     --------
@@ -142,6 +152,7 @@ def sweep(
         from vibrodrive.stability.per_point import with_names
 
         plan = with_names(plan)
+    warn([*unlikely(plan), *forgotten(A, B)])
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:

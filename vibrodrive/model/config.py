@@ -17,7 +17,8 @@
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
     [orbits]               # max_period: longest period of the orbits that `orbits` finds
 
-Each parameter is given once. An option of the command line replaces the value in the file, in any table.
+Each parameter is given once. An option of the command line replaces the value in the file, in any table. An option for
+the method also removes `dtau` and `tol` of the file if this method does not use them.
 """
 
 import os
@@ -32,11 +33,12 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.errors import ConfigError
+from vibrodrive.model.choices import ACTS_ON
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
 from vibrodrive.model.physical import Scene, check_scene
-from vibrodrive.model.plan import POINT, Plan, make_plan
+from vibrodrive.model.plan import POINT, Plan, check_at, make_plan
 from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
 
@@ -118,6 +120,8 @@ def _text_of(path: Path) -> str:
         raise ConfigError(f"must be a configuration file, but is {what}")
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
+    if content.startswith(b"\x89HDF"):
+        raise ConfigError(f"must be a configuration, but is a result file; `vibrodrive plot {path}` draws it")
     if len(content) > MOST_BYTES:
         instead = "give a long axis as a range {start, stop, num}, or as an array to vd.sweep(..., path=…)"
         raise ConfigError(f"must be at most {MOST_BYTES >> 20} MiB; {instead}")
@@ -134,8 +138,8 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
         raise ConfigError(f"invalid TOML: {error}") from None
     except RecursionError:
         raise ConfigError("invalid TOML: lists or tables are nested too deeply") from None
-    for option in overrides:
-        _override(tables, option)
+    for option in sorted(overrides, key=lambda option: "method" not in option.partition("=")[0]):
+        _override(tables, option)  # the method first, because it removes parameters of the file, not of other options
     try:
         return _checked(tables, text, tuple(overrides))
     except (TypeError, ValueError) as error:
@@ -219,23 +223,15 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene
     return physical
 
 
-def _check(key: str, value: object, place: str) -> float:
-    """Return one value of an axis as a float, checked; `place` is its name in the error message."""
-    try:
-        return check_scene(key, value) if key in SCENE_AXES else check(key, value)
-    except (TypeError, ValueError) as error:
-        raise type(error)(str(error).replace(key, place, 1)) from None
-
-
 def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
     place = f"{table}.{key}"
     if isinstance(value, dict):
         return _range(key, value, place)
     if not isinstance(value, list):
-        return _check(key, value, place)
+        return check_at(key, value, place)
     if not value:
         raise ValueError(bad(place, value, "a list with at least one value"))
-    return np.array([_check(key, v, f"{place}[{i}]") for i, v in enumerate(value)])
+    return np.array([check_at(key, v, f"{place}[{i}]") for i, v in enumerate(value)])
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
@@ -266,7 +262,7 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     for k in keys[:3]:
         if k not in table:
             raise ValueError(f"{where}.{k} is missing: must be given, because a range needs start, stop and num")
-    ends = [_check(key, table[k], f"{where}.{k}") for k in ("start", "stop")]
+    ends = [check_at(key, table[k], f"{where}.{k}") for k in ("start", "stop")]
     num = check_count(f"{where}.num", table["num"], 1)
     scale = table.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):
@@ -353,6 +349,15 @@ def _override(tables: dict[str, Any], option: str) -> None:
     if path[-1] in _TABLES and len(path) == 1:
         raise ConfigError(bad("--set", option, "TABLE.KEY=VALUE"))
     table[path[-1]] = value["value"]
+    if path[-1] == "method":
+        _leave_out_idle(table)
+
+
+def _leave_out_idle(switching: dict[str, Any]) -> None:
+    """Remove the parameters of a file that were meant for its own method."""
+    for key, methods in ACTS_ON.items():
+        if str(switching["method"]).upper() not in [method.name for method in methods]:
+            switching.pop(key, None)
 
 
 _TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCENE, **HOMES, **_EXTRAS}

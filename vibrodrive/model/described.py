@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from html import escape
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 Lines = list[tuple[str, str]]  # name and text of each line; several lines may have the same name
-
-
-def html_table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
-    cells = [f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows if text]
-    return f"<table><caption>{caption}</caption>{''.join(cells)}</table>"
 
 
 def axis_facts(values: np.ndarray) -> dict[str, Any]:

@@ -12,11 +12,11 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Concatenate, ParamSpec, TypeAlias, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeAlias, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
-from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.names import PARAMETERS, SCENE
 from vibrodrive.model.parameters import bad, unknown
 
 Axis: TypeAlias = (
@@ -44,16 +44,20 @@ def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Call
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         if len(args) > most:
-            allowed = f"at most {most} ({', '.join(names[:most])}); give the others by name" if most else "none"
+            by_name = f"none; give each by name, such as {names[0]} = …"
+            allowed = f"at most {most} ({', '.join(names[:most])}); give the others by name" if most else by_name
             raise TypeError(bad("arguments without a name", args, allowed))
         for name in kwargs:
+            if name in SCENE and name not in known:
+                raise TypeError(bad("argument", name, f"given by a scene, as scene = vd.Scene({name}=…, …)"))
             if name not in known:
                 raise TypeError(unknown("argument", name, names))
         written = dict(zip(names, args, strict=False)) | kwargs
         for name in required:
             if name not in written:
-                allowed = f", {PARAMETERS[name].allowed}" if name in PARAMETERS else ""
-                raise TypeError(f"{name} is missing: must be given{allowed}")
+                choices = () if name in PARAMETERS else get_args(get_type_hints(function)[name])
+                allowed = "one of " + ", ".join(choices) if choices else PARAMETERS[name].allowed
+                raise TypeError(f"{name} is missing: must be given, {allowed}")
         return function(written, *args, **kwargs)
 
     call.__signature__ = public  # type: ignore[attr-defined]

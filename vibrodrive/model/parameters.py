@@ -11,9 +11,9 @@ import numbers
 import unicodedata
 from collections.abc import Iterable
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from vibrodrive.model.names import PARAMETERS, SETTINGS
+from vibrodrive.model.names import NAMES, PARAMETERS, SETTINGS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,6 +31,8 @@ def bad(key: str, value: object, allowed: str) -> str:
         text = " ".join(repr(value).split())  # the repr of an array has several lines
     except ValueError:
         text = "an integer of too many digits"  # more digits than Python prints
+    except RecursionError:
+        text = "lists in lists in lists …"
     return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
 
 
@@ -42,10 +44,14 @@ def bad_axes(names: Iterable[str], allowed: str) -> str:
 def unknown(key: str, name: object, known: Iterable[str]) -> str:
     """Return the sentence for an unknown name: the known names, and the most similar one if there is one."""
     names = list(known)
-    sentence = bad(key, name, "one of " + ", ".join(names))
-    folded = {known.lower(): known for known in names}
+    return bad(key, name, "one of " + ", ".join(names)) + did_you_mean(name, names)
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """Return ". Did you mean NAME?" for the known name that is most similar, or "" if no name is similar."""
+    folded = {one.lower(): one for one in known}
     near = difflib.get_close_matches(name.lower(), folded, 1) if isinstance(name, str) else []
-    return f"{sentence}. Did you mean {folded[near[0]]}?" if near else sentence
+    return f". Did you mean {folded[near[0]]}?" if near else ""
 
 
 def is_name(text: str) -> bool:
@@ -58,28 +64,82 @@ def has_control(text: str) -> bool:
     return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
 
 
+def as_number(key: str, value: object, allowed: str) -> object:
+    """Return a number or an array without dimensions, of NumPy, xarray or another library, as a number of Python.
+
+    Any other value is returned unchanged. Raises TypeError with the sentence of `bad` for a masked value, for a time,
+    and for a unit, because the number alone is not what was given.
+    """
+    refuse_unit(key, value, allowed)
+    if getattr(value, "shape", None) != () or not hasattr(value, "item"):
+        return value
+    import numpy as np
+
+    if np.ma.is_masked(value) or getattr(getattr(value, "dtype", None), "kind", "") in ("m", "M"):
+        raise TypeError(bad(key, value, allowed))
+    return np.asarray(value).item()  # `item` of astropy keeps the unit
+
+
+NO_UNIT = ("", "1", "dimensionless")
+
+
+def refuse_unit(key: str, value: object, allowed: str) -> None:
+    """Refuse a quantity of pint, astropy or a similar library in another unit than that of the parameter `key`.
+
+    Units are compared as texts and never converted. Raises TypeError with the sentence of `bad`.
+    """
+    own = NAMES[name].unit if (name := key.rpartition(".")[2].partition("[")[0]) in NAMES else "1"
+    for holder in (value, getattr(value, "data", None) if hasattr(value, "dims") else None):  # xarray around a quantity
+        unit = getattr(holder, "units", getattr(holder, "unit", None))
+        if unit is not None and str(unit) not in (own, *NO_UNIT):
+            told = "without a unit" if own == "1" else f"without a unit, in {own}"
+            raise TypeError(bad(key, value, f"{allowed}, {told}"))
+
+
 def real_number(key: str, value: object, allowed: str) -> float:
     """Return a real number as a float, ±inf if it is too large. Raises TypeError with the sentence of `bad`."""
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+    number = as_number(key, value, allowed)
+    if isinstance(number, bool) or not isinstance(number, numbers.Real):
         raise TypeError(bad(key, value, allowed))
     try:
-        return float(value)
+        return float(number)
     except OverflowError:
-        return math.inf if value > 0 else -math.inf  # type: ignore[operator]
+        return math.inf if number > 0 else -math.inf  # type: ignore[operator]
+
+
+DEEPEST = 32  # lists in lists; NumPy has arrays of up to 32 or 64 dimensions
 
 
 def real_array(key: str, value: object, allowed: str) -> np.ndarray:
-    """Return real numbers of any shape as float64 array. Raises TypeError or ValueError with the sentence of `bad`."""
+    """Return real numbers of any shape as float64 array. Raises TypeError or ValueError with the sentence of `bad`.
+
+    The sentence names the index of the first element that is not a real number, such as "A[1]".
+    """
     import numpy as np
 
+    usual = {int, float, np.float64, np.float32, np.int64, np.int32}
+    if isinstance(value, list | tuple) and not set(map(type, value)) <= usual:  # NumPy would drop masks and units
+        deep = key.count("[") >= DEEPEST
+        rows = [] if deep else [real_array(f"{key}[{i}]", one, allowed) for i, one in enumerate(value)]
+        if len({row.shape for row in rows}) != 1:  # rows of different lengths
+            raise TypeError(bad(key, value, allowed))
+        return np.array(rows)
+    refuse_unit(key, value, allowed)
     try:
         array = np.asarray(value)
-    except ValueError:  # rows of different lengths
-        raise TypeError(bad(key, value, allowed)) from None
     except MemoryError:
         raise ValueError(bad(key, value, f"{allowed}, small enough for memory")) from None
-    if array.dtype.kind not in "iuf":
-        flat = [real_number(key, v, allowed) for v in array.reshape(-1).tolist()]
+    except (AttributeError, OverflowError, RuntimeError, TypeError, ValueError):  # in the words of other libraries
+        raise TypeError(bad(key, value, allowed)) from None
+    if array.ndim == 0:
+        return np.array(real_number(key, value, allowed))
+    masked = isinstance(value, np.ma.MaskedArray)
+    if masked or array.dtype.kind not in "iuf":
+        given: Any = value if masked else array
+        flat = [
+            real_number(key + "".join(f"[{i}]" for i in index), given[index], allowed)
+            for index in np.ndindex(array.shape)
+        ]
         array = np.array(flat).reshape(array.shape)
     return array.astype(np.float64, copy=False)
 
@@ -97,6 +157,7 @@ def check(name: str, value: object) -> float:
 def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
     """Cast an integer setting to int. Raises TypeError or ValueError with the sentence of `bad`."""
     allowed = f"an integer >= {low}"
+    value = as_number(name, value, allowed)
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise TypeError(bad(name, value, allowed))
     value = int(value)

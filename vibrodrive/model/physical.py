@@ -10,8 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from vibrodrive.model.names import SCENE
+from vibrodrive.model.notebook import html_table
 from vibrodrive.model.parameters import bad, real_array, real_number
-from vibrodrive.model.slips import warn_of_slip
+from vibrodrive.model.slips import OfScene, slip, warn
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -187,7 +189,7 @@ class Scene:
             omega0 = 2.0 * math.pi * check_scene("frequency", frequency)
         self._take({"a0": a0, "omega0": omega0, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         if self.a0 > 0.0 and math.isfinite(self.A):  # a scene with a0 = 0 gives only B and the units
-            warn_of_slip([(self.A, self.B, 0.0, 1.0)])
+            warn(slip([(self.A, self.B, 0.0, 1.0)]))
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
@@ -199,6 +201,12 @@ class Scene:
     def _take(self, values: Mapping[str, object]) -> None:
         for key, value in values.items():
             object.__setattr__(self, key, check_scene(key, value))
+
+    def _repr_html_(self) -> str:
+        values = {name: (getattr(self, name, None), row) for name, row in SCENE.items()}
+        rows = {name: f"{x * row.scale:.6g} {row.shown}".strip() for name, (x, row) in values.items() if x}
+        rows |= {"frequency": f"{self.frequency:.6g} Hz", "B": f"{self.B:.6g}"}
+        return html_table("Scene", (rows | ({"A": f"{self.A:.6g}"} if self.a0 else {})).items())
 
     @property
     def frequency(self) -> float:
@@ -213,7 +221,7 @@ class Scene:
     @property
     def A(self) -> float:
         """Excitation amplitude A = Ω0² a0 / (μ g cos α)."""
-        return amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g)
+        return OfScene(amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g), self.B)
 
     @property
     def B(self) -> float:
@@ -253,9 +261,12 @@ class Scene:
 def _numbers(key: str, value: object) -> Any:
     """Return a number as a float, a sequence of numbers as a NumPy array, and an array of any library as it is.
 
-    Raises TypeError with the sentence of `bad`.
+    An array keeps its mask, its labels and its missing values. Raises TypeError with the sentence of `bad`.
     """
-    array = real_array(key, value, "a number or an array of numbers")
-    if hasattr(value, "dtype"):
-        return value
-    return float(array) if array.ndim == 0 else array
+    import numpy as np
+
+    known = value.data if isinstance(value, np.ma.MaskedArray) else value
+    array = real_array(key, known, "a number or an array of numbers")
+    if not hasattr(value, "dtype"):
+        return float(array) if array.ndim == 0 else array
+    return value.astype(float) if getattr(value.dtype, "kind", "") == "O" else value  # type: ignore[attr-defined]

@@ -8,13 +8,14 @@ written only once.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from vibrodrive.model.choices import ACTS_ON, Method, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
-from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, unknown
+from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
 from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
 from vibrodrive.model.records import (
     ERROR,
@@ -32,26 +33,27 @@ from vibrodrive.model.records import (
 
 BLOCK_BYTES = 4 << 20
 """Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
-need less memory, and less work is lost if the process is killed."""
+need less memory."""
 
 BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
 """Largest number of points of a block. The second number holds if only summaries are recorded, the first otherwise."""
+
+BLOCK_WORK = 2e6
+"""Largest work of a block, in microseconds of one core (`Settings.work`). If a sweep is stopped, the unfinished blocks
+are lost."""
+
+LEAST_POINTS = 64
+"""Least number of points of a block, even if their work exceeds BLOCK_WORK: as many motions advance together on each
+core (LANES in kernels/lane.py), so fewer points would not finish earlier. Motions that are computed one by one have no
+such limit."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
 """Largest number of bytes and of points of a wave, the blocks that are computed together. Some lanes of the kernels
 (kernels/engine.py) become idle towards the end of a wave. With this number of points idle lanes cost little."""
 
-WAVE_WORK = 1 << 25
-"""Largest work of a wave, in the unit of `Settings.work`. If a sweep is stopped, at most this work is lost: 1.5 to 2.5
-s on one core."""
-
-LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
-"""Least number of points of a wave, even if their work exceeds WAVE_WORK. Fewer points would leave lanes or threads
-idle. The second number holds for points that are computed one by one."""
-
 BLOCK_POINTS_SEVERAL = 32
-"""Largest number of points of a block whose points need several motions each. Their searches are computed together."""
+"""Number of points of a block whose points need several motions each. Their searches are computed together."""
 
 IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
@@ -156,12 +158,11 @@ class Plan:
         if self.tiling is not None:
             return self.tiling
         most = BLOCK_POINTS_SMALL if self.record == (SUMMARY,) else BLOCK_POINTS
-        if several_motions(self.record):
-            most = BLOCK_POINTS_SEVERAL
-        rows = max(1, min(most, self._most_points, BLOCK_BYTES // point_bytes(self.record, self.settings.periods)))
+        most = BLOCK_POINTS_SEVERAL if several_motions(self.record) else min(most, self._most_points)
+        rows = max(1, min(most, BLOCK_BYTES // point_bytes(self.record, self.settings.periods)))
         chunk = [1] * len(self.shape)
         for k in range(len(self.shape) - 1, -1, -1):
-            chunk[k] = min(self.shape[k], rows)
+            chunk[k] = -(-self.shape[k] // -(-self.shape[k] // rows))  # blocks of nearly equal length
             rows //= chunk[k]
             if chunk[k] < self.shape[k] or rows == 0:
                 break
@@ -170,25 +171,38 @@ class Plan:
     @property
     def wave_points(self) -> int:
         """Largest number of points of a wave of several blocks."""
-        most = min(WAVE_POINTS, self._most_points)
-        return max(1, min(most, WAVE_BYTES // point_bytes(self.record, self.settings.periods)))
+        most = min(WAVE_POINTS, WAVE_BYTES // point_bytes(self.record, self.settings.periods))
+        corners = self._corners()
+        if {point["eps"] == 0.0 for point in corners} == {True, False}:
+            # the points with ε = 0 are computed first, and may finish no block
+            most = min(most, int(BLOCK_WORK // max(self._work(point | {"eps": 0.0}) for point in corners)))
+        return max(1, most)
 
     @property
     def point_work(self) -> float:
-        """Largest work of a point, in the unit of `Settings.work`."""
-        (eps, eta), dtau = (self._ends(name)[1] for name in ("eps", "eta")), self._ends("dtau")[0]
-        return self.settings.work(eps, eta, dtau, ERROR in self.record)
+        """Largest work of a point (`Settings.work`)."""
+        return max(map(self._work, self._corners()))
 
     @property
     def _most_points(self) -> int:
-        """Number of points whose work is WAVE_WORK, but at least the least number of points of a wave."""
-        alone = self.settings.one_by_one or ERROR in self.record
-        return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
+        """Number of points whose work is BLOCK_WORK, but at least the least number of points of a block."""
+        alone = self.settings.one_by_one(ERROR in self.record)
+        return max(1 if alone else LEAST_POINTS, int(BLOCK_WORK // self.point_work))
 
-    def _ends(self, name: str) -> tuple[float, float]:
-        """Return (least value, largest value) of a parameter."""
-        values: Any = {name: PARAMETERS[name].default, **self.scalars, **self.together, **self.axes}[name]
-        return float(np.min(values)), float(np.max(values))
+    def _work(self, point: Mapping[str, float]) -> float:
+        five = (point[name] for name in ("A", "B", "eps", "eta", "dtau"))
+        return self.settings.work(*five, summary=SUMMARY in self.record, bounded=ERROR in self.record)
+
+    def _corners(self) -> list[dict[str, float]]:
+        """Return A, B, ε, η and Δτ by name at all combinations of the least and largest values of the parameters.
+
+        One of these points has the largest work, which is monotone in each of them, as A and B are in each quantity of
+        a scene.
+        """
+        given: dict[str, Any] = {**self.scalars, **self.together, **self.axes}
+        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in given]
+        ends = ({v} if isinstance(v := given[n], float) else {float(v.min()), float(v.max())} for n in names)
+        return [with_A_and_B(dict(zip(names, values, strict=True))) for values in product(*ends)]
 
     def blocks(self) -> list[tuple[int, int]]:
         """Return (number of the first point, number of the last point + 1) for every block."""
@@ -283,13 +297,12 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
     if value is None and key in PARAMETERS:
         if PARAMETERS[key].default is None:
             raise TypeError(bad(key, value, PARAMETERS[key].allowed))
-    elif _is_scalar(key, value):
-        number = value.item() if isinstance(value, np.ndarray) else value
-        scalars[key] = check_scene(key, number) if key in SCENE else check(key, number)
-    elif key in SCENE:
-        axes[key] = np.array([check_scene(key, v) for v in np.asarray(value).tolist()])
+        return
+    values = _checked(key, value)
+    if values.ndim:
+        axes[key] = values
     else:
-        axes[key] = _axis(key, value)
+        scalars[key] = float(values)
 
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
@@ -303,14 +316,27 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
             raise ValueError(unknown("key of points", name, COLUMNS))
         if arguments.get(name) is not None:
             raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
-        if _is_scalar(f"points.{name}", value[name]):
+        found[name] = _checked(name, value[name], "points.")
+        if found[name].ndim == 0:
             raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
-        found[name] = _axis(name, value[name], "points.")
+    labels = {name: labels for name in found if (labels := _labels(value[name])) is not None}
+    for name in labels:
+        if not labels[name].equals(labels[first := next(iter(labels))]):
+            allowed = f"in the order of the labels of points.{first}, or an array without labels"
+            raise ValueError(bad(f"points.{name}", value[name], allowed))
     lengths = {name: len(values) for name, values in found.items()}
     if len({*lengths.values()}) != 1:
         told = ", ".join(f"{n} of {name}" for name, n in lengths.items()) or "nothing"
         raise ValueError(f"points = {told}: must be {allowed}")
     return found
+
+
+def _labels(values: Any) -> Any:
+    """Return the labels of a pandas.Series or of an xarray.DataArray of one dimension, or None without labels."""
+    if hasattr(values, "get_index"):
+        return values.get_index(values.dims[0])
+    index = getattr(values, "index", None)
+    return index if hasattr(index, "equals") else None
 
 
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
@@ -334,32 +360,31 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> 
             scalars[name] = value
 
 
-def _is_scalar(key: str, value: object) -> bool:
-    """Return True if an argument is a single value, and False if it can be an axis. Otherwise raises ValueError."""
-    try:
-        return np.ndim(value) == 0 and not isinstance(value, str)  # type: ignore[arg-type]
-    except ValueError:
-        raise ValueError(bad(key, value, "a number or a one-dimensional axis")) from None  # rows of different lengths
-    except MemoryError:
-        raise ValueError(bad(key, value, "an axis that fits into memory")) from None
+def _checked(key: str, value: object, place: str = "") -> np.ndarray:
+    """Return one value of a parameter, float64 (), or its values along an axis, float64 (n,), checked.
 
-
-def _axis(key: str, value: object, place: str = "") -> np.ndarray:
-    """Return the values of a parameter along an axis, checked; messages put `place` before its name."""
-    if isinstance(value, str):
-        check(key, value)
-    array = np.asarray(value)
-    if array.ndim != 1:
+    Messages put `place` before the name. Raises TypeError or ValueError.
+    """
+    allowed = PARAMETERS[key].allowed if key in PARAMETERS else "a number or a one-dimensional axis"
+    array = real_array(place + key, value, allowed)
+    if array.ndim == 0:
+        return np.array(check_at(key, value, place + key))
+    if array.ndim > 1:
         raise ValueError(f"{place}{key} = array of shape {array.shape}: must be a number or a one-dimensional axis")
     if array.size == 0:
         raise ValueError(bad(place + key, [], "an axis with at least one value"))
-    if array.dtype.kind not in "iuf":
-        for v in array.tolist():
-            check(key, v)
-    wide = array.astype(np.float64)
-    p = PARAMETERS[key]
-    wrong = ~((wide >= p.low) & (wide <= p.high)) | (p.open_low & (wide == p.low))
-    if wrong.any():
-        at = int(np.argmax(wrong))
-        raise ValueError(bad(f"{place}{key}[{at}]", array[at].item(), p.allowed))
-    return wide + 0.0
+    suspects = np.arange(len(array))
+    if key in PARAMETERS:  # an axis may have millions of values: find those to be refused without a loop
+        p = PARAMETERS[key]
+        suspects = np.flatnonzero(~((array >= p.low) & (array <= p.high)) | (p.open_low & (array == p.low)))
+    for i in suspects.tolist():
+        check_at(key, array[i].item(), f"{place}{key}[{i}]")
+    return array + 0.0
+
+
+def check_at(key: str, value: object, place: str) -> float:
+    """Return one value of a parameter or quantity of the scene, checked; `place` is its name in the error message."""
+    try:
+        return check_scene(key, value) if key in SCENE else check(key, value)
+    except (TypeError, ValueError) as error:
+        raise type(error)(str(error).replace(key, place, 1)) from None

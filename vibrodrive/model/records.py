@@ -12,7 +12,7 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 from vibrodrive.model.own import Own
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, did_you_mean
 
 SECTION, IMPACTS, SUMMARY, ERROR = "section", "impacts", "summary", "error"
 LIMIT, FAILURES = "limit", "failures"
@@ -150,8 +150,11 @@ def check_record(record: object) -> tuple[str, ...]:
         raise TypeError(bad("record", record, allowed))
     named = [one for one in given if isinstance(one, str) and not isinstance(one, Own)]
     own = [one if isinstance(one, Own) else Own.of(one) for one in given if one not in named]
-    if not given or set(named) - set(RECORDS):
-        raise ValueError(bad("record", record, allowed))
+    wrong = [name for name in named if name not in RECORDS]
+    if wrong or not given:
+        name = str(*wrong[:1])
+        hint = f"; write {name.split(',')}" if "," in name else did_you_mean(name, RECORDS)
+        raise ValueError(bad("record", record, allowed) + hint)
     if len({*named, *(one.name for one in own)}) < len(given):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
     for one in ALONE:

@@ -11,16 +11,19 @@ import numpy as np
 from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
-from vibrodrive.model.described import html_table, numbers, share_computed, span
+from vibrodrive.model.described import numbers, share_computed, span
 from vibrodrive.model.names import Settings
-from vibrodrive.model.parameters import bad, real_number
+from vibrodrive.model.notebook import html_table
+from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
 from vibrodrive.model.physical import with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, Quantity, quantities
 from vibrodrive.model.size import refuse_large_results
+from vibrodrive.model.slips import warn
 from vibrodrive.model.statuses import Statuses, count_statuses
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -203,7 +206,8 @@ class Results:
         if not name.startswith("_") and name in (q.name for q in self.quantities):
             return self._array(name)
         if name.startswith("_") or name not in _WHERE:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            hint = "" if name.startswith("_") else did_you_mean(name, [n for n in (*dir(self), *_WHERE) if n[0] != "_"])
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
         if _WHERE[name] not in self.record:
             raise AttributeError(
                 bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}", which contains {name}')
@@ -212,6 +216,17 @@ class Results:
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *(q.name for q in self.quantities)]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the array of this name, or the values of an axis. Raises KeyError for a name without an array."""
+        arrays = [*(one for one in (SECTION, ERROR) if one in self.record), "status", "margin", "switches"]
+        arrays += [q.name for q in self.quantities]
+        known = self.axes | self.points
+        if not isinstance(name, str) or name not in [*arrays, *known]:
+            raise KeyError(unknown("name", name, [*arrays, *known]))
+        return known[name] if name in known else getattr(self, name)
+
+    __iter__ = None  # otherwise Python would iterate over r[0], r[1], …
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -277,6 +292,12 @@ class Results:
         TypeError, ValueError
             if a name is not an axis of these results, or if the axis does not contain the value.
 
+        Warns
+        -----
+        UserWarning
+            if the nearest value, without a tolerance, is an end of the axis, and `value` is beyond it by more than the
+            largest step of the axis.
+
         Examples
         --------
         >>> import vibrodrive as vd
@@ -338,6 +359,42 @@ class Results:
         (3,)
         """
         return above("a Dataset of results")(self)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a table with one row for each point, for pandas. This needs the extra `data`.
+
+        The columns are the axes, the parameters of `points`, and all arrays of `to_xarray` with one value for each
+        point; the status has its name. `attrs` contains those of `to_xarray`, and the units by column.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ImportError
+            if xarray, which includes pandas, is not installed. The message is one line.
+
+        Examples
+        --------
+        >>> import vibrodrive as vd
+        >>> r = vd.sweep(A=[1.5, 3.04], transient=100, periods=64, record="summary")
+        >>> r.to_dataframe()[["A", "status", "period", "impacts"]]
+              A status  period  impacts
+        0  1.50     OK       1      1.0
+        1  3.04     OK       2      0.5
+        """
+        data = self.to_xarray()
+        data = data[[name for name, array in data.data_vars.items() if array.dims == tuple(self.axes)]]
+        data = data.rename({"motion_period": "period"} if "motion_period" in data else {})
+        for name, array in data.data_vars.items():
+            if "flag_values" in array.attrs:
+                flags = array.attrs["flag_values"].tolist(), array.attrs["flag_meanings"].upper().split()
+                data[name] = array.dims, np.vectorize(dict(zip(*flags, strict=True)).get, [object])(array)
+        table = (data if self.axes else data.expand_dims(POINT)).to_dataframe(dim_order=[*self.axes] or [POINT])
+        table = table.reset_index(drop=not self.axes)
+        table.attrs = data.attrs | {"units": {str(name): data[name].attrs.get("units", "1") for name in table}}
+        return table
 
     def plot(
         self,
@@ -481,4 +538,7 @@ def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> i
         else:
             allowed = f"within {reach:g} of {allowed}, of which the nearest is {axis[at].item()!r}"
         raise ValueError(bad(name, value, allowed))
+    step = np.diff(np.sort(axis)).max() if len(axis) > 1 else abs(axis[0])
+    if reach == np.inf and not axis.min() - step <= x <= axis.max() + step:
+        warn([f"{name} = {x:g}: outside of the axis, {axis.min():g} to {axis.max():g}; {axis[at]:g} is selected"])
     return at

@@ -4,7 +4,8 @@ import math
 import os
 import shutil
 import sys
-from pathlib import Path
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
 
 from vibrodrive.errors import TooLarge
 from vibrodrive.model.plan import IN_FLIGHT, Plan
@@ -17,6 +18,15 @@ POINT_BYTES = 8 + 5 * 8 + 8 + 1
 """Bytes of a point in addition to its records: margin, five numbers of switches, checksum and status."""
 
 
+LARGE = 1 << 26
+"""Up to this number of bytes the memory for results is not checked, because a check takes as long as a short motion.
+Beside larger results this number of bytes remains free, for the blocks being computed and for compilation."""
+
+
+BASE_MEMORY = 350_000_000
+"""Bytes of memory for the interpreter, NumPy, Numba, and the kernels while they are compiled."""
+
+
 def human(n_bytes: float) -> str:
     """Return a number of bytes with a decimal prefix: 1234567 -> '1.2 MB'."""
     for unit in ("B", "kB", "MB", "GB", "TB", "PB"):
@@ -26,21 +36,90 @@ def human(n_bytes: float) -> str:
     return f"{n_bytes:.3g} EB"
 
 
-def available_memory() -> int:
-    """Return the bytes that can be allocated without swapping (Linux), or the total memory (other systems).
+SYSTEM = Path("/")  # tests replace this directory
 
-    On Windows Python has no such function. The result is then `sys.maxsize`, which disables the checks of memory.
+
+def available_memory() -> int:
+    """Return the bytes that this process can allocate without swapping and without being killed or refused.
+
+    This is the least of the free memory of the machine and of what is left of each limit: of the control groups of this
+    process, such as a container or the job of a batch system, and of `ulimit -v` and `ulimit -d`. On systems other than
+    Linux the total memory replaces the free memory. On Windows Python has no such function. The result is then
+    `sys.maxsize`, which disables the checks of memory.
     """
+    return max(0, min([_free(), *_left_in_groups(), *_left_of_limits()]))
+
+
+def _free() -> int:
+    free = _table("proc/meminfo").get("MemAvailable")
+    if free is not None:
+        return 1024 * free
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else sys.maxsize
+
+
+GROUP_FILES = (
+    ("memory.max", "memory.high", "memory.current"),
+    ("memory.limit_in_bytes", "memory.usage_in_bytes"),
+)
+"""Files of a control group with its limits and, last, its use in bytes, for versions 2 and 1 of control groups."""
+
+
+def _left_in_groups() -> Iterator[int]:
+    """Yield the bytes left in each control group of this process, and in each group above, which limits all below.
+
+    Cached pages of files do not count as used, because Linux drops them before a group exceeds its limit.
+    """
+    groups = [line.split(":", 2) for line in _lines("proc/self/cgroup")]
+    for line in _lines("proc/self/mountinfo"):
+        mount, _, system = line.partition(" - ")
+        (root, point), (kind, _, options) = mount.split()[3:5], system.split(" ", 2)
+        first = kind == "cgroup" and "memory" in options.split(",")
+        if not (first or kind == "cgroup2"):
+            continue
+        *caps, use = GROUP_FILES[first]
+        own = next((path for _, used, path in groups if ("memory" in used.split(",") if first else not used)), root)
+        below = PurePosixPath(own)
+        # the mounted groups may begin at the group of a container, or this process may be outside of them
+        inside = below.is_relative_to(root) and ".." not in below.parts
+        below = below.relative_to(root) if inside else PurePosixPath()
+        for group in (below, *below.parents):
+            folder = f"{point}/{group}".lstrip("/")
+            limits = [int(line) for cap in caps for line in _lines(f"{folder}/{cap}") if line != "max"]
+            if limits:
+                files = _table(f"{folder}/memory.stat")
+                cached = sum(files.get(f"{'total_' * first}{age}_file", 0) for age in ("active", "inactive"))
+                yield min(limits) - sum(map(int, _lines(f"{folder}/{use}"))) + cached
+
+
+def _left_of_limits() -> Iterator[int]:
+    """Yield the bytes left of the limits of this process."""
+    for name, used in (("RLIMIT_AS", "VmSize"), ("RLIMIT_DATA", "VmData")):
+        if (limit := _limit(name)) is not None:
+            yield limit - 1024 * _table("proc/self/status").get(used, 0)
+
+
+def _limit(name: str) -> int | None:
+    """Return a limit of this process in bytes; None if there is no limit, as on Windows."""
     try:
-        with open("/proc/meminfo") as lines:
-            for line in lines:
-                if line.startswith("MemAvailable:"):
-                    return int(line.split()[1]) * 1024
+        import resource
+    except ImportError:
+        return None
+    limit, _ = resource.getrlimit(getattr(resource, name))
+    return None if limit == resource.RLIM_INFINITY else limit
+
+
+def _lines(path: str) -> list[str]:
+    """Return the lines of a file of the system; [] if there is no such file."""
+    try:
+        return (SYSTEM / path).read_text(errors="replace").splitlines()
     except OSError:
-        pass
-    if not hasattr(os, "sysconf"):
-        return sys.maxsize
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        return []
+
+
+def _table(path: str) -> dict[str, int]:
+    """Return the numbers in a file of the system with lines such as "name: 12 kB" or "name 12"."""
+    rows = (line.replace(":", " ").split() for line in _lines(path))
+    return {row[0]: int(row[1]) for row in rows if len(row) > 1 and row[1].isdigit()}
 
 
 def _bytes_of_a_point(plan: Plan) -> int:
@@ -75,10 +154,8 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
     blocks.
     """
     block = block_bytes(plan)
-    if remote:
-        return IN_FLIGHT * block + block // 2
     points = min(plan.n_points, plan.wave_points)
-    return 2 * max(block, points * _bytes_of_a_point(plan)) + block // 2
+    return (IN_FLIGHT if remote else 2) * max(block, points * _bytes_of_a_point(plan)) + block // 2
 
 
 def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
@@ -96,21 +173,30 @@ def refuse_large_block(plan: Plan, remote: bool = False) -> None:
     """Raise TooLarge if a point exceeds a chunk, or if the blocks that exist at one time do not fit into memory."""
     if plan.settings.periods > PERIODS_MAX:
         raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, the limit of the file format")
-    what = f"periods = {plan.settings.periods}"
-    _refuse(what, "the blocks computed at one time take", working_bytes(plan, remote), available_memory())
+    need, have = working_bytes(plan, remote), available_memory()
+    if need > LARGE:
+        have = max(0, have - BASE_MEMORY)
+    _refuse(f"periods = {plan.settings.periods}", "the blocks computed at one time take", need, have)
 
 
 def refuse_large_results(plan: Plan) -> None:
     """Raise TooLarge if the results of a sweep do not fit into memory."""
-    are = "available (with a result file, only blocks are in memory)"
-    _refuse(_extent(plan), "the results take", result_bytes(plan), available_memory(), are=are)
+    if (need := result_bytes(plan)) > LARGE:
+        are = "available (with a result file, only blocks are in memory)"
+        _refuse(_extent(plan), "the results take", need, max(0, available_memory() - LARGE), are=are)
 
 
-LARGE = 1 << 26  # up to this number of bytes memory is not checked, because a check takes as long as a short motion
 ROW_BYTES = 34 + 24  # bytes of one switch of a single motion, with its error bounds
 
 MOTION_BYTES = 2 * 16 + 2 * 32
 """Bytes of one period of a single motion: its section point with error bounds, and two main impacts."""
+
+
+def refuse_large_reading(name: str, need: int) -> None:
+    """Raise TooLarge if an array of a file does not fit into memory. Reading it takes `need` bytes."""
+    if need > LARGE:
+        are = "available (`select` reads a part)"
+        _refuse(name, "reading it takes", need, available_memory(), are=are)
 
 
 def fitting_rows(periods: int, rows: int) -> int:
@@ -141,21 +227,11 @@ def refuse_large_sample(per_period: int, instants: int) -> None:
 
 def refuse_large_file(plan: Plan, path: Path) -> None:
     """Raise TooLarge if the result file exceeds the free space of the disk, or the file size limit of the shell."""
-    need, have = file_bytes(plan), shutil.disk_usage(path.absolute().parent).free
+    need, have = file_bytes(plan), shutil.disk_usage(os.path.dirname(os.path.realpath(path))).free
     _refuse(_extent(plan), "the file takes", need, have, "the disk", "free")
-    if (limit := _file_size_limit()) is not None:
+    if (limit := _limit("RLIMIT_FSIZE")) is not None:
         _refuse(_extent(plan), "the file takes", need, limit, "the file size limit", "allowed (ulimit -f)")
 
 
 def _extent(plan: Plan) -> str:
     return f"{plan.n_points} points x {plan.settings.periods} periods"
-
-
-def _file_size_limit() -> int | None:
-    """Return the largest size, in bytes, of a file of this process; None if there is no limit, as on Windows."""
-    try:
-        import resource
-    except ImportError:
-        return None
-    limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
-    return None if limit == resource.RLIM_INFINITY else limit

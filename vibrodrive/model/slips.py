@@ -1,36 +1,92 @@
-"""Warnings of allowed but unlikely arguments. Likely mistakes are: A and B swapped, ε in per cent, a scene not in SI.
+"""Warnings of allowed but unlikely arguments: degrees for radians, per cent for shares, A and B swapped, …
 
-Only the arguments of limits and of orbits, and scenes, are checked. The parameters of a sweep without a scene may have
-any values.
+`unlikely` applies to every plan. `slip` applies to limits, orbits and scenes, because a sweep without a scene may have
+any A and B. In Python a warning names the line of the caller; a command prints the same sentences.
 """
 
+from __future__ import annotations
+
+import sys
 import warnings
 from collections.abc import Iterable
+from typing import Any
 
-SMALL = 0.1  # largest ε that counts as a small disturbance
+from vibrodrive.model.names import PARAMETERS, TURN
+
 LARGE = 100.0  # warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation
 
 UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
 
 
-def slip(points: Iterable[tuple[float, float, float, float]]) -> str:
-    """Return a sentence for each likely mistake that all points (A, B, eps, eta) share, or "" if there is none."""
+def slip(points: Iterable[tuple[float, float, float, float]]) -> list[str]:
+    """Return a sentence for each likely mistake that all points (A, B, eps, eta) share."""
     given = list(points)
-    A, B, eps, _ = given[0]
+    A, B, _, _ = given[0]
     said = []
     if all(A * (1.0 + eps * eta**2) <= 1.0 + B for A, B, eps, eta in given):
         said.append(
             f"A = {A:g}, B = {B:g}: the mass cannot leave the obstacle, because A (1 + ε η²) <= 1 + B "
             f"(are A and B swapped, or is a scene not in SI units: {UNITS}?)"
         )
-    if all(eps > SMALL for _, _, eps, _ in given):
-        said.append(f"eps = {eps:g}: ε is a share of the excitation, usually below {SMALL:g} (is it in per cent?)")
     if all(A > LARGE and A > LARGE * B for A, B, _, _ in given):
         said.append(f"A = {A:g}, B = {B:g}: A is usually below {LARGE:g} (is a scene not in SI units: {UNITS}?)")
-    return "; ".join(said)
+    return said
 
 
-def warn_of_slip(points: Iterable[tuple[float, float, float, float]], depth: int = 2) -> None:
-    """Warn of a likely mistake, if any; the warning names the line `depth` calls above the caller."""
-    if said := slip(points):
-        warnings.warn(said, UserWarning, stacklevel=depth + 1)
+def unlikely(plan: Any) -> list[str]:
+    """Return a sentence for each likely mistake in the values of a Plan."""
+    import numpy as np
+
+    said = []
+    for name, axis in plan.axes.items():
+        values, counts = np.unique(axis, return_counts=True)
+        if len(values) < len(axis):
+            said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
+        start, stop, num = axis.tolist() if len(axis) == 3 else (0.0, 0.0, 0.0)
+        if start < stop and num >= 20 and num == round(num) and num - stop > 20 * (stop - start):
+            ends = f"{start:g}, {stop:g}, {num:g}"
+            meant = f"numpy.linspace({ends}) or, in a configuration, {{start, stop, num}}"
+            said.append(f"{name} = {ends}: these are three values (is a range meant, {meant}?)")
+    given: dict[str, Any] = {**plan.scalars, **plan.together, **plan.axes}
+    phases, step = np.ravel(given["section_phase"]), np.max(given["dtau"])
+    phase = phases[np.abs(phases).argmax()]
+    if abs(phase) > 2.0 * TURN:
+        said.append(f"section_phase = {phase:g}: a phase is in radians, usually below 2π (is it in degrees?)")
+    if step > TURN:
+        said.append(f"dtau = {step:g}: the step of the grid is longer than the excitation period, 2π")
+    eps = np.min(given["eps"])
+    if eps > 1.0:
+        said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
+    return said
+
+
+class OfScene(float):
+    """The A of a scene, with the B of this scene, so that a forgotten B is noticed."""
+
+    __slots__ = ("B",)
+    B: float
+
+    def __new__(cls, A: float, B: float) -> OfScene:
+        self = super().__new__(cls, A)
+        self.B = B
+        return self
+
+    def __getnewargs__(self) -> tuple[float, float]:  # type: ignore[override]
+        return float(self), self.B
+
+
+def forgotten(A: object, B: object) -> list[str]:
+    """Return a sentence if A is that of a scene and B, which has its default value, is not."""
+    if isinstance(A, OfScene) and isinstance(B, float) and PARAMETERS["B"].default == B != A.B:
+        return [f"B = {B:g}: A is that of a scene with B = {A.B:.6g} (is B = scene.B forgotten?)"]
+    return []
+
+
+def warn(said: Iterable[str]) -> None:
+    """Issue one warning with all sentences, if there are any, at the line outside this package that led to it."""
+    if not (text := "; ".join(said)):
+        return
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "vibrodrive":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, UserWarning, stacklevel=level)

@@ -6,7 +6,7 @@ import textwrap
 import numpy as np
 
 from vibrodrive.model.config import HOMES
-from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.plan import POINT, Plan, idle
 from vibrodrive.model.records import RECORDS
 
 FEW = 3  # an axis of up to this number of values is written as a list, because a range would not be shorter
@@ -17,10 +17,11 @@ WIDTH = 110
 def as_toml(plan: Plan) -> str:
     """Return the configuration of a plan without a scene in SI units.
 
-    The text contains all settings, so that a later version with other defaults reads the same plan.
+    The text contains all settings in use, so that a later version with other defaults reads the same plan.
     """
     s = plan.settings
-    numbers = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
+    left = {*plan.axes, *idle(s.method)}
+    numbers = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
     known = [name for name in plan.record if name in RECORDS]
     said = numbers | s.words | ({"record": known} if known else {})
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}

@@ -21,6 +21,7 @@ from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI
 from vibrodrive.kernels.release import moves
 from vibrodrive.model.parameters import bad, check, real_array
+from vibrodrive.model.slips import forgotten, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
@@ -232,4 +233,6 @@ def impact_map(A: float, B: float = 0.1) -> ImpactMap:
     >>> list(map(str, following.word))
     ['REST UP DOWN UP DOWN IMPACT', 'UP DOWN IMPACT']
     """
-    return ImpactMap(A, B)
+    found = ImpactMap(A, B)
+    warn(forgotten(A, B))
+    return found

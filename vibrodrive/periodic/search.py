@@ -33,7 +33,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibrodrive.model.parameters import bad, check_count
-from vibrodrive.model.slips import warn_of_slip
+from vibrodrive.model.slips import forgotten, slip, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.fixed_points import fixed_points
 from vibrodrive.periodic.impact_map import ImpactMap, spell, states
@@ -161,7 +161,7 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     """
     system = ImpactMap(A, B)
     limit = check_period("max_period", max_period)
-    warn_of_slip([(system.A, system.B, 0.0, 1.0)])
+    warn([*slip([(system.A, system.B, 0.0, 1.0)]), *forgotten(A, B)])
     return orbits_of(system, limit)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pickle import PicklingError
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ def run_blocks(
     todo = spans if which is None else [spans[i] for i in which]
     if executor is not None:
         try:
-            yield from sweep.run_remote(plan, todo, executor, compute)
+            yield from sweep.run_remote(plan, todo, executor, compute_some)
         except (PicklingError, AttributeError) as error:
             if "pickle" not in str(error):
                 raise
@@ -65,6 +66,17 @@ def run_blocks(
                 yield pool.submit(compute, plan, start, stop, count, halt).result()._replace(index=index)
         finally:
             halt.call()
+
+
+def compute_some(plan: Plan, blocks: Sequence[sweep.Span], halt: Halt) -> list[Block]:
+    """Compute blocks as a task on one thread, until sweep.TASK_SECONDS have passed; another task computes the rest."""
+    found: list[Block] = []
+    began = monotonic()
+    for index, start, stop in blocks:
+        found.append(compute(plan, start, stop, 1, halt)._replace(index=index))
+        if monotonic() - began > sweep.TASK_SECONDS:
+            break
+    return found
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:

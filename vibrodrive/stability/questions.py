@@ -75,7 +75,7 @@ def limit(
     B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget
         as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
 
     Returns
     -------
@@ -99,8 +99,8 @@ def limit(
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: A <= 1 + B, at which the mass never leaves the obstacle; ε above 0.1; or
-        an A that is above 100 and above 100 B.
+        for values that are probably a mistake: those of `simulate`; A <= 1 + B, at which the mass never leaves the
+        obstacle; or an A that is above 100 and above 100 B.
 
     Examples
     --------
@@ -115,7 +115,7 @@ def limit(
     """
     plan = plan_at_one_point(written, disturbance, method, ' (for axes use `sweep` with record = "limit")')
     search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads), Halt())
-    ((_, found),) = _answered("limit", plan, lambda: list(search.run([0], strict=True)))
+    ((_, found),) = _answered("limit", plan, A, lambda: list(search.run([0], strict=True)))
     return found
 
 
@@ -153,7 +153,7 @@ def start_limit(
     B, transient, budget
         as in `simulate`. A `transient` below 20 000 periods is raised to 20 000.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
 
     Returns
     -------
@@ -186,7 +186,7 @@ def start_limit(
         check("A", A)
     plan = plan_of_starts({name: value for name, value in written.items() if name not in ("axis", "threads")}, axis, ())
     count = check_threads(threads)
-    return _answered("start_limit", plan, lambda: nearest_other(plan.arguments(0), axis, count))
+    return _answered("start_limit", plan, A, lambda: nearest_other(plan.arguments(0), axis, count))
 
 
 @as_written
@@ -220,7 +220,7 @@ def unique_limit(
         as in `simulate`; they apply to each disturbed motion. The starts ξ0 and ξ'0 form a lattice that the function
         chooses. Two motions count as one if they agree over the last 64 recorded periods.
     threads : int, optional
-        number of threads; by default the number of threads of Numba.
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
 
     Returns
     -------
@@ -253,15 +253,15 @@ def unique_limit(
     """
     plan = plan_at_one_point(written, disturbance, method)
     count = check_threads(threads)
-    return _answered("unique_limit", plan, lambda: unique_at(plan, 0, disturbance, count))
+    return _answered("unique_limit", plan, A, lambda: unique_at(plan, 0, disturbance, count))
 
 
-def _answered(name: str, plan: Plan, search: Callable[[], T]) -> T:
+def _answered(name: str, plan: Plan, given: object, search: Callable[[], T]) -> T:
     """Return the result of a search at the one point of a plan, with a warning of a likely mistake and a progress line.
 
-    The warning names the line that calls the public function, three calls above this function.
+    `given` is the A of the call.
     """
     A, B, eps, eta = (plan.scalars[key] for key in ("A", "B", "eps", "eta"))
-    slips.warn_of_slip([(A, B, eps, eta)], depth=4)
+    slips.warn([*slips.slip([(A, B, eps, eta)]), *slips.unlikely(plan), *slips.forgotten(given, B)])
     with above("the progress of a call")(name):
         return search()

@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import math
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,7 @@ from vibrodrive.model.described import Lines, axis_facts, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
+from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
 from vibrodrive.store.checksums import check_block, check_blocks, read_marks
 from vibrodrive.store.compare import compare
@@ -58,6 +60,8 @@ def _read(
     with open_result(path) as file, interpreting(path):
         if identity(file) != own:
             raise Different(f"{path}: was replaced since by the file of another sweep; load it again")
+        need = sum(math.prod(_shape(file[n], index)) * file[n].dtype.itemsize for n in names)
+        refuse_large_reading(f"{path}: {name}", need * len(names))  # two columns are read, and stacked
         where = tiles(plan)
         _, done, wrong = read_marks(file, where)
         arrays = None
@@ -87,10 +91,7 @@ def _blockwise(
 
     Only finished blocks are read, because a sweep may be writing any other block.
     """
-    arrays = []
-    for data in variables:
-        kept = [n for n, i in zip(data.shape, index, strict=False) if isinstance(i, slice)]
-        arrays.append(np.full((*kept, *data.shape[len(index) :]), data.fillvalue, data.dtype))
+    arrays = [np.full(_shape(data, index), data.fillvalue, data.dtype) for data in variables]
     unreadable = []
     for k, tile in finished.items():
         if (found := _place(index, tile)) is None:
@@ -103,6 +104,12 @@ def _blockwise(
         for array, part in zip(arrays, parts, strict=True):
             array[found[1]] = part
     return arrays, unreadable
+
+
+def _shape(data: h5py.Dataset, index: Index) -> tuple[int, ...]:
+    """Return the shape of the part of a variable that `index` selects."""
+    kept = [n for n, i in zip(data.shape, index, strict=False) if isinstance(i, slice)]
+    return (*kept, *data.shape[len(index) :])
 
 
 def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
