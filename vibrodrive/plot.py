@@ -33,7 +33,6 @@ from vibrodrive.figures.orbits import bifurcation_diagram as orbits
 from vibrodrive.figures.orbits import cobweb
 from vibrodrive.figures.orbits import multiplier_diagram as multipliers
 from vibrodrive.figures.plane import curves_figure as curves
-from vibrodrive.figures.scheme import scheme
 
 __all__ = [
     "bifurcation",
@@ -46,7 +45,6 @@ __all__ = [
     "orbits",
     "phase_curve",
     "poincare",
-    "scheme",
 ]
 
 for _name in __all__:

@@ -19,7 +19,6 @@ from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
 from vibrodrive.cli.files import info, verify
 from vibrodrive.cli.init import init
-from vibrodrive.cli.paper import paper
 from vibrodrive.cli.plot import plot, trajectory
 from vibrodrive.cli.result import HELP, result_command
 from vibrodrive.cli.sweep import sweep
@@ -43,7 +42,7 @@ def cli() -> None:
 
 
 results = [result_command(name) for name in HELP]
-for command in (init, sweep, plot, info, verify, trajectory, driver, *results, paper, explore, validate):
+for command in (init, sweep, plot, info, verify, trajectory, driver, *results, explore, validate):
     cli.add_command(command)
 cli.add_command(result_command("failures", hidden=True), "atlas")
 """Former name of the command `failures`, kept for existing scripts."""

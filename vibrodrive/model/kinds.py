@@ -22,8 +22,7 @@ class Kind(NamedTuple):
     command
         command that writes it.
     reader
-        place of the function that reads an open file into the object that `load` returns. For the kind "switches" the
-        function returns the object that `info` describes.
+        place of the function that reads an open file into the object that `load` returns.
     words
         texts that identify a damaged file of this kind. Every file of this kind contains them, some near its
         beginning, and hardly any other file contains them.
@@ -38,19 +37,19 @@ class Kind(NamedTuple):
     figures
         endings of the names of the figures that the command draws.
     options
-        values allowed for the options of `plot`; None for a kind that can neither be loaded nor drawn.
+        values allowed for the options of `plot`.
     """
 
     holds: str
     command: str
     reader: str
     words: tuple[str, ...]
+    options: Mapping[str, tuple[str, ...]]
     schema: str = ""
     readable: tuple[int, ...] = ()
     faults: str = ""
     recipe: str = ""
     figures: tuple[str, ...] = ("",)
-    options: Mapping[str, tuple[str, ...]] | None = None
 
 
 FILES = {
@@ -69,7 +68,7 @@ FILES = {
         reader="store.limits:read",
         words=("searched_to",),
         schema="limits_schema",
-        readable=(2, 3),
+        readable=(2,),
         faults="store.limits:faults",
         recipe="jobs.limits:RECIPE",
         options={"kind": (MAP,), "quantity": (K2,)},
@@ -106,7 +105,6 @@ FILES = {
         recipe="jobs.curves:RECIPE",
         options={},
     ),
-    "switches": Kind("switches of single motions", "paper", "store.switches:read", ("motion_0",)),
 }
 """Kinds of files. The key is the value of the root attribute `kind` of the file."""
 

@@ -8,7 +8,6 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
-from vibrodrive.errors import OtherKind
 from vibrodrive.model.described import Lines
 from vibrodrive.model.kinds import FILES, named
 from vibrodrive.model.parameters import bad, is_name
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
     from vibrodrive.store.curves import StoredCurves
     from vibrodrive.store.failures import FailureMap
     from vibrodrive.store.orbits import StoredOrbits
-
-LOADED = [name for name, kind in FILES.items() if kind.options is not None]  # kinds that `load` reads
 
 
 class Summary(NamedTuple):
@@ -88,7 +85,7 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     NoResult
         if `path` is not a result file of this version. All exceptions of this function are in `vibrodrive.errors`.
     OtherKind (a NoResult)
-        if the kind of the file is not `kind`, or if the file contains switches of single motions.
+        if the kind of the file is not `kind`.
     Damaged (a NoResult)
         if the file cannot be read.
     Busy (a RuntimeError)
@@ -110,13 +107,10 @@ def load(path: str | Path, kind: str | None = None) -> Any:
     vibrodrive.errors.OtherKind: fig07.h5: must contain limits of stability, but contains a sweep (`vibrodrive sweep`)
     """
     path = check_path(path)
-    if kind is not None and kind not in LOADED:
-        raise ValueError(bad("kind", kind, "one of " + ", ".join(LOADED)))
+    if kind is not None and kind not in FILES:
+        raise ValueError(bad("kind", kind, "one of " + ", ".join(FILES)))
     with reading(path, kind) as file:
-        found = kind_in(file)
-        if found not in LOADED:
-            raise OtherKind(f"{path}: contains {FILES[found].holds}, which `load` does not read; use xarray or h5py")
-        return named(FILES[found].reader)(file)
+        return named(FILES[kind_in(file)].reader)(file)
 
 
 def summary(path: Path, thorough: bool = False, progress: Progress = quiet) -> Summary:

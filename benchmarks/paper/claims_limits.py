@@ -2,28 +2,22 @@
 
 import math
 import timeit
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import collect
-from vibrodrive.batch.trajectory import simulate
-from vibrodrive.model.choices import Status
-from vibrodrive.model.plan import make_plan
-from vibrodrive.model.states import State
-from vibrodrive.paper.claim import Outcome, claim, listed, when
-from vibrodrive.paper.session import Session
-from vibrodrive.stability.limit import Disturbance, Limit, each_limit
-from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
-from vibrodrive.stability.questions import limit
-from vibrodrive.stability.structure import SETTLING, WATCHED, reference_orbit
-from vibrodrive.verdicts import NotApplicable
+import vibrodrive as vd
+from benchmarks.paper.claim import Outcome, claim, listed, when
+from benchmarks.paper.limits import KINDS, band_of_motions, limits
+from benchmarks.paper.motions import NotApplicable, Paper
+from benchmarks.paper.orbit_curve import curve_distance, orbit_curve
+from benchmarks.paper.starts import SETTLING, WATCHED
+from vibrodrive import State, Status
+from vibrodrive.stability.structure import reference_orbit
 
-RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
-"""Numbers of periods of each motion in a search for a limit, as in Figs. 6 and 9."""
+OVER_A = np.linspace(1.11, 3.25, 205)[np.linspace(0, 204, 43).round().astype(int)]
+"""Values of A at which the limits in ε and Δτ are compared: some of those of configs/limits.toml."""
 
-MOST = 43  # largest number of values of A at which the limits in ε and Δτ are compared
 ALIKE = 2.0  # two limits count as equal if their velocity amplitudes differ at most by this factor
 SETTLES = 0.1  # a limit counts as independent of η if a higher η changes it at most by this share
 SEEN = 0.1  # share; the loss of sticking affects limits if they differ by more from their linear continuation across it
@@ -43,13 +37,8 @@ AROUND_LOSS = 0.15  # largest distance in A from the loss of sticking
 
 
 @claim("limits", "Both kinds of disturbance have similar effects: their limits depend on A in a similar way.")
-def alike(session: Session) -> Outcome:
-    plan = session.config("limits").plan()
-    if set(plan.axes) != {"A"}:
-        raise NotApplicable("this claim needs limits over A as the only axis")
-    axis = plan.axes["A"]
-    A = axis[np.unique(np.linspace(0, len(axis) - 1, MOST).round().astype(int))]
-    found = _both(session, A=A, B=plan.scalars["B"], eta=plan.scalars["eta"])
+def alike(paper: Paper) -> Outcome:
+    found = _both(A=OVER_A)
     r = found.ratio
     close = found.alike
     far = [
@@ -67,11 +56,9 @@ def alike(session: Session) -> Outcome:
 
 
 @claim("limits", "η = 10·√102 is chosen without restricting generality: any high frequency ratio has the same effect.")
-def any_frequency(session: Session) -> Outcome:
-    scalars = session.config("limits").plan().scalars
-    eta = scalars["eta"] * np.array(TIMES_ETA)
-    found = dict(each_limit({"A": A_OF_PERIODS, "B": scalars["B"], "eta": eta, **RECORD}, threads=session.threads))
-    V = np.array([found[i].velocity for i in range(len(found))]).reshape(len(A_OF_PERIODS), len(eta))
+def any_frequency(paper: Paper) -> Outcome:
+    eta = vd.ETA * np.array(TIMES_ETA)
+    V = np.array([k.velocity for k in limits("eps", A=A_OF_PERIODS, eta=eta)]).reshape(len(A_OF_PERIODS), len(eta))
     here = TIMES_ETA.index(1.0)
     settled = V[:, here] / V[:, -1]
     above = V[:, here + 1] / V[:, -1]
@@ -86,9 +73,8 @@ def any_frequency(session: Session) -> Outcome:
 
 
 @claim("limits", "B = 0.1 is assumed without restricting generality.")
-def any_incline(session: Session) -> Outcome:
-    eta = session.config("limits").plan().scalars["eta"]
-    found = _both(session, A=A_OF_INCLINES, B=INCLINES, eta=eta)
+def any_incline(paper: Paper) -> Outcome:
+    found = _both(A=A_OF_INCLINES, B=INCLINES)
     close = found.alike
     rows, spread = [], []
     for a in A_OF_INCLINES:
@@ -106,11 +92,11 @@ def any_incline(session: Session) -> Outcome:
 
 
 @claim("fig05", "A rational η would make the disturbed motion periodic, with a multiple of the excitation period.")
-def rational(session: Session) -> Outcome:
-    arguments = session.points("fig05")[-1]
+def rational(paper: Paper) -> Outcome:
+    arguments = paper.points("fig05")[-1]
     seen = []
     for eta in [*(eta for eta, _ in RATIONAL), arguments["eta"]]:
-        motion = simulate(**(arguments | {"eta": eta}))
+        motion = vd.simulate(**(arguments | {"eta": eta}))
         seen.append(_repeats(motion.section, len(motion.section) // 2))
     expected = [q for _, q in RATIONAL]
     text = (
@@ -127,15 +113,15 @@ def rational(session: Session) -> Outcome:
     "The two interruptions (sticking where the mass turns, resting after the impact) and the plastic impact cause the "
     "orbital stability and influence the limit k₂.",
 )
-def interruptions_and_limit(session: Session) -> Outcome:
-    results = session.results("fig03")
+def interruptions_and_limit(paper: Paper) -> Outcome:
+    results = paper.results("fig03")
     gone = np.flatnonzero((results.switches[:, State.IMPACT] > 0) & (results.switches[:, State.STICK] == 0))
     if not len(gone) or results.status[gone[0]] != Status.OK:
         raise NotApplicable("sticking never vanishes")
     at = float(results.axes["A"][gone[0]])
     away = np.linspace(AROUND_LOSS, AROUND_LOSS / 15, 8)  # the loss itself is left out
     A = np.concatenate([at - away, at + away[::-1]])
-    found = _both(session, A=A, B=results.scalars["B"])
+    found = _both(A=A, B=results.scalars["B"])
     told, numbers, seen = [], {"stick_vanishes": at, "A": A}, []
     for name, V in (("k₂(ε)ηA", found.eps), ("k₂(Δτ)", found.dtau)):
         if len(V) != len(A):
@@ -157,9 +143,9 @@ def interruptions_and_limit(session: Session) -> Outcome:
 @claim(
     "fig07", "Constant step sizes avoid the computing time of a step Δτ = 1e-5 with switching times iterated to 1e-7."
 )
-def computing_time(session: Session) -> Outcome:
-    results = session.results("fig07")
-    fine, coarse = 1e-5, session.config("fig10").plan().scalars["dtau"]
+def computing_time(paper: Paper) -> Outcome:
+    results = paper.results("fig07")
+    fine, coarse = 1e-5, paper.plan("fig10").scalars["dtau"]
     span: dict[str, Any] = {
         "A": np.linspace(results.axes["A"][0], results.axes["A"][-1], 16),
         "B": results.scalars["B"], "eps": float(results.axes["eps"].max()), "transient": 0,
@@ -181,20 +167,17 @@ def computing_time(session: Session) -> Outcome:
 
 
 @claim("limits", "Practical stability is meant for all times from t₀ on; Figs. 6 and 9 show 1500 periods.")
-def all_times(session: Session) -> Outcome:
-    scalars = session.config("limits").plan().scalars
-    at: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"], "threads": session.threads}
-    numbers, rows, changes = {}, [], []
-    kinds: tuple[tuple[str, Disturbance], ...] = (("ε", "eps"), ("Δτ", "dtau"))
-    for symbol, kind in kinds:
-        short, long = (limit(disturbance=kind, periods=periods, **at) for periods in (1500, ALL_TIMES))
+def all_times(paper: Paper) -> Outcome:
+    A, numbers, rows, changes = 3.04, {}, [], []
+    for symbol, kind in KINDS.items():
+        (short,), (long,) = (limits(kind, A=A, periods=periods) for periods in (1500, ALL_TIMES))
         changes.append(abs(long.k2 / short.k2 - 1))
         numbers[kind] = [short.k2, long.k2]
         rows.append(
             f"k₂({symbol}) is {short.k2:.4g} over 1500 periods and {long.k2:.4g} over {ALL_TIMES} periods "
             f"({100 * (long.k2 / short.k2 - 1):+.1f} %)"
         )
-    text = f"at A = {at['A']:g}, {'; '.join(rows)}"
+    text = f"at A = {A:g}, {'; '.join(rows)}"
     return Outcome(text, {"k2": numbers}, when(max(changes) < 0.02, max(changes) < 0.2))
 
 
@@ -202,24 +185,23 @@ def all_times(session: Session) -> Outcome:
     "limits",
     "For a distance k₃ there are k₁ and k₂: motions with ‖ΔX₀‖ + |Δt₀| < k₁ and a disturbance below k₂ stay within k₃.",
 )
-def jointly(session: Session) -> Outcome:
-    scalars = session.config("limits").plan().scalars
-    point: dict[str, Any] = {"A": 3.04, "B": scalars["B"], "eta": scalars["eta"]}
-    k2 = limit(criterion=f"rho < {DISTANCE:g}", threads=session.threads, **point).k2
-    orbit = simulate(**point, transient=SETTLING, periods=WATCHED, section_phase=SLIDING)
+def jointly(paper: Paper) -> Outcome:
+    A = 3.04
+    orbit = vd.simulate(A, transient=SETTLING, periods=WATCHED, section_phase=SLIDING)
     base = reference_orbit(orbit)
     if base is None:
         raise NotApplicable("the undisturbed motion has no period")
     curve, (xi, dxi) = orbit_curve(orbit, base.n), orbit.section[0]
     start = {"xi0": xi, "dxi0": dxi, "tau0": SLIDING}
 
-    def within(size: float, eps: float) -> bool:
-        return all(
-            curve_distance(curve, simulate(**point, **moved, eps=eps, transient=0, periods=AFTER), enough=DISTANCE)
-            < DISTANCE
-            for moved in ({name: start[name] + size * part[name] for name in start} for part in _directions())
-        )
+    def near(motion: vd.Trajectory) -> bool:
+        return curve_distance(curve, motion, enough=DISTANCE) < DISTANCE
 
+    def within(size: float, eps: float) -> bool:
+        starts = ({name: start[name] + size * part[name] for name in start} for part in _directions())
+        return all(near(vd.simulate(A, **moved, eps=eps, transient=0, periods=AFTER)) for moved in starts)
+
+    k2 = band_of_motions("eps", near, A=A, transient=1000, periods=1500).lost
     found = []
     for share in SHARES_OF_K2:
         low = 0.0
@@ -233,7 +215,7 @@ def jointly(session: Session) -> Outcome:
         found.append(low)
     pairs = ", ".join(f"{k1:.2g} at ε = {share:g} k₂" for k1, share in zip(found, SHARES_OF_K2, strict=True))
     text = (
-        f"at A = {point['A']:g} and k₃ = {DISTANCE:g}, k₂(ε) = {k2:.3g}, and k₁ is {pairs}; the distance is below k₃ "
+        f"at A = {A:g} and k₃ = {DISTANCE:g}, k₂(ε) = {k2:.3g}, and k₁ is {pairs}; the distance is below k₃ "
         f"for {AFTER} periods after all starts tried, with errors in {len(_directions())} directions of (ξ, ξ', τ) and "
         f"of sizes ‖ΔX₀‖ + |Δt₀| from {SIZES[0]:.2g} to k₁"
     )
@@ -271,10 +253,9 @@ class _Pairs(NamedTuple):
         return (self.ratio >= 1 / ALIKE) & (self.ratio <= ALIKE)
 
 
-def _both(session: Session, **axes: Any) -> _Pairs:
+def _both(**axes: Any) -> _Pairs:
     """Return the limits in ε and in Δτ at all those points of `axes` at which both limits are known."""
-    found = [dict(each_limit({**RECORD, **axes}, kind, threads=session.threads)) for kind in ("eps", "dtau")]
-    pairs: Sequence[tuple[Limit, Limit]] = [(found[0][i], found[1][i]) for i in sorted(found[0])]
+    pairs = zip(limits("eps", **axes), limits("dtau", **axes), strict=True)
     known = [(e.A, e.B, e.n, e.velocity, d.velocity) for e, d in pairs if math.isfinite(e.velocity * d.velocity)]
     if not known:
         raise NotApplicable("there is no point at which both limits, in ε and in Δτ, are known")
@@ -294,8 +275,8 @@ def _seconds_per_period(arguments: dict[str, Any]) -> float:
 
     A first run, which compiles the kernels, is not counted.
     """
-    collect(make_plan(arguments | {"periods": 1}), threads=1)
-    spent = timeit.repeat(lambda: collect(make_plan(arguments), threads=1), repeat=3, number=1)
+    vd.sweep(**arguments | {"periods": 1}, threads=1)
+    spent = timeit.repeat(lambda: vd.sweep(**arguments, threads=1), repeat=3, number=1)
     return min(spent) / len(arguments["A"]) / arguments["periods"]
 
 

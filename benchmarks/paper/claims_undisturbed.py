@@ -4,22 +4,18 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.sweep import collect
-from vibrodrive.model.choices import Status
-from vibrodrive.model.plan import make_plan
-from vibrodrive.model.states import State
-from vibrodrive.paper.analysis import PHASES, SETTLED
-from vibrodrive.paper.claim import Outcome, claim, listed, when
-from vibrodrive.paper.session import Session
-from vibrodrive.stability.structure import LONGEST_PERIOD, deviation, period
-from vibrodrive.verdicts import NotApplicable
+import vibrodrive as vd
+from benchmarks.paper.claim import Outcome, claim, listed, when
+from benchmarks.paper.motions import LAGS, PHASES, SETTLED, NotApplicable, Paper
+from vibrodrive import State, Status
+from vibrodrive.stability.structure import deviation, period
 
 HIGHER = (3.1, 3.22)  # excitation amplitudes with subharmonics of order 4 and 3
 
 
 @claim("fig03", "The bifurcation diagram resembles that of the logistic equation and shows a way into chaos.")
-def route(session: Session) -> Outcome:
-    results = session.results("fig03")
+def route(paper: Paper) -> Outcome:
+    results = paper.results("fig03")
     A, n = results.axes["A"], period(results.section)
     moving = (results.status != Status.NEVER_LEAVES) & (results.switches[:, State.IMPACT] > 0)
     starts = {k: _first(A, moving & (n == k)) for k in (1, 2, 4, 3)}
@@ -30,7 +26,7 @@ def route(session: Session) -> Outcome:
     text = (
         f"the mass moves above A = {starts[1]:.4g}; the period is 2 above {starts[2]:.4g} and 4 above {starts[4]:.4g}; "
         f"windows of period {listed(higher)} follow, and the period is 3 above {starts[3]:.4g}; "
-        f"{100 * irregular:.1f} % of the motions beyond the second doubling have no period up to {LONGEST_PERIOD}"
+        f"{100 * irregular:.1f} % of the motions beyond the second doubling have no period up to {LAGS}"
     )
     numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
     numbers |= {"higher_periods": higher, "share_without_period": irregular}
@@ -43,8 +39,8 @@ def route(session: Session) -> Outcome:
     "When A grows, the sticking where the mass turns disappears first; the resting after the impact disappears "
     "partly or completely when the solution has bifurcated.",
 )
-def interruptions(session: Session) -> Outcome:
-    results = session.results("fig03")
+def interruptions(paper: Paper) -> Outcome:
+    results = paper.results("fig03")
     A, switches = results.axes["A"], results.switches
     landed = switches[:, State.IMPACT]
     moving = landed > 0
@@ -62,9 +58,9 @@ def interruptions(session: Session) -> Outcome:
 
 
 @claim("fig04", "At A = 3.04 two equal solutions of period 2×2π are shifted by 2π; the start selects one of them.")
-def two_solutions(session: Session) -> Outcome:
-    motions = session.motions("fig04")
-    base = session.undisturbed("fig04")
+def two_solutions(paper: Paper) -> Outcome:
+    motions = paper.motions("fig04")
+    base = paper.undisturbed("fig04")
     found = [deviation(base.points, m.section) for m in motions]
     shifts = [int(s) for _, s in found]
     rho = max(float(r) for r, _ in found)
@@ -74,9 +70,9 @@ def two_solutions(session: Session) -> Outcome:
 
 
 @claim("fig04", "The shift by 2π is not visible in the bifurcation diagram and in phase curves.")
-def invisible_shift(session: Session) -> Outcome:
-    motions = session.motions("fig04")
-    base = session.undisturbed("fig04")
+def invisible_shift(paper: Paper) -> Outcome:
+    motions = paper.motions("fig04")
+    base = paper.undisturbed("fig04")
     shifts = [int(deviation(base.points, m.section)[1]) for m in motions]
     if len(set(shifts)) < 2:
         raise NotApplicable("the motions are the same solution")
@@ -95,15 +91,15 @@ def invisible_shift(session: Session) -> Outcome:
 
 
 @claim("coexisting", "A subharmonic of order n means n stable solutions of one shape, full periods apart.")
-def n_solutions(session: Session) -> Outcome:
-    results = session.results("coexisting")
-    base = session.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
+def n_solutions(paper: Paper) -> Outcome:
+    results = paper.results("coexisting")
+    base = paper.undisturbed("coexisting", xi0=0.0, dxi0=0.0, tau0=0.0)
     rho, shift = deviation(base.points, results.section)
     shares = [float((shift == s).mean()) for s in range(base.n)]
     counted = {base.n: sum(share > 0 for share in shares)}
     for A in HIGHER:
-        orbit = session.undisturbed("coexisting", A=A, xi0=0.0, dxi0=0.0, tau0=0.0, transient=1000)
-        starts = collect(make_plan({"A": A, "xi0": np.linspace(0, 20, 201), "transient": 1000, "periods": 64}))
+        orbit = paper.undisturbed("coexisting", A=A, xi0=0.0, dxi0=0.0, tau0=0.0, transient=1000)
+        starts = vd.sweep(A=A, xi0=np.linspace(0, 20, 201), transient=1000, periods=64)
         away, kind = deviation(orbit.points, starts.section)
         counted[orbit.n] = len(set(kind[away < SETTLED].tolist()))
     settled = float((rho < SETTLED).mean())
@@ -120,17 +116,17 @@ def n_solutions(session: Session) -> Outcome:
     "fig05",
     "The undisturbed motion at A = 1.5 is interrupted twice a period: where the mass turns, and at the obstacle.",
 )
-def two_interruptions(session: Session) -> Outcome:
-    base = session.undisturbed("fig05")
+def two_interruptions(paper: Paper) -> Outcome:
+    base = paper.undisturbed("fig05")
     names = [[s.name for s in word] for word in base.word]
     both = all({"STICK", "REST"} <= set(word) for word in names) and base.n == 1
     return Outcome("the states of a period are " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
 
 
 @claim("fig06", "The undisturbed motion has two points in the Poincaré section.")
-def two_points(session: Session) -> Outcome:
-    undisturbed = session.motions("fig06")[0]
-    base = session.undisturbed("fig06")
+def two_points(paper: Paper) -> Outcome:
+    undisturbed = paper.motions("fig06")[0]
+    base = paper.undisturbed("fig06")
     n = period(undisturbed.section)
     points = [[float(v) for v in p] for p in base.points]
     text = f"the section has {n} points: " + ", ".join(f"({x:.7g}, {v:.7g})" for x, v in points)

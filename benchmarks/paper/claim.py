@@ -1,18 +1,16 @@
-"""Claims of the paper and the functions that test them.
+"""Claims of the paper, the functions that test them, and the page with the results.
 
-The function of a claim computes numbers and a verdict from the configurations of a run. It contains no expected result,
-so other configurations give other numbers and possibly another verdict.
+The function of a claim computes numbers and a verdict from the motions of a Paper. It contains no expected result, so
+other configurations give other numbers and possibly another verdict.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.paper.session import Session
-from vibrodrive.verdicts import Judged, NotApplicable, counts, table
+from benchmarks.paper.motions import NotApplicable, Paper
 
 
 class Verdict(StrEnum):
@@ -29,41 +27,33 @@ class Outcome(NamedTuple):
     verdict: Verdict
 
 
-Test = Callable[[Session], Outcome]
-
-
-@dataclass(frozen=True)
-class Claim:
-    """One statement of the paper. `figure` is a name in run.SUBJECTS: the name of a drawing, or "limits"."""
+class Claim(NamedTuple):
+    """One statement of the paper. `figure` is the name of a drawing in FIGURES, or "limits"."""
 
     id: str
     figure: str
     says: str
-    test: Test
+    test: Callable[[Paper], Outcome]
+
+    def judge(self, paper: Paper) -> Outcome:
+        """Test the claim. If the configuration does not allow a test, the verdict is "not reproduced"."""
+        try:
+            return self.test(paper)
+        except NotApplicable as reason:
+            return Outcome(f"cannot be tested: {reason}", {}, Verdict.NOT)
 
 
 CLAIMS: list[Claim] = []
 
 
-def claim(figure: str, says: str) -> Callable[[Test], Test]:
+def claim(figure: str, says: str) -> Callable[[Callable[[Paper], Outcome]], Callable[[Paper], Outcome]]:
     """Register the decorated function as the test of a claim. Its name, with hyphens, is the id of the claim."""
 
-    def register(test: Test) -> Test:
+    def register(test: Callable[[Paper], Outcome]) -> Callable[[Paper], Outcome]:
         CLAIMS.append(Claim(test.__name__.replace("_", "-"), figure, says, test))
         return test
 
     return register
-
-
-def judge(claim: Claim, session: Session) -> Judged:
-    """Test a claim. If the configuration does not allow a test, the verdict is "not reproduced"."""
-    try:
-        found = claim.test(session)
-    except NotApplicable as reason:
-        found = Outcome(f"cannot be tested: {reason}", {}, Verdict.NOT)
-    record = {"figure": claim.figure, "paper": claim.says, "came_out": found.text, "numbers": found.numbers}
-    rows = [[claim.figure, claim.says, found.text, f"**{found.verdict}**"]]
-    return Judged(claim.id, claim.says, found.verdict, found.text, record, rows)
 
 
 def when(reproduced: bool | np.bool_, corrected: bool | np.bool_ = False) -> Verdict:
@@ -78,7 +68,18 @@ def listed(items: Iterable[Any]) -> str:
     return ", ".join(f"{i:g}" if isinstance(i, float) else str(i) for i in items) or "none"
 
 
-READING = """\
+def kept(answer: bool | None) -> str:
+    return "kept" if answer else "lost"
+
+
+HEAD = """\
+# The paper's claims, recomputed
+
+After this page you know which claims of the paper the program reproduces, and with which numbers.
+
+{counts}. In the root of a clone, `python -m benchmarks.paper` writes this page, claims.json with all numbers, and
+Figs. 1 to 12. `--only fig07` computes one figure with its claims, `--only limits` the claims about limits.
+
 figNN is Fig. NN of the paper, *An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions*
 (1999), and the configuration of that name. *Reproduced with a correction* means that the claim holds in part, or with
 numbers or reasons that differ from those of the paper.
@@ -89,19 +90,15 @@ motion and after the same numbers of periods. *The order at the section is kept*
 motion that is nearest to the disturbed motion advances by one in every period. ρ is the largest distance between the
 section points of the two motions. k₂ is the least disturbance at which the impacts, or the property that the text
 names, are lost. k_u is the least disturbance at which all starts end in one motion. n is the period of the undisturbed
-motion in excitation periods."""
+motion in excitation periods.
+
+| figure | claim of the paper | result | verdict |
+|---|---|---|---|"""
 
 
-def claims_page(judged: Sequence[Judged]) -> list[str]:
-    """Return the lines of claims.md."""
-    return [
-        "# The paper's claims, recomputed",
-        "",
-        "After this page you know which claims of the paper the program reproduces, and with which numbers.",
-        "",
-        f"{counts(judged, 'claims', Verdict)}. Written by `vibrodrive paper`.",
-        "",
-        READING,
-        "",
-        *table(["figure", "claim of the paper", "result", "verdict"], judged),
-    ]
+def page(judged: Sequence[tuple[Claim, Outcome]]) -> str:
+    """Return the Markdown page with a row for each claim."""
+    of_each = ", ".join(f"{v}: {sum(found.verdict is v for _, found in judged)}" for v in Verdict)
+    cells = [(c.figure, c.says, found.text, f"**{found.verdict}**") for c, found in judged]
+    rows = ["| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in cells]
+    return "\n".join([HEAD.format(counts=f"Number of claims: {len(judged)} ({of_each})"), *rows, ""])

@@ -5,16 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch.trajectory import simulate
-from vibrodrive.model.states import State
-from vibrodrive.paper.analysis import without_grid
-from vibrodrive.paper.claim import Outcome, claim, when
-from vibrodrive.paper.session import Session
-from vibrodrive.paper.zeros import ZEROS, failures_by_zeros
-from vibrodrive.stability.failures import METHODS
-from vibrodrive.verdicts import NotApplicable
+import vibrodrive as vd
+from benchmarks.paper.claim import Outcome, claim, when
+from benchmarks.paper.grids import METHODS, OVER_A, OVER_DTAU, ZEROS, failures_by_zeros
+from benchmarks.paper.motions import LONG, NotApplicable, Paper, without_grid
+from vibrodrive import State
 
-LONG = 600  # number of periods in which skipped switches are counted
 PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}  # the paper's setting of Muller's method
 
 FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
@@ -25,10 +21,10 @@ CLOSENESS = tuple(10.0**-k for k in range(1, 14))
 
 
 @claim("fig08", "At Δτ = 0.7 several switching points are skipped, in equal intervals.")
-def skipped(session: Session) -> Outcome:
-    arguments = session.points("fig08", 2)[1]
-    motion = simulate(**(arguments | {"periods": LONG}))
-    exact = simulate(**without_grid(arguments))
+def skipped(paper: Paper) -> Outcome:
+    arguments = paper.points("fig08", 2)[1]
+    motion = vd.simulate(**(arguments | {"periods": LONG}))
+    exact = vd.simulate(**without_grid(arguments))
     usual, entered = (np.bincount(m.switches["after"], minlength=len(State)) for m in (exact, motion))
     lost = usual * LONG / len(exact.section) - entered
     most = State(int(lost.argmax()))
@@ -50,13 +46,12 @@ def skipped(session: Session) -> Outcome:
     "If a step contains an even number of zeros, the switching point is not found; with an odd number, a wrong "
     "switching point is found.",
 )
-def zeros_in_step(session: Session) -> Outcome:
-    plan = session.config("atlas_undisturbed").plan()
+def zeros_in_step(paper: Paper) -> Outcome:
     rows, numbers = [], {}
     unseen: Counter[str] = Counter()
     wrong: Counter[str] = Counter()
     for method in METHODS:
-        judged, failed = failures_by_zeros(plan, method)
+        judged, failed = failures_by_zeros(method)
         passed = Counter(f.zeros for f in failed if f.kind != "wrong")
         steps = {z: [f.dtau for f in failed if f.kind == "wrong" and f.zeros == z] for z in ZEROS}
         count = {zeros: len(dtau) for zeros, dtau in steps.items()}
@@ -76,20 +71,20 @@ def zeros_in_step(session: Session) -> Outcome:
         unseen.update(passed)
         wrong.update(count)
     text = (
-        f"switches are compared at {plan.n_points} pairs of A and Δτ with ε = 0 and Δτ up to "
-        f"{plan.axes['dtau'][-1]:g}; {'; '.join(rows)}"
+        f"switches are compared at {len(OVER_A) * len(OVER_DTAU)} pairs of A and Δτ with ε = 0 and Δτ up to "
+        f"{OVER_DTAU[-1]:g}; {'; '.join(rows)}"
     )
     told = unseen.total() == unseen["even"] > 0
     return Outcome(text, numbers, when(told and wrong.total() == wrong["odd"] > 0, told))
 
 
 @claim("fig09", "A wrong localisation disturbs the state at all switching points, by instantaneous jumps of ξ and ξ'.")
-def disturbed_switches(session: Session) -> Outcome:
-    arguments = session.points("fig09")
+def disturbed_switches(paper: Paper) -> Outcome:
+    arguments = paper.points("fig09")
     rows, numbers, jumping = [], {}, []
     muller = f"Muller's method at Δτ = {PAPERS['dtau']:g} and tol = {PAPERS['tol']:g}"
     for name, at in [(f"Δτ = {a['dtau']:g}", a) for a in arguments] + [(muller, arguments[0] | PAPERS)]:
-        switches = simulate(**at).switches
+        switches = vd.simulate(**at).switches
         before, after = switches["before"], switches["after"]
         turned = (before <= State.DOWN) & (after != State.IMPACT)
         speed, depth = np.abs(switches["dxi"][turned]), np.abs(switches["xi"][after == State.IMPACT])
@@ -107,8 +102,8 @@ def disturbed_switches(session: Session) -> Outcome:
 
 
 @claim("fig02", "Two coinciding zeros are a problem, as when the mass touches the obstacle without an impact.")
-def touching(session: Session) -> Outcome:
-    drop = HIGH - float(simulate(**FALL, xi0=HIGH).switches[0]["xi"])
+def touching(paper: Paper) -> Outcome:
+    drop = HIGH - float(vd.simulate(**FALL, xi0=HIGH).switches[0]["xi"])
     ways: dict[str, dict[str, Any]] = {"certified": {}, "Muller (the paper's setting)": PAPERS}
     ways |= {f"fixed Δτ = {step:g}": {"method": "fixed", "dtau": step} for step in (1e-3, 0.1)}
     right = {}
@@ -122,4 +117,4 @@ def touching(session: Session) -> Outcome:
 
 def _lands(height: float, way: dict[str, Any]) -> bool:
     """Return True if the first switch of a motion with this initial gap is an impact. `way` gives the method."""
-    return bool(simulate(**FALL, xi0=height, **way).switches[0]["after"] == State.IMPACT)
+    return bool(vd.simulate(**FALL, xi0=height, **way).switches[0]["after"] == State.IMPACT)
