@@ -35,9 +35,7 @@ LONG = {
     "plot",
     "Results",
     "simulate",
-    "start_limit",
     "sweep",
-    "unique_limit",
 } | {name for name in NAMES if name.startswith("plot.") and name not in PLAIN}
 """Names with examples that take minutes without compiled kernels."""
 

@@ -32,14 +32,12 @@ __all__ = [
     "orbits",
     "plot",
     "simulate",
-    "start_limit",
     "sweep",
-    "unique_limit",
 ]
 
 _HOMES = {
     **dict.fromkeys(["Method", "Scan", "Status"], "model.choices"),
-    **dict.fromkeys(["limit", "limits", "start_limit", "unique_limit"], "stability.questions"),
+    **dict.fromkeys(["limit", "limits"], "stability.questions"),
     "ETA": "model.names",
     "Scene": "model.physical",
     "State": "model.states",
@@ -73,7 +71,7 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.curves import curves
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
-    from vibrodrive.stability.questions import limit, limits, start_limit, unique_limit
+    from vibrodrive.stability.questions import limit, limits
     from vibrodrive.store.every_kind import load
 
 

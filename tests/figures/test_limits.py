@@ -1,4 +1,4 @@
-"""The figure of limits of stability (k₂ or k_u) shows only known limits, in ε and Δτ and as velocities. It shows ratios
+"""The figure of limits of stability (k₂) shows only known limits, in ε and Δτ and as velocities. It shows ratios
 only of two known limits."""
 
 from dataclasses import replace
@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vibrodrive.figures.limits import limits_figure, limits_map
+from vibrodrive.figures.limits import limits_figure
 from vibrodrive.figures.style import save
-from vibrodrive.stability.limits import KU, QUANTITIES, Limits
+from vibrodrive.stability.limits import QUANTITIES, Limits
 
 
 def of(axes, k2, factor=100.0, mm_s=None, **options):
@@ -165,30 +165,13 @@ def test_figure_without_limits_reports_missing_points(axes, tmp_path):
 
 
 def test_criterion_and_reasons_for_missing_points_are_named_for_any_axes(over_A):
-    near = replace(over_A, criterion="rho < 0.1")
+    near = replace(over_A, criterion="impacts and word")
     top = limits_figure(near).axes[0]
     said = top.get_title(loc="right")
-    assert "criterion: rho < 0.1" in said
+    assert "criterion: impacts and word" in said
     assert "missing points: no limit found" in said, "at A = 2.6 the limit in Δτ is infinite"
     assert "kept" not in limits_figure(over_A).axes[0].get_title(loc="right")
     eta = of({"eta": np.array([3.1, 10.3])}, np.ones((3, 2)), criterion="word")
     assert "criterion: word" in limits_figure(eta).axes[0].get_title(loc="right")
     two = of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2, 0.3])}, np.ones((3, 2, 3)), criterion="word")
     assert "criterion: word" in limits_figure(two).axes[0].get_title(loc="right")
-
-
-def test_limits_of_several_motions_are_named_k_u_everywhere(over_A):
-    numbers = over_A.numbers
-    numbers |= {"ku": numbers["k2"], "last_several": numbers["last_kept"]}
-    found = replace(over_A, criterion="", quantity=KU)
-    found.numbers["last_several"][0] = 1e-3
-    fig = limits_figure(found)
-    named = [t.get_text() for t in fig.legends[0].get_texts()] + [ax.get_title(loc="left") for ax in fig.axes]
-    assert sum("k_u" in text for text in named) == 6
-    assert not any("k_2" in text or "kept" in text for text in named)
-    assert "missing points: several motions remain" in fig.axes[0].get_title(loc="right")
-    two = of(
-        {"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2])}, np.full((3, 2, 2), 1e-3), criterion="", quantity=KU
-    )
-    two.numbers["ku"] = two.numbers["k2"]
-    assert limits_map(two).axes[1].get_ylabel() == r"limit $k_u$ in $\varepsilon$"

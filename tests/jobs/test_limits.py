@@ -1,4 +1,4 @@
-"""Limits of stability (k₂, k₁, k_u) over one or two axes in a file. A resumed run gives the same results."""
+"""Limits of stability (k₂) over one or two axes in a file. A resumed run gives the same results."""
 
 import math
 
@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from vibrodrive.errors import Different
-from vibrodrive.figures.limits import limits_figure
 from vibrodrive.jobs import limits as job
 from vibrodrive.jobs.limits import boxes, table
 from vibrodrive.jobs.runner import run
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.limit import Limit
-from vibrodrive.stability.questions import limit, start_limit, unique_limit
-from vibrodrive.store.every_kind import load, summary
+from vibrodrive.stability.questions import limit
+from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import quiet
 
 pytestmark = pytest.mark.jit
@@ -63,10 +62,10 @@ def invented(monkeypatch):
                 ),
             )
 
-    def limits(quantity, arguments, disturbance, method, criterion, threads):
+    def limits(arguments, disturbance, method, criterion, threads=None):
         return found(disturbance, method, criterion, arguments)
 
-    monkeypatch.setattr(job, "each_of", limits)
+    monkeypatch.setattr(job, "each_limit", limits)
     return asked
 
 
@@ -189,43 +188,9 @@ def test_another_configuration_is_refused(tmp_path, invented):
         computed(CONFIG.replace("2.8", "2.9"), tmp_path / "x.h5")
     with pytest.raises(Different, match="criterion is 'impacts' in the file and 'word' in the configuration"):
         computed(CONFIG, tmp_path / "x.h5", criterion="word")
-    with pytest.raises(Different, match="quantity is 'k2' in the file and 'ku' in the configuration"):
-        computed(CONFIG, tmp_path / "x.h5", quantity="ku")
     computed(TWO, tmp_path / "two.h5")
     swapped = TWO.replace("eta = [20.3, 50.5, 101.3]\nA = [1.5, 2.8]", "A = [1.5, 2.8]\neta = [20.3, 50.5, 101.3]")
     with pytest.raises(Different, match=r"the axes are \(eta, A\) in the file and \(A, eta\) in"):
         computed(swapped, tmp_path / "two.h5")
     computed(swapped, tmp_path / "two.h5", overwrite=True)
     assert list(load(tmp_path / "two.h5").axes) == ["A", "eta"]
-
-
-@pytest.mark.slow("8 s: k₁ and k_u of two motions")
-def test_k1_and_ku_have_files_and_figures(tmp_path):
-    """The command for k₂ also computes k₁ and k_u."""
-    config = "[sweep]\nA = [1.5, 3.04]\n[run]\ntransient = 50\nperiods = 64\n"
-    starts = computed(config, tmp_path / "starts.h5", quantity="k1")
-    assert [name for name, _ in starts.curves] == ["xi0", "dxi0", "tau0"]
-    assert list(starts.numbers) == ["k1", "kept_below", "searched_to"]
-    assert starts.numbers["k1"][2, 1] == start_limit(3.04, "tau0").k1
-    assert np.isinf(starts.numbers["k1"][:, 0]).all(), "with one solution, every start must end on it"
-    told = summary(tmp_path / "starts.h5", thorough=True)
-    assert not told.faults
-    assert "V =" not in str(told.lines)
-    assert ("quantity", "k1") in told.lines
-    assert "k1(tau0)" in table(starts)
-    top, bottom = limits_figure(starts).axes
-    assert len(top.lines) == 3
-    assert top.get_title(loc="right").endswith("missing points: one solution only")
-    assert bottom.get_images(), "the lower panel must show the undisturbed motion"
-
-    several = computed(config, tmp_path / "several.h5", quantity="ku")
-    one = unique_limit(3.04, transient=50, periods=64)
-    assert several.values[0].tolist() == [0.0, one.ku]
-    assert several.last()[0, 1] == one.last_several
-    top = limits_figure(several).axes[0]
-    told = top.get_title(loc="right")
-    assert "at $k_u$ all starts end in one motion" in told
-    assert "missing points: one solution only" in told
-    labels = [line.get_label() for line in top.lines if line.get_label().startswith("$")]
-    assert len(labels) == 3
-    assert all("k_u" in label for label in labels)

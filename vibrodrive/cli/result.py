@@ -12,21 +12,11 @@ from vibrodrive.store.place import check_output
 HELP = {
     "limits": """Compute limits of stability over A, B or eta.
 
-    They are limits of practical orbital stability. CONFIG has one or two of A, B and eta as axes. Its key `quantity` in
-    [limits] selects the limit:
-
-    \b
-    "k2" (default)  smallest disturbance, in ε and in Δτ, at which the motion
-                    loses the structure of the undisturbed motion
-    "k1"            smallest error of the start, in xi0, dxi0 and tau0, at which
-                    the motion ends on another solution
-    "ku"            smallest disturbance, in ε and in Δτ, at which all starts
-                    end in one motion
-
-    For k2 the key `criterion` in [limits] defines the structure that must be kept: "impacts" (default: the order of the
-    main impacts and the numbers of periods between them), "word" (the states between main impacts) or "rho < x" (a
-    distance from the orbit below x), or several of them joined by "and". A main impact has no faster impact within half
-    a period.
+    They are limits k2 of practical orbital stability: the smallest disturbance, in ε and in Δτ, at which the motion
+    loses the structure of the undisturbed motion. CONFIG has one or two of A, B and eta as axes. Its key `criterion` in
+    [limits] defines the structure that must be kept: "impacts" (default: the order of the main impacts and the numbers
+    of periods between them), "word" (the states between main impacts), or both joined by "and". A main impact has no
+    faster impact within half a period.
 
     Output: the result file, a table on stdout, and a figure (.png) next to the file. An existing file of the same
     configuration is resumed.

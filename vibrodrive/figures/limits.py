@@ -1,8 +1,7 @@
 """Figures of limits of stability over A, B or η: the limits in ε and Δτ, their velocity amplitudes, and their ratio.
 
 The limit k₂ is the least disturbance that destroys the structure of a motion, the repeated pattern of its impacts
-(vibrodrive.stability). The limit k₁ is the least error of the start that leads to another solution. The limit k_u is
-the least disturbance at which the motions from all starts become one motion.
+(vibrodrive.stability).
 
 k₂(ε) and k₂(Δτ) differ by decades. The velocity amplitudes V, which are k₂(ε)ηA and k₂(Δτ), have similar sizes. A
 separate panel shows the ratio of the two amplitudes. If the ratio is near 1, the physical and the numerical disturbance
@@ -25,23 +24,20 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from vibrodrive.figures.bifurcation import density
 from vibrodrive.figures.colours import paint
-from vibrodrive.figures.conditions import choice, conditions, named, some
+from vibrodrive.figures.conditions import choice, conditions, some
 from vibrodrive.figures.map import LABELS, draw_map, legend_entries
 from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, MAP, Style, Width
 from vibrodrive.model.parameters import bad
-from vibrodrive.stability.limits import K1, KU, Limits
+from vibrodrive.stability.limits import Limits
 
 CURVE_LABELS = {
     ("eps", "certified"): r"$k_2(\varepsilon)$",
     ("dtau", "fixed"): r"$k_2(\Delta\tau)$, switches on the grid",
     ("dtau", "muller"): r"$k_2(\Delta\tau)$, Muller",
 }
-BAND, BAND_OF_SEVERAL = (
-    "from the first loss to the last value kept",
-    "from the first value with one motion to the last value with several motions",
-)
+BAND = "from the first loss to the last value kept"
 VELOCITY = {"eps": r"$V = k_2(\varepsilon)\,\eta A$", "dtau": r"$V = k_2(\Delta\tau)$"}
 RATIO = r"$k_2(\Delta\tau)\;/\;k_2(\varepsilon)\,\eta A$"
 WIDE = 0.035  # a range of A with one period has a label if it is at least this share of the abscissa
@@ -78,8 +74,6 @@ def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, 
     >>> figure.axes[1].get_ylabel()
     'ratio'
     """
-    if found.quantity == K1:
-        return _starts(found)
     if len(found.axes) == 2:
         return _over_two(found)
     (x,) = found.axes
@@ -98,7 +92,7 @@ def limits_map(found: Limits, limits: tuple[float, float] | None = None, *, ax: 
     values, status = found.values[c], np.where(found.done[c], Status.OK, Status.NOT_COMPUTED)
     painted = paint(K2, values, status, limits)
     x, y = found.axes
-    fig, ax = draw_map(found.axes, x, y, painted, values, named(found.quantity, LABELS[K2]))
+    fig, ax = draw_map(found.axes, x, y, painted, values, LABELS[K2])
     note(ax, shared_by(found), side="left")
     explain(fig, legend_entries(painted))
     return fig
@@ -109,14 +103,14 @@ def _over_A(found: Limits) -> Figure:
     top, velocity, ratio, bottom = axes[:, 0]
     bands = [_band(top, found, c) for c in range(len(found.curves))]
     _logarithmic(top, np.stack([found.known(), found.last()]), (1e-6, 1.0))
-    _name_ordinate(top, named(found.quantity, "$k_2$"))
+    _name_ordinate(top, "$k_2$")
     _name_periods(top, found)
     letter(top, 0)
     note(top, [*shared_by(found), *_gaps(found, len(found.curves))], above=True)
     _velocities(velocity, found)
-    letter(velocity, 1, named(found.quantity, ", ".join(VELOCITY.values())))
+    letter(velocity, 1, ", ".join(VELOCITY.values()))
     _ratios(ratio, found)
-    letter(ratio, 2, named(found.quantity, RATIO))
+    letter(ratio, 2, RATIO)
     key = _undisturbed(bottom, found, 3)
     explain(fig, [*filter(None, bands), *key])
     return fig
@@ -135,38 +129,14 @@ def _undisturbed(ax: Axes, found: Limits, panel: int) -> Sequence[Artist]:
     return key
 
 
-def _starts(found: Limits) -> Figure:
-    """Draw k₁ in each coordinate of the start over the axis.
-
-    If A is the axis, a further panel shows the bifurcation diagram of the undisturbed motion.
-    """
-    ((x, values),) = found.axes.items()
-    fig, axes = new(2, 1, height=5.2, sharex=True) if x == "A" else new(1, 1, height=3.5)
-    ax = axes[0, 0]
-    k1 = found.known()
-    for c, (name, _) in enumerate(found.curves):
-        _line(ax, values, k1[c], c, f"error of the start in {symbol(name)}")
-    _logarithmic(ax, k1, (1e-3, 1.0))
-    _name_ordinate(ax, "$k_1$")
-    letter(ax, 0)
-    note(ax, [*shared_by(found), *_gaps(found, len(found.curves))])
-    key: Sequence[Artist] = ()
-    if x == "A":
-        key = _undisturbed(axes[1, 0], found, 1)
-    else:
-        _abscissa(ax, x, values)
-    explain(fig, key)
-    return fig
-
-
 def _over_one(found: Limits, x: str) -> Figure:
     fig, axes = new(2, 1, height=5.0, sharex=True, height_ratios=[1.2, 1.0])
     top, bottom = axes[:, 0]
     _velocities(top, found)
-    letter(top, 0, named(found.quantity, ", ".join(VELOCITY.values())))
+    letter(top, 0, ", ".join(VELOCITY.values()))
     note(top, [*shared_by(found), *_gaps(found, 2)])
     _ratios(bottom, found)
-    letter(bottom, 1, named(found.quantity, RATIO))
+    letter(bottom, 1, RATIO)
     _abscissa(bottom, x, found.axes[x])
     explain(fig)
     return fig
@@ -187,7 +157,7 @@ def _over_two(found: Limits) -> Figure:
     for k, (ax, (title, values)) in enumerate(zip(axes[:, 0], [*panels, (RATIO, ratio)], strict=True)):
         for c, row in enumerate(shown):
             _line(ax, found.axes[x], values[row], c, equation(other, found.axes[other][row]))
-        letter(ax, k, named(found.quantity, title))
+        letter(ax, k, title)
         if k < len(panels):
             _amplitude(ax, values[shown], found.mm_s)
         else:
@@ -204,7 +174,7 @@ def _velocities(ax: Axes, found: Limits) -> None:
     V = found.known("velocity")[:2]
     (x,) = found.axes.values()
     for c, (values, curve) in enumerate(zip(V, found.curves, strict=False)):
-        _line(ax, x, values, c, named(found.quantity, CURVE_LABELS[curve]))
+        _line(ax, x, values, c, CURVE_LABELS[curve])
     _amplitude(ax, V, found.mm_s)
 
 
@@ -285,24 +255,19 @@ def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
 def shared_by(found: Limits) -> list[str]:
     """Return phrases: the common conditions, the criterion if not the default, the number of limits not computed."""
     apart = {*found.axes, "eps", "dtau", "method"}
-    if found.quantity == K1:
-        apart |= {"xi0", "dxi0", "tau0"}
     said = conditions({n: value for n, value in found.shared.items() if n not in apart}, apart)
-    texts = {K1: "", KU: "at $k_u$ all starts end in one motion"}
     kept = "" if found.criterion == "impacts" else f"criterion: {found.criterion}"
     missing = int((~found.done).sum())
     left = f"{missing} of {found.done.size} limits not computed" if missing else ""
-    return [*said, texts.get(found.quantity, kept), left]
+    return [*said, kept, left]
 
 
 def _gaps(found: Limits, curves: int) -> list[str]:
     """Return a phrase with the reasons why computed points of the first `curves` curves are not drawn."""
     k2, n, done = found.values[:curves], found.n[:curves], found.done[:curves]
-    one = (k2 == 0) if found.quantity == KU else np.isposinf(k2) & (found.quantity == K1)
     reasons = {
-        "one solution only": done & one,
         "no periodic motion": done & (n == 0),
-        "several motions remain" if found.quantity == KU else "no limit found": done & np.isposinf(k2) & ~one,
+        "no limit found": done & np.isposinf(k2),
     }
     there = [reason for reason, where in reasons.items() if where.any()]
     return [f"missing points: {', '.join(there)}"] if there else []
@@ -311,7 +276,7 @@ def _gaps(found: Limits, curves: int) -> list[str]:
 def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
     """Draw a limit and, above it, the band in which the structure is kept at some values. Return the legend entry of
     the band."""
-    label = named(found.quantity, CURVE_LABELS[found.curves[c]])
+    label = CURVE_LABELS[found.curves[c]]
     first, last = found.known()[c], found.last()[c]
     end = np.where(last > first, last, first)
     tone, (colour, pattern) = look().bands[c], look().lines[c]
@@ -320,7 +285,7 @@ def _band(ax: Axes, found: Limits, c: int) -> Artist | None:
     ax.plot(found.A, first, pattern, color=colour, lw=0.9, label=label)
     if not (last > first).any():
         return None
-    return Patch(fc=tone, label=f"{label.split(',')[-1].strip()}: {BAND_OF_SEVERAL if found.quantity == KU else BAND}")
+    return Patch(fc=tone, label=f"{label.split(',')[-1].strip()}: {BAND}")
 
 
 def _name_periods(ax: Axes, found: Limits) -> None:

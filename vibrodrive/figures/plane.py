@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path as LinePath
 from matplotlib.transforms import Bbox
 
-from vibrodrive.figures.conditions import named
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note, styled
 from vibrodrive.model.bifurcations import BIFURCATIONS
@@ -187,7 +186,6 @@ def draw_limit(ax: Axes, found: Limits, results: Any, x: str, y: str | None) -> 
     points = (along, k2) if x == other else (k2, along)
     view = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}
     ax.plot(*points, color="white", lw=1.4 + 2 * HALO, zorder=4, label="_")
-    does = "leaves only one motion" if found.quantity == "ku" else "breaks the structure"
-    label = named(found.quantity, f"limit $k_2$: the least disturbance that {does}")
+    label = "limit $k_2$: the least disturbance that breaks the structure"
     ax.plot(*points, color=INK, lw=1.4, zorder=5, label=label)
     ax.set(**view)

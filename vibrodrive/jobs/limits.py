@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
-from typing import Any, TypeAlias
+from typing import Any
 
 import h5py
 import numpy as np
@@ -14,28 +14,22 @@ from vibrodrive.jobs.runner import Recipe, Work
 from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad_axes
 from vibrodrive.model.plan import Plan
-from vibrodrive.stability.limit import AXES, Limit
-from vibrodrive.stability.limits import K1, K2, KU, QUANTITIES, Limits, check_quantity, each_of, undisturbed_diagram
-from vibrodrive.stability.starts import StartLimit
-from vibrodrive.stability.unique_motion import UniqueLimit
+from vibrodrive.stability.limit import AXES, Limit, each_limit
+from vibrodrive.stability.limits import K2, QUANTITIES, Limits, check_quantity, undisturbed_diagram
 from vibrodrive.store.limits import DONE, create, own_settings, refuse_another, write_limit, writing
-
-Found: TypeAlias = Limit | StartLimit | UniqueLimit
 
 
 def check(config: Config, plan: Plan) -> dict[str, Any]:
     """Return the settings of the command (`own_settings`). Raises an error for invalid axes and arguments.
 
-    The axes must be one or two of A, B and eta, and for k1 A or B.
+    The axes must be one or two of A, B and eta.
     """
     names = list(plan.axes)
     if not 1 <= len(names) <= 2 or not set(names) <= set(AXES):
         raise ConfigError(bad_axes(names, "one or two of A, B and eta"))
     quantity, criterion = _judged(config)
-    if quantity == K1 and len(names) > 1:
-        raise ConfigError(bad_axes(names, f"A or B for the quantity {K1}"))
-    each_of(quantity, plan.axes | _common(config, plan), *QUANTITIES[quantity].curves[0], criterion, None)
-    return own_settings(config, criterion, quantity)
+    each_limit(plan.axes | _common(config, plan), *QUANTITIES[quantity].curves[0], criterion)
+    return own_settings(config, criterion)
 
 
 def make(work: Work) -> bool:
@@ -64,11 +58,7 @@ def make(work: Work) -> bool:
 
 
 def _judged(config: Config) -> tuple[str, str]:
-    """Return (quantity, criterion) of a configuration.
-
-    quantity : the kind of limit, "k2", "k1" or "ku"
-    criterion : the criterion of k2; "" for k1 and ku
-    """
+    """Return (quantity, criterion) of a configuration."""
     quantity = config.limits.get("quantity", K2)
     return quantity, check_quantity(quantity, config.limits.get("criterion"))
 
@@ -79,7 +69,7 @@ def _common(config: Config, plan: Plan) -> dict[str, Any]:
 
 def _missing_limits(
     file: h5py.File, work: Work, quantity: str, criterion: str
-) -> Iterator[tuple[int, tuple[int, ...], Found]]:
+) -> Iterator[tuple[int, tuple[int, ...], Limit]]:
     """Yield (curve, index of the point, limit) for each limit that is missing in a file."""
     plan, common = work.plan, _common(work.config, work.plan)
     names = list(plan.axes)
@@ -90,13 +80,13 @@ def _missing_limits(
         for box in boxes(file["status"][c] != DONE):
             sought = [where[:1] if k == along else where for k, where in enumerate(box)]
             values = {name: plan.axes[name][where] for name, where in zip(names, sought, strict=True)}
-            for i, found in each_of(quantity, values | common, disturbance, method, criterion, work.threads):
+            for i, found in each_limit(values | common, disturbance, method, criterion, work.threads):
                 index = np.unravel_index(i, tuple(map(len, sought)))
                 place = [where[[k]] for where, k in zip(sought, index, strict=True)]
                 if along is not None:
                     place[along] = box[along]
                 for at in product(*(where.tolist() for where in place)):
-                    if along is not None and not isinstance(found, StartLimit):
+                    if along is not None:
                         found = replace(found, eta=float(plan.axes["eta"][at[along]]))
                     yield c, at, found
 
@@ -119,28 +109,20 @@ def boxes(missing: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
 def table(found: Limits) -> str:
     """Return a table as text: a head, a line for each point, and a line that explains the limits.
 
-    The line of a point contains the values of the axes, the period n of the undisturbed orbit, and the limits k1, k2 or
-    ku. A limit k2 or ku has a velocity amplitude V. With Muller's method a limit in Δτ has no V, because switches are
-    not late by Δτ. With a scene in SI units the line also contains V in mm/s. "-" means unknown; "<" marks an upper
-    bound.
+    The line of a point contains the values of the axes, the period n of the undisturbed orbit, and the limits k2 with
+    their velocity amplitudes V. With Muller's method a limit in Δτ has no V, because switches are not late by Δτ. With
+    a scene in SI units the line also contains V in mm/s. "-" means unknown; "<" marks an upper bound.
     """
-    k, values = found.quantity, found.values
-    kept = found.numbers["several_below" if k == KU else "kept_below"]
-    below = (kept == 0.0) & (values > 0.0) & np.isfinite(values)  # these limits are below the smallest value tried
-    if k == K1:
-        heads, columns = [*found.axes, "n", *(f"k1({name})" for name, _ in found.curves)], list(values)
-        bounds = list(below)
-        meaning = "k1: allowed error of this coordinate of the start; inf: no tried start leads to another solution"
-    else:
-        V = found.numbers["velocity"]
-        heads = [*found.axes, "n", f"{k}(eps)", "V(eps)", "V(fixed)", f"{k}(muller)"]
-        columns = [values[0], V[0], V[1], values[2]]
-        bounds = [below[0], below[0], below[1], below[2]]
-        meaning = f"V is the velocity amplitude: {k}(eps) eta A, and {k}(dtau) for switches on the grid (fixed)"
-        if found.mm_s is not None:
-            heads += ["eps, mm/s", "fixed, mm/s"]
-            columns += [found.mm_s * V[0], found.mm_s * V[1]]
-            bounds += [below[0], below[1]]
+    k, values, V = found.quantity, found.values, found.numbers["velocity"]
+    below = (found.numbers["kept_below"] == 0.0) & np.isfinite(values)  # below the smallest value tried
+    heads = [*found.axes, "n", f"{k}(eps)", "V(eps)", "V(fixed)", f"{k}(muller)"]
+    columns = [values[0], V[0], V[1], values[2]]
+    bounds = [below[0], below[0], below[1], below[2]]
+    meaning = f"V is the velocity amplitude: {k}(eps) eta A, and {k}(dtau) for switches on the grid (fixed)"
+    if found.mm_s is not None:
+        heads += ["eps, mm/s", "fixed, mm/s"]
+        columns += [found.mm_s * V[0], found.mm_s * V[1]]
+        bounds += [below[0], below[1]]
     lines = ["  ".join(f"{head:>12}" for head in heads)]
     n = found.n.max(axis=0)
     for at in np.ndindex(n.shape):

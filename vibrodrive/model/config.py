@@ -15,7 +15,7 @@
     [figure]               # kind, quantity, x, y, limits: the figure of `plot`; style ("screen", "print") and width
                            # ("double", "single" columns of a page) of the figures of all commands
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
-    [limits]               # quantity ("k2", "k1", "ku"), criterion ("impacts") of k2 (stability/criterion.py)
+    [limits]               # quantity ("k2"), criterion ("impacts") of k2 (stability/criterion.py)
     [orbits]               # max_period: longest period of the orbits that `orbits` finds
 
 Each parameter is given once. An option of the command line replaces the value in the file, in any table.
@@ -319,7 +319,7 @@ _EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
         "width": WIDTHS,
     },
     "trajectory": {"periods": _count, "curves": _curves},
-    "limits": {"quantity": ("k2", "k1", "ku"), "criterion": _text},
+    "limits": {"quantity": ("k2",), "criterion": _text},
     "orbits": {"max_period": _count},
 }
 """Tables of single commands: for each key its allowed values, or a function that checks a value and returns it."""

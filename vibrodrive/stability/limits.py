@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -15,9 +15,7 @@ from vibrodrive.model.kinds import above
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
-from vibrodrive.stability.limit import Limit, each_limit
-from vibrodrive.stability.starts import COORDINATES, StartLimit, each_start_limit
-from vibrodrive.stability.unique_motion import UniqueLimit, each_unique_limit
+from vibrodrive.stability.limit import Limit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,15 +24,15 @@ if TYPE_CHECKING:
 CURVES = (("eps", "certified"), ("dtau", "fixed"), ("dtau", "muller"))  # disturbance and method of each curve
 FINE = 1500  # number of values of A in the bifurcation diagram
 SHOWN = 120  # number of periods recorded at each value of A in the bifurcation diagram
-K2, K1, KU = "k2", "k1", "ku"
+K2 = "k2"
 
 
 class Quantity(NamedTuple):
     """One kind of limit over axes.
 
     curves : disturbance and method of each curve of limits.
-    numbers : meaning of each number of a limit, by name. The names are attributes of a Limit, StartLimit or
-        UniqueLimit, and the keys of `Limits.numbers`.
+    numbers : meaning of each number of a limit, by name. The names are attributes of a Limit, and the keys of
+        `Limits.numbers`.
     last : name of the upper end of the band (limit.py) above the limit; "" if this limit has no band.
     """
 
@@ -60,66 +58,19 @@ QUANTITIES = {
         },
         "last_kept",
     ),
-    K1: Quantity(
-        tuple((coordinate, "certified") for coordinate in COORDINATES),
-        {
-            "k1": "smallest error of the start that leads to another solution; inf: none up to searched_to",
-            "kept_below": "largest error of the start below k1 that leads to the same solution",
-            "searched_to": "largest error of the start tried",
-        },
-    ),
-    KU: Quantity(
-        CURVES,
-        {
-            "ku": "smallest disturbance found at which all starts end in one motion; inf: none up to searched_to",
-            "several_below": "largest disturbance below ku at which several motions remain",
-            "last_several": "largest value at which several motions remain, as at its lower neighbour on the grid",
-            "share_several": "share of the values tried between ku and last_several at which several motions remain",
-            "searched_to": "largest disturbance tried",
-            "velocity": "ku as a velocity amplitude V: ku eta A in eps, ku in dtau",
-            "velocity_last": "last_several as a velocity amplitude V",
-        },
-        "last_several",
-    ),
 }
 
 
-def values_of(quantity: str, found: Limit | StartLimit | UniqueLimit) -> dict[str, float]:
+def values_of(quantity: str, found: Limit) -> dict[str, float]:
     """Return the numbers of a limit by name, for the names in QUANTITIES."""
     return {name: getattr(found, name) for name in QUANTITIES[quantity].numbers}
 
 
 def check_quantity(quantity: object, criterion: str | None) -> str:
-    """Return the criterion as text: by default "impacts" for k2, and "" for k1 and ku, which have no criterion.
-
-    Raises ValueError for an unknown quantity, an invalid criterion, or a criterion together with k1 or ku.
-    """
+    """Return the criterion as text, by default "impacts". Raises ValueError for an unknown quantity or criterion."""
     if quantity not in QUANTITIES:
         raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
-    if quantity == K2:
-        return parse_criterion(IMPACTS if criterion is None else criterion).text
-    if criterion is not None:
-        raise ValueError(bad("criterion", criterion, f"left out, because {quantity} has no criterion"))
-    return ""
-
-
-def each_of(
-    quantity: str,
-    arguments: Mapping[str, Any],
-    disturbance: str,
-    method: str,
-    criterion: str = IMPACTS,
-    threads: int | None = None,
-) -> Iterator[tuple[int, Limit | StartLimit | UniqueLimit]]:
-    """Return an iterator of (number of the point, limit) for one quantity, in the order in which limits are found.
-
-    For k1, `disturbance` is the coordinate of the start, and `method` and `criterion` are ignored.
-    """
-    if quantity == K1:
-        return each_start_limit(arguments, disturbance, threads)
-    if quantity == KU:
-        return each_unique_limit(arguments, disturbance, method, threads)
-    return each_limit(arguments, disturbance, method, criterion, threads)
+    return parse_criterion(IMPACTS if criterion is None else criterion).text
 
 
 @dataclass(frozen=True, repr=False)
@@ -127,7 +78,7 @@ class Limits(Stored):
     """Limits over one or two axes, as returned by `limits` and by `load` for a file of limits.
 
     The arrays in `numbers` and the arrays `n`, `done` and `how` have the shape (curve, axes…). A curve is a disturbance
-    with a method, or for k₁ a coordinate of the start (`curves`).
+    with a method (`curves`).
 
     Attributes
     ----------
@@ -144,9 +95,7 @@ class Limits(Stored):
     how : str array
         description of the loss at k2, or the reason why there is no k2.
     criterion : str
-        criterion that disturbed motions satisfy below `k2`; "" for limits of the kinds "k1" and "ku".
-    quantity : "k2", "k1" or "ku"
-        kind of limit.
+        criterion that disturbed motions satisfy below `k2`.
     fine, diagram : float64 arrays, or None
         bifurcation diagram of the undisturbed motion, if A is the only axis. `fine` (m,) contains values of A, and
         `diagram` (m, periods) contains ξ' at the section points.
@@ -245,8 +194,7 @@ class Limits(Stored):
 
     def lines(self) -> Lines:
         facts = self.facts()
-        judged = "criterion" if self.criterion else "quantity"
-        lines = words({name: facts[name] for name in ("axes", "parameters", judged)})
+        lines = words({name: facts[name] for name in ("axes", "parameters", "criterion")})
         return lines + [(curve["disturbance"], curve_line(curve, self.mm_s)) for curve in facts["curves"]]
 
 

@@ -1,9 +1,9 @@
-"""Files of limits of stability (k₂, k₁ or k_u, see stability/limits.py) over one or two of A, B and η.
+"""Files of limits of stability (k₂, see stability/limits.py) over one or two of A, B and η.
 
 A file is laid out completely and then filled limit by limit, so that it can be resumed after a stop. It is HDF5 with
-netCDF-4 dimension scales. The dimensions are `curve` (disturbance and method; for k₁ a coordinate of the start) and the
+netCDF-4 dimension scales. The dimensions are `curve` (disturbance and method) and the
 axes in the order of the configuration. If A is the only axis, the file also contains the bifurcation diagram of the
-undisturbed motion over a finer axis, for the figure. The `quantity` of a file is its kind of limit: "k2", "k1" or "ku".
+undisturbed motion over a finer axis, for the figure. The `quantity` of a file is its kind of limit, "k2".
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,8 +19,6 @@ from vibrodrive.model.kinds import FILES
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.stability.limit import AXES, PERIODS, Limit
 from vibrodrive.stability.limits import FINE, K2, QUANTITIES, SHOWN, Limits, check_quantity, values_of
-from vibrodrive.stability.starts import StartLimit
-from vibrodrive.stability.unique_motion import UniqueLimit
 from vibrodrive.store import netcdf
 from vibrodrive.store.compare import altered, differences, refuse_different
 from vibrodrive.store.describe import explained, plain
@@ -29,7 +27,7 @@ from vibrodrive.store.header import origin_of, reading
 from vibrodrive.store.layout import Origin, about
 from vibrodrive.store.lock import Lock
 
-SCHEMA, OTHERS = FILES["limits"].readable  # schema of files of k2, and schema of files of k1 and ku
+SCHEMA = FILES["limits"].readable[0]
 
 HOW_BYTES = 120
 
@@ -44,10 +42,6 @@ OF_CURVES = ("method", "scan", "dtau", "record")  # settings that differ between
 
 CONTENTS = {
     "k2": "For each curve and point of the axes: the smallest disturbance at which the motion violates `criterion`. "
-    "The disturbance is ε (eps) of the excitation, or the step Δτ (dtau) of a grid on which switches are found.",
-    "k1": "For each coordinate of the start and point of the axes: the smallest error of this coordinate at which the "
-    "undisturbed motion ends on another solution.",
-    "ku": "For each curve and point of the axes: the smallest disturbance found at which all starts end in one motion. "
     "The disturbance is ε (eps) of the excitation, or the step Δτ (dtau) of a grid on which switches are found.",
 }
 """Description of the contents in a file, by quantity."""
@@ -112,7 +106,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
         raise
 
 
-def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit | StartLimit | UniqueLimit) -> None:
+def write_limit(file: h5py.File, c: int, at: tuple[int, ...], found: Limit) -> None:
     """Write one limit of curve c at an index of the axes. The status comes last and marks the limit as computed."""
     refuse_moved(Path(file.filename))
     place = (c, *at)
@@ -133,17 +127,14 @@ def create(path: Path, config: Config, axes: Mapping[str, np.ndarray], criterion
     with new_file(path) as file:
         _lay_out(file, config, axes, quantity)
         shared = {name: value for name, value in plain(config.plan()).items() if name not in OF_CURVES}
-        shared |= own_settings(config, criterion, quantity)
+        shared |= own_settings(config, criterion)
         origin = Origin.of(config, "Limits of practically orbital stability")
-        schema = SCHEMA if quantity == K2 else OTHERS
-        file.attrs.update(about("limits", origin) | explained(CONTENTS[quantity], shared) | {"limits_schema": schema})
+        file.attrs.update(about("limits", origin) | explained(CONTENTS[quantity], shared) | {"limits_schema": SCHEMA})
 
 
-def own_settings(config: Config, criterion: str, quantity: str) -> dict[str, Any]:
-    """Return by name the settings that the plan does not contain: periods, and for k2 the criterion, else the
-    quantity."""
-    judged = {"criterion": criterion} if quantity == K2 else {"quantity": quantity}
-    return {"periods": config.arguments.get("periods", PERIODS), **judged}
+def own_settings(config: Config, criterion: str) -> dict[str, Any]:
+    """Return by name the settings that the plan does not contain: periods and the criterion."""
+    return {"periods": config.arguments.get("periods", PERIODS), "criterion": criterion}
 
 
 def _lay_out(file: h5py.File, config: Config, axes: Mapping[str, np.ndarray], quantity: str) -> None:
@@ -179,4 +170,4 @@ def refuse_another(file: h5py.File, path: Path, config: Config, criterion: str, 
     """Raise Different if an open file was made from another configuration."""
     if quantity_of(file) != quantity:
         refuse_different(path, [f"quantity is {quantity_of(file)!r} in the file and {quantity!r} in the configuration"])
-    refuse_different(path, differences(file, config.plan(), own_settings(config, criterion, quantity)))
+    refuse_different(path, differences(file, config.plan(), own_settings(config, criterion)))
