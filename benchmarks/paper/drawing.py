@@ -15,6 +15,7 @@ from vibrodrive.figures import style
 from vibrodrive.model.states import TRANSITIONS
 
 INK = "black"
+SIZE = 9.5  # of the letters, in points
 Place = tuple[float, float]
 
 # Fig. 1, from the description in §2. Positions are (s, n) with s up the incline and n normal to the incline.
@@ -79,7 +80,7 @@ def _arrow(ax: Axes, start: Place, end: Place, width: float, ends: str = "-|>", 
 
 
 def _write(ax: Axes, place: Place, text: str, rotation: float = ALPHA) -> None:
-    ax.text(*_turned(place), text, ha="center", va="center", rotation=rotation, fontsize=style.in_drawings())
+    ax.text(*_turned(place), text, ha="center", va="center", rotation=rotation, fontsize=SIZE)
 
 
 def _ground(ax: Axes) -> None:
@@ -140,7 +141,7 @@ def scheme(path: Collection[tuple[int, int]], named: str) -> Figure:
     ax.set_ylim(-0.42, 2.42)
     for centre, name in BOXES.values():
         ax.text(
-            *centre, name, ha="center", va="center", fontsize=style.in_drawings(), linespacing=1.35,
+            *centre, name, ha="center", va="center", fontsize=SIZE, linespacing=1.35,
             bbox={"boxstyle": "square,pad=0", "fc": "none", "ec": "none"},
         )  # fmt: skip
         corner = centre[0] - HALF[0], centre[1] - HALF[1]
@@ -174,7 +175,7 @@ def _label(ax: Axes, before: State, after: State, paired: bool, function: str, d
     parts = [f"S_{function[1]} = 0"] if function else []
     parts += [decision.replace("<=", r"\leq")] if decision else []
     text = ", ".join(f"${part}$" for part in parts)
-    where: dict[str, Any] = {"fontsize": 0.9 * style.in_drawings()}
+    where: dict[str, Any] = {"fontsize": 0.9 * SIZE}
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
     if abs(x1 - x0) < 1e-9:
         right = paired and y1 < y0

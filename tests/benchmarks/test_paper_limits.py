@@ -19,9 +19,9 @@ from benchmarks.paper.motions import NotApplicable
 from benchmarks.paper.orbit_curve import PER_PERIOD, curve_distance, farthest, orbit_curve
 from benchmarks.paper.starts import COORDINATES, EXACT, find_edge, same_solution, settled, start_limit
 from benchmarks.paper.unique_motion import SIDES, is_unique, lattice, sufficient_starts, unique_limit
+from tests.exact.reference import IMPACT, reference
 from tests.support import naive
 from vibrodrive.stability.structure import compare_structure, reference_orbit
-from vibrodrive.validation.reference import IMPACT, reference
 
 jit = pytest.mark.jit
 

@@ -142,7 +142,6 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
         (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
         (["sweep", "small.toml", "-o", ""], ["output = ''", "name"]),
         (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
-        (["validate", "-o", ""], ["output = ''", "name"]),
         (["sweep", "broken.toml"], ["broken.toml", "invalid TOML", "line 2"]),
         (["plot", "missing.h5"], ["missing.h5", "No such file"]),
         (["plot", "small.toml"], ["small.toml", "not a result file"]),

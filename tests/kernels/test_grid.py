@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.exact.agreement import same_status
 from tests.kernels.test_recurrence import evaluations
 from tests.support import naive
-from tests.support.agreement import same_status
 from vibrodrive.kernels.literal_scan import BLOCK
 
 SCENES = [

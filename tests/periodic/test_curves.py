@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.exact.reference import mp, reference
 from tests.support.mp_flight import after, orbit_phase, slope
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.conditions import Condition, Margin, Slide, lags
@@ -17,7 +18,6 @@ from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.meetings import meeting_points, with_meetings
 from vibrodrive.periodic.recognition import recognise
 from vibrodrive.periodic.tracing import CLOSED, EDGE, Box, cut, point_at, trace
-from vibrodrive.validation.reference import mp, reference
 
 LEVEL_POINT = math.sqrt(1.0 + 0.25 * math.pi**2)
 """Value of A at which curves begin at B = 0 (on the level)."""

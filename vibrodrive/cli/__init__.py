@@ -1,7 +1,7 @@
 """Command line: commands, exit codes, and an error message of one line for every foreseeable error.
 
-Exit codes: 0 done · 1 the computation failed, a file is damaged, or a check of `validate` failed · 2 refused before any
-computation · 130 interrupted.
+Exit codes: 0 done · 1 the computation failed, or a file is damaged · 2 refused before any computation · 130
+interrupted.
 """
 
 import errno
@@ -22,7 +22,6 @@ from vibrodrive.cli.init import init
 from vibrodrive.cli.plot import plot, trajectory
 from vibrodrive.cli.result import HELP, result_command
 from vibrodrive.cli.sweep import sweep
-from vibrodrive.cli.validate import validate
 from vibrodrive.jobs.signals import catch
 from vibrodrive.version import __version__
 
@@ -36,13 +35,13 @@ def cli() -> None:
     parameters; `vibrodrive init` lists configurations to begin with. `vibrodrive COMMAND --help` shows the options of a
     command. Quantities without a unit are dimensionless.
 
-    Exit codes: 0 (done), 1 (the computation failed, a file is damaged, or a check of `validate` failed), 2 (refused
-    before any computation), 130 (interrupted).
+    Exit codes: 0 (done), 1 (the computation failed, or a file is damaged), 2 (refused before any computation), 130
+    (interrupted).
     """
 
 
 results = [result_command(name) for name in HELP]
-for command in (init, sweep, plot, info, verify, trajectory, driver, *results, explore, validate):
+for command in (init, sweep, plot, info, verify, trajectory, driver, *results, explore):
     cli.add_command(command)
 cli.add_command(result_command("failures", hidden=True), "atlas")
 """Former name of the command `failures`, kept for existing scripts."""

@@ -1,4 +1,4 @@
-"""Comparison of error bounds with the errors found by the 50-digit reference.
+"""Comparison of motions and their error bounds with the 50-digit reference, in random scenes of twelve kinds.
 
 No error may be above its bound, and no switch marked as certain may have a wrong state.
 """
@@ -9,19 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.trajectory import Trajectory, simulate
-from vibrodrive.model.names import ETA
-from vibrodrive.validation.check import Finding
-from vibrodrive.validation.reference import Reference, mp, reference
+import vibrodrive as vd
+from tests.exact.reference import Reference, mp, reference
 
 Scene = dict[str, Any]
 
 MOST = 100  # largest number of switches of a scene that the reference computes
 BUDGET = 3000  # largest number of switches in a period; scenes with chatter need many
-
-DRAWN = 60
-
-WITHIN = 1000.0  # bound of the median, over scenes, of the ratio of the largest error bound to the largest error
 
 BELOW_REFERENCE = 1e-30
 """Possible error of the reference. It is added to each bound, because some gaps are as small as 1e-100."""
@@ -44,7 +38,7 @@ class Held(NamedTuple):
         certain up to its end but has another number of switches.
     """
 
-    motion: Trajectory
+    motion: vd.Trajectory
     pairs: list[Pair]
     others: int
 
@@ -66,11 +60,11 @@ def hold(scene: Mapping[str, Any], most: int = MOST, **settings: Any) -> Held:
     Raises ArithmeticError if the reference finds a zero of order three.
     """
     exact = reference(**scene, max_switches=most)
-    motion = simulate(**scene, transient=0, budget=BUDGET, **settings)
+    motion = vd.simulate(**scene, transient=0, budget=BUDGET, **settings)
     return compare(motion, exact, most)
 
 
-def compare(motion: Trajectory, exact: Reference, most: int = MOST) -> Held:
+def compare(motion: vd.Trajectory, exact: Reference, most: int = MOST) -> Held:
     """Compare a motion that is recorded from its start with the reference. The reference may end earlier."""
     pairs: list[Pair] = []
     others = 0
@@ -164,43 +158,14 @@ BANDS: dict[str, Callable[[np.random.Generator], Scene]] = {
 """Functions that draw a random scene, by the kind of scene."""
 
 
-def draw(seed: int, number: int = DRAWN) -> list[tuple[str, Scene]]:
+def draw(seed: int, number: int) -> list[tuple[str, Scene]]:
     """Return pairs (kind, arguments) of scenes with random section phases. All kinds occur in turn."""
     generator = np.random.default_rng(seed)
     bands = list(BANDS.items())
     scenes = []
     for k in range(number):
         name, drawn = bands[k % len(bands)]
-        scene = {"B": 0.1, "eps": 0.0, "eta": ETA} | drawn(generator)
+        scene = {"B": 0.1, "eps": 0.0, "eta": vd.ETA} | drawn(generator)
         scene["section_phase"] = generator.choice([0.0, generator.uniform(0.0, 2.0 * math.pi)])
         scenes.append((name, {key: int(v) if key == "periods" else float(v) for key, v in scene.items()}))
     return scenes
-
-
-def bounds_of_drawn(seed: int) -> list[Finding]:
-    """Return findings for random scenes: errors above their bounds, wrong states marked as certain, size of bounds."""
-    held = [hold(scene) for _, scene in draw(seed)]
-    known = [h.looseness for h in held if not math.isnan(h.looseness)]
-    drawn = f"({DRAWN} scenes, seed {seed})"
-    return [
-        Finding(f"random scenes with an error above its bound {drawn}", sum(len(h.broken) > 0 for h in held), 0),
-        Finding(f"random scenes with wrong states marked as certain {drawn}", sum(h.others > 0 for h in held), 0),
-        Finding("median ratio of the largest bound to the largest error", float(np.median(known)), WITHIN),
-    ]
-
-
-def table(found: Mapping[str, list[Held]]) -> list[str]:
-    """Return the lines of a Markdown table with a row for each kind of scene."""
-    lines = [
-        "| kind of scene | scenes | scenes with an error above its bound | scenes with a wrong state marked as certain "
-        "| scenes that become uncertain | median of bound / error | 90 % quantile of bound / error |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for name, held in {**found, "all": [h for several in found.values() for h in several]}.items():
-        broken, others = sum(len(h.broken) > 0 for h in held), sum(h.others > 0 for h in held)
-        ends = sum(math.isfinite(h.motion.certain_until) for h in held)
-        loose = np.array([h.looseness for h in held])
-        some = np.quantile(loose[~np.isnan(loose)], [0.5, 0.9]) if not np.isnan(loose).all() else (math.nan, math.nan)
-        numbers = " | ".join(f"{value:.0f}" for value in some)
-        lines.append(f"| {name} | {len(held)} | {broken} | {others} | {ends} | {numbers} |")
-    return lines

@@ -22,13 +22,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-try:
-    from mpmath import MPContext
-except ImportError:  # checks that need mpmath are skipped
-
-    def MPContext() -> Any:
-        return None
-
+from mpmath import MPContext
 
 UP, DOWN, STICK, REST, IMPACT = range(5)
 ETA = 10.0 * math.sqrt(102.0)

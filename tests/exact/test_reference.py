@@ -1,21 +1,19 @@
 """Tests of the 50-digit reference and the loops of naive.py: known numbers, exact cases, agreement with each other."""
 
+import ast
 import math
 import random
 from collections import Counter
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
+from tests.exact import reference as digits50
+from tests.exact.agreement import ALLOWED, LONG, NAMES, scene
+from tests.exact.reference import DOWN, IMPACT, REST, SCENES, STICK, UP, Reference, Switching, mp, reference
 from tests.support import naive
-from tests.support.reference import LONG, NAMES, scene
-from vibrodrive.validation import reference as digits50
-from vibrodrive.validation.reference import DOWN, IMPACT, REST, SCENES, STICK, UP, Reference, Switching, mp, reference
 
-FIG2 = {
-    (UP, DOWN), (UP, STICK), (DOWN, IMPACT), (DOWN, UP), (DOWN, STICK),
-    (STICK, UP), (STICK, DOWN), (REST, UP), (IMPACT, UP), (IMPACT, REST),
-}  # fmt: skip
 ONE_PERIOD = [(REST, UP), (UP, STICK), (STICK, DOWN), (DOWN, IMPACT), (IMPACT, REST)]
 
 
@@ -25,6 +23,13 @@ def words(switches: list) -> dict[int, list[tuple[int, int]]]:
     for s in switches:
         by_period.setdefault(s.period, []).append((s.before, s.after))
     return by_period
+
+
+def test_reference_shares_nothing_with_what_it_judges():
+    nodes = list(ast.walk(ast.parse(Path(digits50.__file__).read_text())))
+    imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    assert imported == {"collections.abc", "contextlib", "math", "mpmath", "typing"}
 
 
 # ---- known numbers
@@ -162,7 +167,7 @@ def test_more_digits_give_the_same_switches():
 @pytest.mark.parametrize("name", NAMES)
 def test_order_of_states_agrees_with_fig_2(name):
     r = scene(name)
-    assert {(s.before, s.after) for s in r.switches} <= FIG2
+    assert {(s.before, s.after) for s in r.switches} <= ALLOWED
     assert all(a.after == b.before for a, b in pairwise(r.switches))
     assert all(a.tau <= b.tau for a, b in pairwise(r.switches))
     assert len(r.section) == SCENES[name]["periods"]
