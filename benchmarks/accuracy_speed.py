@@ -20,7 +20,7 @@ from benchmarks.common import TWO_PI, arguments, paired, say, truth, write
 from benchmarks.switches import solvers
 from benchmarks.switches.model import STATES
 from benchmarks.switches.run import timed
-from vibrodrive.validation.reference import mp
+from tests.exact.reference import mp
 
 A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
 CLOSE = 1.0  # two switches correspond if their states are equal and their τ differ by at most this (rad)

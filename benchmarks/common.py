@@ -30,7 +30,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from vibrodrive.model.plain import plain
-from vibrodrive.validation import reference as digits50
 
 TWO_PI = 2.0 * math.pi
 FAR = 0.5 * math.pi  # two switches correspond if their states are equal and their τ differ by at most this
@@ -162,6 +161,8 @@ class Truth:
 @cache
 def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Truth:
     """Return switches and section points of the first `periods` periods from rest."""
+    from tests.exact import reference as digits50  # needs mpmath, which only some benchmarks need
+
     r = digits50.reference(A, 0.1, eps, periods=periods, section_phase=section_phase)
     return Truth(
         np.array([s.period for s in r.switches], dtype=np.int64),
@@ -193,7 +194,7 @@ def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any
     late = []
     for i, j in pairs:
         # subtract period numbers, which are small integers, and phases separately, so that no digit is lost
-        apart = float(digits50.mp.mpf(float(phase[j])) - true.phase[i])
+        apart = float(float(phase[j]) - true.phase[i])
         late.append(abs(apart + TWO_PI * (int(period[j]) - int(true.period[i]))))
     near = [x for x in late if x <= FAR]
     wrong = len(true.kinds) + len(kinds) - 2 * len(near)

@@ -18,7 +18,7 @@ from benchmarks.switches import level1, run, solvers
 from benchmarks.switches.model import IMPACT, REST, STATES, STICK, Point, force, start
 from benchmarks.switches.score import judge
 from benchmarks.switches.sums import Sum, value
-from vibrodrive.validation.reference import Slide, mp
+from tests.exact.reference import Slide, mp
 
 Series = dict[str, Any]
 STEP = 0.1

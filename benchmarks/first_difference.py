@@ -15,7 +15,7 @@ from benchmarks.common import RESULTS, TWO_PI, arguments, say, write
 from benchmarks.switches import motions, run, solvers
 from benchmarks.switches.model import IMPACT, REST, STATES, Point, force, force_rate, jit, start
 from benchmarks.switches.solvers.moreau_jean import advance
-from vibrodrive.validation.reference import mp
+from tests.exact.reference import mp
 
 CAUSES = ("pair", "start", "touch", "threshold", "sunk", "drift")
 """Causes of a difference.

@@ -32,7 +32,6 @@ html_css_files = ["site.css"]
 html_show_copyright = html_show_sphinx = html_copy_source = html_show_sourcelink = False
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["validation/*"]
 
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]  # as on GitHub

@@ -24,10 +24,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from vibrodrive.periodic.curve import Curve
 
 import vibrodrive as vd
 from vibrodrive.model.config import read
-from vibrodrive.periodic.curve import Curve
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, Orbit, orbits_of
 

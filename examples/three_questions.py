@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from vibrodrive.stability.limits import CURVES
+from vibrodrive.store.every_kind import load
 
 import vibrodrive as vd
 from vibrodrive.model.parameters import bad
@@ -26,8 +28,6 @@ from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
 from vibrodrive.periodic.continuation import BORDER_COLLISION, STICK
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import STABLE, SUPERSTABLE, UNSTABLE, orbits
-from vibrodrive.stability.limits import CURVES
-from vibrodrive.store.every_kind import load
 
 
 @dataclass(frozen=True, eq=False)

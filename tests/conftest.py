@@ -1,6 +1,6 @@
 """Settings for all tests: compile kernels once before the workers start, use two threads, and set marks.
 
-The tests are a package, so that `from tests.support.reference import scene` works in the root of the repository.
+The tests are a package, so that `from tests.exact.reference import reference` works in the root of the repository.
 """
 
 import os
@@ -75,10 +75,10 @@ def _orbits() -> None:
 UNIT = (
     "benchmarks/", "cli/test_curves.py", "cli/test_files.py", "explorer/test_view.py",
     "explorer/test_work.py", "figures/test_curves.py", "figures/test_failures.py", "figures/test_plane.py",
-    "jobs/test_maps.py", "jobs/test_refusals.py", "kernels/test_lane.py", "kernels/test_scheme.py", "model/", "paper/",
+    "jobs/test_maps.py", "jobs/test_refusals.py", "kernels/test_lane.py", "kernels/test_scheme.py", "model/",
     "periodic/test_curves.py", "stability/", "store/test_curves.py", "store/test_draft.py", "store/test_limits.py",
     "store/test_place.py", "store/test_scene_axes.py", "store/test_store.py", "test_messages.py", "test_model_page.py",
-    "test_pages.py", "validation/",
+    "test_pages.py",
 )  # fmt: skip
 """Files and folders of unit tests. A test in these files is no unit test if it has a mark of NO_UNIT."""
 
@@ -113,6 +113,29 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
             name = f"{item.nodeid.partition('[')[0]}: {mark.args[0]}"
             reasons[name] = reasons.get(name, 0) + 1
     return [f"{name} ({count} tests)" if count > 1 else name for name, count in reasons.items()]
+
+
+@pytest.fixture
+def finding(record_property):
+    """Return a function that asserts that a number is at most its bound, and adds both to the table of `-m exact`."""
+
+    def check(what: str, number: float, bound: float) -> None:
+        record_property("finding", (what, float(number), float(bound)))
+        assert number <= bound, what
+
+    return check
+
+
+def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
+    """Print the table of `pytest -m exact`: each number of a comparison, and its bound."""
+    reports = [report for several in terminalreporter.stats.values() for report in several]
+    found = [each for report in reports for each in getattr(report, "user_properties", ())]
+    rows = sorted({tuple(value) for name, value in found if name == "finding"})
+    if "exact" in config.option.markexpr and rows:
+        terminalreporter.section("numbers, their bounds, verdicts")
+        for what, number, bound in rows:
+            verdict = "holds" if number <= bound else "FAILS"
+            terminalreporter.write_line(f"{number:9.3g}  {bound:7.1g}  {verdict}  {what}")
 
 
 class _Guard:

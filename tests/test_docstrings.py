@@ -6,16 +6,16 @@ import re
 from pathlib import Path
 
 import pytest
+from vibrodrive.store.failures import lay_out
+from vibrodrive.store.file import new_file
+from vibrodrive.store.limits import create
+from vibrodrive.store.orbits import save
 
 import vibrodrive as vd
 from vibrodrive.cli import cli
 from vibrodrive.model import config
 from vibrodrive.periodic.family import family
-from vibrodrive.store.failures import lay_out
-from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
-from vibrodrive.store.limits import create
-from vibrodrive.store.orbits import save
 
 CONSTANTS = {"ETA"}
 """Public names that are neither functions nor classes."""
@@ -35,9 +35,7 @@ LONG = {
     "plot",
     "Results",
     "simulate",
-    "start_limit",
     "sweep",
-    "unique_limit",
 } | {name for name in NAMES if name.startswith("plot.") and name not in PLAIN}
 """Names with examples that take minutes without compiled kernels."""
 

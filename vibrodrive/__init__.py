@@ -29,14 +29,12 @@ __all__ = [
     "orbits",
     "plot",
     "simulate",
-    "start_limit",
     "sweep",
-    "unique_limit",
 ]
 
 _HOMES = {
     **dict.fromkeys(["Method", "Status"], "model.choices"),
-    **dict.fromkeys(["limit", "start_limit", "unique_limit"], "stability.questions"),
+    "limit": "stability.questions",
     "ETA": "model.names",
     "Scene": "model.physical",
     "State": "model.states",
@@ -68,7 +66,7 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.bifurcations import bifurcations
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
-    from vibrodrive.stability.questions import limit, start_limit, unique_limit
+    from vibrodrive.stability.questions import limit
     from vibrodrive.store.load import load
 
 

@@ -29,7 +29,6 @@ from vibrodrive.figures.map import map_figure as map
 from vibrodrive.figures.orbits import bifurcation_diagram as orbits
 from vibrodrive.figures.orbits import cobweb
 from vibrodrive.figures.orbits import multiplier_diagram as multipliers
-from vibrodrive.figures.scheme import scheme
 
 __all__ = [
     "bifurcation",
@@ -40,7 +39,6 @@ __all__ = [
     "orbits",
     "phase_curve",
     "poincare",
-    "scheme",
 ]
 
 for _name in __all__:

@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.switches.draw import Draw
 from benchmarks.switches.zeros import Function, Zero
-from vibrodrive.validation.reference import mp
+from tests.exact.reference import mp
 
 NAMES = ("c0", "c1", "c2", "a", "alpha", "b", "eta", "beta", "T")
 DIGITS = 90  # decimal digits of the arithmetic; zeros are stored with 30 digits

@@ -10,7 +10,7 @@ from benchmarks.switches import motions
 from benchmarks.switches.draw import Draw
 from benchmarks.switches.motions import Inputs, inputs
 from benchmarks.switches.zeros import Function
-from vibrodrive.validation.reference import Oscillator, Slide, mp
+from tests.exact.reference import Oscillator, Slide, mp
 
 Drawn = tuple[Inputs, list[str], str]  # the fields inputs, tags and why of a case
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.switches import level0, level1, motions, scenes
 from benchmarks.switches.draw import Draw
-from vibrodrive.validation.reference import mp
+from tests.exact.reference import mp
 
 VERSION = "1.0"  # README.md lists the changes that need a new version
 HERE = Path(__file__).parent

@@ -3,8 +3,8 @@
 from typing import Any, NamedTuple
 
 from benchmarks.switches.zeros import Function
-from vibrodrive.validation import reference as digits50
-from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, Oscillator, Switch, mp, reference
+from tests.exact import reference as digits50
+from tests.exact.reference import DOWN, IMPACT, REST, STICK, UP, Oscillator, Switch, mp, reference
 
 STATES = ("UP", "DOWN", "STICK", "REST", "IMPACT")
 NAMES = ("A", "B", "eps", "eta", "xi0", "dxi0", "tau0", "periods")

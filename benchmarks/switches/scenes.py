@@ -1,12 +1,12 @@
 """Levels 2 and 3: motions of 20 and 200 periods. A scene (the parameters and the start of a motion) is from the paper,
-from the reference (vibrodrive.validation), or random."""
+from the reference (tests/exact), or random."""
 
 from collections.abc import Callable
 
 from benchmarks.switches import motions
 from benchmarks.switches.draw import Draw
 from benchmarks.switches.motions import Inputs, inputs
-from vibrodrive.validation.reference import SCENES, reference, with_digits
+from tests.exact.reference import SCENES, reference, with_digits
 
 Drawn = tuple[Inputs, list[str], str]  # the fields inputs, tags and why of a case
 FEWEST, MOST = 20, 60  # least and largest number of events in 20 periods of a random scene; MOST limits its file

@@ -14,7 +14,7 @@ as g⁽ⁿ⁾ does not change its sign.
 import math
 from typing import Any, NamedTuple
 
-from vibrodrive.validation.reference import mp, polish
+from tests.exact.reference import mp, polish
 
 ROUNDING = 64 * 2.0**-52  # allowance for rounding in double precision, as a share of the sum of |terms|
 ABOVE = 1 + 2.0**-40  # factor that covers the rounding error of a bound in double precision

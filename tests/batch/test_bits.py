@@ -11,7 +11,7 @@ import pytest
 from numba import types
 
 import vibrodrive as vd
-from tests.support.agreement import same_status
+from tests.exact.agreement import same_status
 from tests.support.process import python
 from vibrodrive.kernels.lane import LINE, new_lanes
 

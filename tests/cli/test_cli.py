@@ -144,7 +144,6 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
         (["sweep", "result.h5"], ["result.h5: must be a configuration", "`vibrodrive plot result.h5` draws it"]),
         (["sweep", "small.toml", "-o", ""], ["output = ''", "name"]),
         (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
-        (["validate", "-o", ""], ["output = ''", "name"]),
         (["sweep", "broken.toml"], ["broken.toml", "invalid TOML", "line 2"]),
         (["plot", "missing.h5"], ["missing.h5", "No such file"]),
         (["plot", "small.toml"], ["small.toml", "not a result file"]),
@@ -157,8 +156,6 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
         (["limits", "small.toml", "--set", "eps=0", "--threads", "9999"], ["threads = 9999"]),
         (["orbits", "small.toml"], ["axes = A, eps", "A only, or A and B"]),
         (["failures", "small.toml"], ["eps = 0.0", "> 0"]),
-        (["paper", "--only", "fig99"], ["figure = 'fig99'", "fig02"]),
-        (["paper", "-o", "small.toml"], ["-o", "small.toml"]),
         (["driver", "small.toml"], ["sweep.A", "40 values", "one number"]),
         (["driver", "small.toml", "--set", "A=3", "--set", "eps=0"], ["physical.a0 is missing", "omega0"]),
     ],
@@ -501,29 +498,16 @@ def test_moving_the_file_ends_a_sweep(run, quick, monkeypatch):
 
 
 def test_deleting_the_file_ends_limits(run, monkeypatch):
-    def found(quantity, arguments, disturbance, method, *rest):
+    def found(arguments, disturbance, method, *rest):
         yield 0, Limit(2.5, 0.1, 101.0, disturbance, method, "impacts", k2=1e-3)
         Path("limits.h5").unlink()
         yield 1, Limit(2.5, 0.2, 101.0, disturbance, method, "impacts", k2=1e-3)
 
-    monkeypatch.setattr(limits, "each_of", found)
+    monkeypatch.setattr(limits, "each_limit", found)
     code, _, err = run(
         "limits", "small.toml", "-o", "limits.h5", "--set", "A=2.5", "--set", "B=[0.1, 0.2]", "--set", "eps=0"
     )
     assert (code, err) == (1, "vibrodrive: limits.h5: moved or deleted while it was written\n")
-
-
-@pytest.mark.jit
-def test_paper_draws_selected_figures_and_judges_their_claims(run):
-    code, out, err = run("paper", "--only", "fig02", "--only", "fig04", "-o", "there")
-    assert (code, out) == (0, ""), err
-    names = {p.name for p in Path("there").iterdir()}
-    assert {"fig02.png", "fig02.pdf", "fig04.png", "fig04.pdf", "claims.json", "claims.md"} <= names
-    claims = json.loads(Path("there/claims.json").read_text())["claims"]
-    assert claims
-    assert {c["figure"] for c in claims} <= {"fig02", "fig04"}
-    assert f"Number of claims: {len(claims)} (" in err
-    assert f"there: {len(names)} files written" in err
 
 
 IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\n[run]\ntransient = 1\nperiods = 1\n"

@@ -12,6 +12,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from vibrodrive.figures.failures import failures_figure
+from vibrodrive.model.kinds import FILES
+from vibrodrive.store.file import new_file
 
 import vibrodrive as vd
 from tests.support import fake
@@ -19,14 +22,11 @@ from vibrodrive import cli
 from vibrodrive.cli.files import read_in_process
 from vibrodrive.errors import Damaged, NoResult
 from vibrodrive.figures import diagrams as figures
-from vibrodrive.figures.failures import failures_figure
 from vibrodrive.figures.orbits import multiplier_diagram
 from vibrodrive.figures.style import save
 from vibrodrive.jobs import sweep as runner
 from vibrodrive.model import config
-from vibrodrive.model.kinds import FILES
 from vibrodrive.model.results import Results
-from vibrodrive.store.file import new_file
 from vibrodrive.store.header import read_kind
 from vibrodrive.store.layout import Origin, digest
 from vibrodrive.store.writer import open_writer
@@ -61,14 +61,16 @@ def idle(monkeypatch):
         raise AssertionError("something is computed")
 
     def each(*arguments, **options):
-        """Replace `each_of`, a generator, which computes limits only when a value is requested."""
+        """Replace `each_limit`, a generator, which computes limits only when a value is requested."""
         yield begun()
 
     for name in (
-        "batch.sweep.run_blocks", "jobs.limits.each_of", "jobs.orbits.family", "jobs.failures.failures_of_methods",
+        "batch.sweep.run_blocks", "jobs.limits.each_limit", "jobs.orbits.family", "jobs.failures.failures_of_methods",
     ):  # fmt: skip
         module, _, function = name.rpartition(".")
-        monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, each if function == "each_of" else begun)
+        monkeypatch.setattr(
+            import_module(f"vibrodrive.{module}"), function, each if function == "each_limit" else begun
+        )
 
 
 def a_sweep(path, blocks=None, text=CONFIGS["sweep"]):
@@ -146,18 +148,6 @@ def test_figure_never_replaces_a_result(run, idle):
     assert_refused(run, "plot", "s.h5", "-o", "s.pdf", words=["s.pdf", "another file"])
     assert_refused(run, "plot", "s.h5", "-o", "y.png", words=["y.png", "contains data"])
     assert_refused(run, "sweep", "sweep.toml", "-o", "s.h5", "--plot", words=["s.png", "another file"])
-
-
-def test_paper_never_replaces_a_foreign_file(run):
-    call = ("paper", "--only", "fig02", "-o", "out")
-    Path("out").mkdir()
-    foreign("out/fig07.h5")
-    before = Path("out/fig07.h5").read_bytes()
-    code, _, err = run(*call)
-    assert (code, err.count("\n")) == (2, 1)
-    assert "fig07.h5" in err
-    assert Path("out/fig07.h5").read_bytes() == before
-    assert [p.name for p in Path("out").iterdir()] == ["fig07.h5"]
 
 
 def test_overwrite_replaces_an_unreadable_result(tmp_path):
@@ -382,7 +372,6 @@ def test_loops_and_pipes_are_refused_by_readers_and_figures(run, idle):
         ("verify", "loop.h5"),
         ("plot", "loop.h5", "-o", "x.png"),
         ("plot", "s.h5", "-o", "loop.png"),
-        ("paper", "-o", "loop", "--only", "fig02"),
     ):
         assert_refused(run, *arguments, words=["loop", "symbolic links"])
     for arguments in (("info", "s.h5/x.h5"), ("verify", "s.h5/x.h5"), ("plot", "s.h5/x.h5", "-o", "x.png")):

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from vibrodrive.periodic.curve import Curve
+from vibrodrive.periodic.curves import curves
 
 from examples import map_agreement
 from examples.map_agreement import COEXISTING, SLOW, UNEXPLAINED, agrees, compare_map, near_curves, table
 from vibrodrive.model.choices import Status
-from vibrodrive.periodic.curve import Curve
-from vibrodrive.periodic.curves import curves
 
 
 @pytest.mark.jit

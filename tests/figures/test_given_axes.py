@@ -6,12 +6,11 @@ import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from vibrodrive.store.failures import FailureMap
 
 import vibrodrive as vd
 from tests.figures.test_limits import of as limits_of
-from vibrodrive.model.states import State
 from vibrodrive.periodic.family import family
-from vibrodrive.store.failures import FailureMap
 
 AXES = {"A": np.linspace(3.0, 3.2, 15), "B": [0.1, 0.15]}
 
@@ -60,7 +59,6 @@ FIGURES = {
     "multipliers": (1, lambda s, m, o, ax: vd.plot.multipliers(o, ax=ax)),
     "cobweb": (1, lambda s, m, o, ax: vd.plot.cobweb(3.04, ax=ax)),
     "curves": (1, lambda s, m, o, ax: vd.plot.curves([], (1.0, 2.0), (0.0, 1.0), 2, [(1.5, 0.5)], ax=ax)),
-    "scheme": (1, lambda s, m, o, ax: vd.plot.scheme({(State.UP, State.DOWN)}, ax=ax)),
     "limits_map": (1, lambda s, m, o, ax: limits_over_two().plot("map", ax=ax)),
     "limits": (2, lambda s, m, o, ax: vd.plot.limits(limits(), ax=ax)),
     "failures": (6, lambda s, m, o, ax: vd.plot.failures(failures(), ax=ax)),

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
+from vibrodrive.periodic.curve import Curve
+from vibrodrive.store.limits import Limits
 
 import vibrodrive as vd
 from vibrodrive.figures.colours import APART, MANY, digits, paint, states
@@ -21,8 +23,6 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, power
-from vibrodrive.periodic.curve import Curve
-from vibrodrive.store.limits import Limits
 
 SCREEN = LOOKS["screen"]
 PALETTE = SCREEN.classes

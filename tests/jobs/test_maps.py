@@ -5,6 +5,7 @@ Curves and limits can be drawn over a map.
 
 import numpy as np
 import pytest
+from vibrodrive.store.limits import create
 
 import vibrodrive as vd
 from vibrodrive.batch.sweep import run_blocks
@@ -16,7 +17,6 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
-from vibrodrive.store.limits import create
 
 
 @pytest.mark.jit

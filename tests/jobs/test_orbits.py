@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vibrodrive.jobs.runner import run
 
 import vibrodrive as vd
 from vibrodrive.figures.orbits import bifurcation_diagram, cobweb, multiplier_diagram
 from vibrodrive.jobs.orbits import table
-from vibrodrive.jobs.runner import run
 from vibrodrive.model.config import parse
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import Family, family, section

@@ -6,11 +6,20 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import vibrodrive as vd
+from tests.exact.agreement import (
+    check_above_obstacle,
+    check_order,
+    flagged,
+    follow,
+    oscillator,
+    residual,
+    segments,
+    slide,
+    switching_functions,
+)
+from tests.exact.reference import ETA, mp
 from tests.support import naive
-from tests.support.agreement import check_above_obstacle, check_order, switching_functions
 from vibrodrive import State, Status
-from vibrodrive.validation.agreement import flagged, follow, oscillator, residual, segments, slide
-from vibrodrive.validation.reference import ETA, mp
 
 pytestmark = pytest.mark.jit
 

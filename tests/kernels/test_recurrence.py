@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.agreement import same_status
+from tests.exact.agreement import same_status
 from vibrodrive.batch.parallel import run
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels.arguments import Arguments

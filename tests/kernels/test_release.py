@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.exact.reference import mp
 from vibrodrive.kernels.release import moves, onset, release_down, release_up
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
-from vibrodrive.validation.reference import mp
 
 
 def places(seed: int, n: int) -> np.ndarray:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.validation.certainty import compare
-from vibrodrive.validation.reference import ETA, mp, reference, with_digits
+from tests.exact.campaign import compare
+from tests.exact.reference import ETA, mp, reference, with_digits
 
 pytestmark = pytest.mark.jit
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.support.agreement import same_status
+from tests.exact.agreement import same_status
 from vibrodrive import State, Status
 
 

@@ -27,7 +27,7 @@ from vibrodrive.model.results import Results
 
 ROOT = Path(__file__).parent.parent.parent
 CHOICES = {"method": Method, "scan": Scan}
-FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, vd.limits, vd.start_limit, vd.unique_limit]
+FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, vd.limits]
 OWN = {
     vd.simulate: {},
     vd.sweep: {
@@ -40,14 +40,10 @@ OWN = {
         "executor": None,
     },
     vd.limit: {"disturbance": "eps", "method": None, "criterion": "impacts", "periods": 1500, "threads": None},
-    vd.start_limit: {"axis": inspect.Parameter.empty, "threads": None},
-    vd.unique_limit: {"disturbance": "eps", "method": None, "periods": 1500, "threads": None},
     vd.limits: {"disturbance": None, "criterion": "impacts", "periods": 1500, "threads": None},
 }
 LEFT_OUT = {
     vd.limits: ("method", "dtau", "scan"),
-    vd.start_limit: ("method", "eps", "eta", "dtau", "tol", "periods", "section_phase", "scan"),
-    vd.unique_limit: ("xi0", "dxi0", "section_phase"),
 }
 """By function: the arguments of `make_plan` that the function does not accept."""
 
@@ -183,9 +179,6 @@ vd.sweep(A=A, bogus=3)  # wrong: bogus
 vd.sweep(A="3")  # wrong: "A"
 vd.sweep(A)  # wrong: positional
 vd.limit(3.04, "eta")  # wrong: argument 2
-vd.start_limit(3.04, "eps")  # wrong: argument 2
-vd.start_limit(3.04, "xi0").k2  # wrong: k2
-vd.unique_limit(3.04).k2  # wrong: k2
 vd.limit(3.04, periods="many")  # wrong: periods
 vd.limit(3.04, bogus=3)  # wrong: bogus
 vd.limit(3.04).k3  # wrong: k3

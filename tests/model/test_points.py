@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from vibrodrive.store.every_kind import load
 
 import vibrodrive as vd
 from tests.support import fake
@@ -12,7 +13,6 @@ from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
-from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import verify
 from vibrodrive.store.writer import open_writer

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.exact.reference import IMPACT, mp, reference
 from tests.support.mp_flight import orbit_phase, slope
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
 from vibrodrive.periodic.bifurcations import bifurcations, gap_between, spread
 from vibrodrive.periodic.continuation import Continuation
 from vibrodrive.periodic.search import orbits
-from vibrodrive.validation.reference import IMPACT, mp, reference
 
 pytestmark = pytest.mark.jit  # hundreds of searches
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.exact.reference import mp, reference
 from tests.support.mp_flight import next_impact, orbit_phase, slope
 from vibrodrive.periodic import search as orbit_search
 from vibrodrive.periodic.impact_map import impact_map
 from vibrodrive.periodic.search import orbits
-from vibrodrive.validation.reference import mp, reference
 
 SOMEWHERE = [(1.2, 0.1), (2.2, 0.1), (2.61, 0.1), (2.655, 0.1), (2.93, 0.1), (3.07, 0.1), (3.1893, 0.1),
              (3.25, 0.1), (3.6, 0.1), (4.3, 0.1), (3.4, 0.5), (5.0, 1.0), (8.0, 0.5), (3.0, 1.3),

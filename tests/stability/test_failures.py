@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from vibrodrive.store.every_kind import load
 
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.states import State
 from vibrodrive.stability.failures import compared, count_failures, next_switches
-from vibrodrive.store.every_kind import load
 
 
 def plan(method, **arguments):

@@ -14,7 +14,6 @@ from vibrodrive.stability import structure
 from vibrodrive.stability.evaluate import Motion, _describe_gaps
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
-from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.questions import limit
 
 
@@ -206,20 +205,6 @@ def test_axes_and_velocity_of_limits():
     assert grid.velocity == grid.k2
     with pytest.raises(TypeError, match=r"^xi0 = .*: must be one number \(axes may be A, B, eta\)$"):
         each_limit({"A": 2.0, "xi0": [0.0, 1.0]})
-
-
-@pytest.mark.jit
-def test_nearness_to_the_orbit_as_a_curve_is_a_criterion():
-    some = {"transient": 200, "periods": 100}
-    orbit = orbit_curve(simulate(3.04, transient=20_000, periods=256), 2)
-    near, far = (limit(3.04, criterion=f"rho < {k3}", **some) for k3 in (0.1, 0.4))
-    assert near.k2 < far.k2
-    for k3, k in ((0.1, near), (0.4, far)):
-        kept, lost = (simulate(3.04, eps=eps, **some) for eps in (k.kept_below, k.k2))
-        assert curve_distance(orbit, kept) < k3 <= curve_distance(orbit, lost)
-        assert k.how.endswith("from the orbit as a curve")
-    both = limit(3.04, criterion="impacts and rho < 0.4", **some)
-    assert both.k2 == min(far.k2, limit(3.04, **some).k2)
 
 
 @pytest.mark.jit

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from tests.exact.reference import IMPACT, reference
 from vibrodrive.stability.questions import limit
-from vibrodrive.validation.reference import IMPACT, reference
 
 TRANSIENT, PERIODS = 10, 40
 

@@ -6,12 +6,12 @@ import warnings
 import numpy as np
 import pytest
 import xarray as xr
+from vibrodrive.store.every_kind import load
 
 from tests.support import fake
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
-from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin
 
 AXES = "[sweep]\nA = {start = 3.0, stop = 3.2, num = 5}\neps = [0.0, 1e-4]\n[run]\nperiods = 3\ntransient = 0\n"

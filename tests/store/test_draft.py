@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
+from vibrodrive.store.file import new_file
 
 from vibrodrive.errors import Busy, NoResult
 from vibrodrive.figures.style import save
@@ -12,7 +13,6 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.store import draft as drafts
 from vibrodrive.store import lock as locks
 from vibrodrive.store.draft import draft_of, drafted
-from vibrodrive.store.file import new_file
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.lock import Lock
 from vibrodrive.store.writer import open_writer

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from vibrodrive.model.kinds import ABOVE, FILES, named
+from vibrodrive.store.every_kind import summary
 
 import vibrodrive as vd
 from tests.store import test_curves
@@ -15,14 +17,12 @@ from tests.support import fake
 from tests.support.process import python
 from vibrodrive.errors import OtherKind
 from vibrodrive.model.config import parse
-from vibrodrive.model.kinds import ABOVE, FILES, named
 from vibrodrive.periodic.bifurcations import Bifurcation
 from vibrodrive.periodic.family import Family
 from vibrodrive.periodic.search import Orbit
 from vibrodrive.store import curves, failures, limits, netcdf, orbits
 from vibrodrive.store.checksums import content_digest
-from vibrodrive.store.every_kind import summary
-from vibrodrive.store.layout import Origin, about
+from vibrodrive.store.layout import Origin
 
 ORBIT = Orbit(
     1, 1, np.array([2.0]), np.array([-1.0]), np.array([1]), -0.5, "stable", "UP DOWN IMPACT", 2.0, 0.1, ("UP",)
@@ -255,14 +255,6 @@ def test_limits_store_their_default_periods(tmp_path):
     some_limits(tmp_path / "l.h5")
     with h5py.File(tmp_path / "l.h5") as file:
         assert (file.attrs["transient"], file.attrs["periods"], file.attrs["criterion"]) == (1000, 1500, "word")
-
-
-def test_load_refuses_switches_of_single_motions(tmp_path):
-    with h5py.File(tmp_path / "s.h5", "w") as file:
-        file.attrs.update(about("switches", Origin("")))
-        file.create_group("motion_0")
-    with pytest.raises(OtherKind, match=r"switches of single motions, which `load` does not read; use xarray or h5py"):
-        vd.load(tmp_path / "s.h5")
 
 
 def test_content_digest_covers_names_shapes_types_and_values():

@@ -3,11 +3,11 @@
 import h5py
 import numpy as np
 import pytest
+from vibrodrive.store.every_kind import load
 
 from tests.support import fake
 from tests.support.process import python
 from vibrodrive.model.records import RECORDS
-from vibrodrive.store.every_kind import load
 from vibrodrive.store.reader import verify
 
 pytestmark = pytest.mark.integration

@@ -7,13 +7,13 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from vibrodrive.store.every_kind import load
 
 from tests.support import fake
 from vibrodrive.errors import NoResult
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import OF_RECORD, SUMMARIES, quantities
 from vibrodrive.model.size import file_bytes
-from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin, digest, variable_name, variables_of
 from vibrodrive.store.reader import DamagedBlock, look, verify
 from vibrodrive.store.writer import open_writer

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from vibrodrive.store.every_kind import load
 
 from tests.support import fake
 from tests.support.process import python
@@ -23,7 +24,6 @@ from vibrodrive.model.size import file_bytes
 from vibrodrive.model.states import State
 from vibrodrive.store import header
 from vibrodrive.store import writer as writer_module
-from vibrodrive.store.every_kind import load
 from vibrodrive.store.layout import Origin, tiles, variables_of
 from vibrodrive.store.reader import DamagedBlock, look, place, verify
 from vibrodrive.store.writer import Writer, open_writer

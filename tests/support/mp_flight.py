@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from vibrodrive.validation.reference import DOWN, IMPACT, REST, STICK, UP, mp, reference
+from tests.exact.reference import DOWN, IMPACT, REST, STICK, UP, mp, reference
 
 NAMES = {UP: "UP", DOWN: "DOWN", STICK: "STICK", REST: "REST", IMPACT: "IMPACT"}
 

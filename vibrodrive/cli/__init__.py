@@ -1,7 +1,7 @@
 """Command line: commands, exit codes, and an error message of one line for every foreseeable error.
 
-Exit codes: 0 done · 1 the computation failed, a file is damaged, or a check of `validate` failed · 2 refused before any
-computation · 130 interrupted.
+Exit codes: 0 done · 1 the computation failed, or a file is damaged · 2 refused before any computation · 130
+interrupted.
 """
 
 import errno
@@ -21,11 +21,9 @@ from vibrodrive.cli.explore import explore
 from vibrodrive.cli.files import info
 from vibrodrive.cli.init import init
 from vibrodrive.cli.orbits import orbits
-from vibrodrive.cli.paper import paper
 from vibrodrive.cli.plot import plot
 from vibrodrive.cli.sweep import sweep
 from vibrodrive.cli.trajectory import trajectory
-from vibrodrive.cli.validate import validate
 from vibrodrive.jobs.signals import catch
 from vibrodrive.version import __version__
 
@@ -39,12 +37,12 @@ def cli() -> None:
     parameters; `vibrodrive init` lists configurations to begin with. `vibrodrive COMMAND --help` shows the options of a
     command. Quantities without a unit are dimensionless.
 
-    Exit codes: 0 (done), 1 (the computation failed, a file is damaged, or a check of `validate` failed), 2 (refused
-    before any computation), 130 (interrupted).
+    Exit codes: 0 (done), 1 (the computation failed, or a file is damaged), 2 (refused before any computation), 130
+    (interrupted).
     """
 
 
-for command in (init, sweep, plot, info, trajectory, driver, orbits, paper, explore, validate):
+for command in (init, sweep, plot, info, trajectory, driver, orbits, explore):
     cli.add_command(command)
 
 

@@ -65,12 +65,6 @@ OVERWRITE = click.option(
 THREADS = click.option("--threads", type=click.IntRange(min=1), help="Number of threads (default: all cores).")
 
 
-def directory(default: str, help: str) -> Any:
-    """Return the option for the directory of the output."""
-    kind = _Name(file_okay=False, path_type=Path)
-    return click.option("-o", "--output", type=kind, default=Path(default), show_default=True, help=help)
-
-
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, for other programs.")
 
 

@@ -201,10 +201,8 @@ def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> No
 
 
 def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
-    """Raise an error for a kind of file that cannot be drawn, and for options that do not apply to a kind."""
+    """Raise an error for options that do not apply to a kind of file."""
     kind = FILES[holds]
-    if kind.options is None:
-        raise click.ClickException(f"{file}: contains {kind.holds}, which only `vibrodrive {kind.command}` draws")
     for name, value in options.items():
         known = kind.options.get(name, ())
         if value not in known:

@@ -46,11 +46,6 @@ def of_sweep(results: Any) -> dict[str, Any]:
     return {**results.scalars, **vars(results.settings)}
 
 
-def named(quantity: str, text: str) -> str:
-    """Return the label `text`, with k_u instead of k₂ if `quantity` is "ku"."""
-    return text.replace("k_2", "k_u") if quantity == "ku" else text
-
-
 def status_phrases(status: np.ndarray) -> list[str]:
     """Return the number of points of each status other than OK as phrases.
 

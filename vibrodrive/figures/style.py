@@ -80,11 +80,6 @@ _CHOSEN: ContextVar[tuple[Style, Width]] = ContextVar("chosen", default=("screen
 _GIVEN_AXES: ContextVar[Any] = ContextVar("given axes", default=None)
 
 
-def in_drawings() -> float:
-    """Return the size of the letters in a drawing, in points."""
-    return 6.2 if narrow() else 9.5
-
-
 @contextmanager
 def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator[None]:
     """Set the style and the width of all figures drawn within the block. None keeps the current style or width.

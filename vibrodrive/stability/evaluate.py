@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from types import TracebackType
 from typing import TypeVar
@@ -28,7 +28,6 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import How
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
-from vibrodrive.stability.orbit_curve import curve_distance, orbit_curve
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, judge, keeps, reference_orbit
 
 BATCH_BYTES = 48 << 20  # largest size of the results of motions computed together (a batch); at most two batches exist
@@ -61,17 +60,7 @@ class Motion:
     def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
         """Return True if the motion satisfies the criterion."""
         switches = self.trajectory.switches if criterion.needs_switches else None
-        if not keeps(base, self.section, self.impacts, criterion.names, switches):
-            return False
-        return math.isinf(criterion.k3) or self.distance(base, criterion.k3) < criterion.k3
-
-    def distance(self, base: ReferenceOrbit, enough: float = math.inf) -> float:
-        """Return the distance of the motion from the orbit as a curve (orbit_curve.py).
-
-        If this distance exceeds `enough`, the result is only a lower bound, which also exceeds `enough`.
-        """
-        assert base.curve is not None, "the curve is computed if the criterion has a k3"
-        return curve_distance(base.curve, self.trajectory, enough=enough)
+        return keeps(base, self.section, self.impacts, criterion.names, switches)
 
     def judge(self, base: ReferenceOrbit) -> Structure:
         """Compare the motion with the orbit (structure.py). If the orbit has no word, `word` of the result is None."""
@@ -112,8 +101,6 @@ class Evaluator:
         orbits: list[ReferenceOrbit | Status] = []
         for motion in self._motions(points, settings):
             orbit = reference_orbit(motion.trajectory if criterion.needs_switches else motion)
-            if orbit is not None and math.isfinite(criterion.k3):
-                orbit = replace(orbit, curve=orbit_curve(motion.trajectory, orbit.n))
             orbits.append(orbit or (Status.NO_ORBIT if motion.complete else Status.BUDGET))
         return orbits
 
@@ -196,8 +183,6 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
         how, reasons = How.ORDER, ["impacts in another order"]
     if "word" in criterion.names and not found.word:
         reasons.append("other states between impacts")
-    if math.isfinite(criterion.k3):
-        reasons.append(f"rho = {motion.distance(base):.3g} from the orbit as a curve")
     return how, "; ".join(reasons)
 
 

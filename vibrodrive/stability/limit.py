@@ -172,10 +172,7 @@ def each_limit(
 
 
 def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
-    """Return the plan of `limit` or `unique_limit` from the arguments of the call.
-
-    `hint` is added to the message that refuses axes.
-    """
+    """Return the plan of `limit` from the arguments of the call. `hint` is added to the message that refuses axes."""
     if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, because its limit is computed"))
     if not hasattr(written["A"], "__len__"):

@@ -1,8 +1,4 @@
-"""Public functions for the limits of stability: k₂ (disturbance), k₁ (error of the start), k_u (one motion remains).
-
-These functions share most of their keywords with `simulate`. They are in one file, so that a new keyword is added in
-one place. limit.py, starts.py and unique_motion.py contain the searches and the results.
-"""
+"""`vd.limit`: the limit of stability k₂ at one point, explained. limit.py contains the search and the result."""
 
 from __future__ import annotations
 
@@ -16,12 +12,9 @@ from vibrodrive.model.above import above
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
-from vibrodrive.model.parameters import check
 from vibrodrive.model.plan import Plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import PERIODS, Disturbance, Limit, LimitSearch, plan_at_one_point
-from vibrodrive.stability.starts import Coordinate, StartLimit, nearest_other, plan_of_starts
-from vibrodrive.stability.unique_motion import UniqueLimit, unique_at
 
 T = TypeVar("T")
 
@@ -67,8 +60,7 @@ def limit(
     criterion : str, optional
         condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
         (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
-        the orbit. "rho < x": the distance of the motion from the orbit, as curves in the plane (ξ, ξ'), is below x, the
-        k₃ of §1. Several conditions are joined by "and".
+        the orbit. Both conditions may be joined by "and".
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
@@ -117,143 +109,6 @@ def limit(
     search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads), Halt())
     ((_, found),) = _answered("limit", plan, A, lambda: list(search.run([0], strict=True)))
     return found
-
-
-@as_written
-def start_limit(
-    written: Mapping[str, Any],
-    /,
-    A: float,
-    axis: Coordinate,
-    *,
-    B: float = 0.1,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    budget: int = 100_000,
-    threads: int | None = None,
-) -> StartLimit:
-    """Find the limit k₁ (§1): the smallest error of one coordinate of the start that leads to another solution.
-
-    The motion is undisturbed (ε = 0) and its switches are certified. The search covers deviations in both directions
-    from the exact start: of τ0 up to 2π, and of ξ0 and ξ'0 up to 2π max(1, A). It does not try ξ0 < 0. If the orbit has
-    a period n > 1, a deviation of τ0 by 2π always leads to another solution. The starts that lead to the same solution
-    are its basin. The relative error of an edge of the basin is at most 1e-13, or its absolute error is at most the
-    last bit of the coordinate.
-
-    Parameters
-    ----------
-    A : float
-        excitation amplitude, dimensionless like all parameters.
-    axis : "xi0", "dxi0" or "tau0"
-        the coordinate of the start that has an error.
-    xi0, dxi0, tau0 : float
-        the exact start. The deviation is counted from here.
-    B, transient, budget
-        as in `simulate`. A `transient` below 20 000 periods is raised to 20 000.
-    threads : int, optional
-        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
-
-    Returns
-    -------
-    StartLimit
-        `k1` is the distance of the nearer edge of the basin from the start, dimensionless like the coordinate.
-        `below` and `above` are the edges in the two directions, each with `kept`, `lost` and `searched_to`.
-        `n` is the period of the undisturbed orbit in excitation periods.
-        `how` is a text that describes the result.
-
-    Raises
-    ------
-    TypeError, ValueError
-        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
-
-    Warns
-    -----
-    UserWarning
-        for values that are probably a mistake, as in `limit`.
-
-    Examples
-    --------
-    At A = 3.04 there are two solutions, one excitation period apart. A start 0.818 later leads to the second one:
-
-    >>> import vibrodrive as vd
-    >>> k = vd.start_limit(3.04, "tau0")
-    >>> k.n, round(k.above.lost, 3), round(k.below.lost, 3), round(k.k1, 3)
-    (2, 0.818, 5.465, 0.818)
-    """
-    if not hasattr(A, "__len__"):
-        check("A", A)
-    plan = plan_of_starts({name: value for name, value in written.items() if name not in ("axis", "threads")}, axis, ())
-    count = check_threads(threads)
-    return _answered("start_limit", plan, A, lambda: nearest_other(plan.arguments(0), axis, count))
-
-
-@as_written
-def unique_limit(
-    written: Mapping[str, Any],
-    /,
-    A: float,
-    disturbance: Disturbance = "eps",
-    method: MethodLike | None = None,
-    *,
-    B: float = 0.1,
-    eps: float = 0.0,
-    eta: float = ETA,
-    dtau: float | None = None,
-    tol: float | None = None,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = PERIODS,
-    budget: int = 100_000,
-    threads: int | None = None,
-) -> UniqueLimit:
-    """Find the limit k_u: the smallest disturbance at which all starts end in one motion (§5, Fig. 11).
-
-    Parameters
-    ----------
-    A : float
-        excitation amplitude, dimensionless like all parameters.
-    disturbance, method, eps, dtau
-        as in `limit`.
-    B, eta, tol, tau0, transient, periods, budget
-        as in `simulate`; they apply to each disturbed motion. The starts ξ0 and ξ'0 form a lattice that the function
-        chooses. Two motions count as one if they agree over the last 64 recorded periods.
-    threads : int, optional
-        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
-
-    Returns
-    -------
-    UniqueLimit
-        `ku` is the smallest disturbance found at which all starts end in one motion, dimensionless.
-        `several_below` is the largest disturbance found below `ku` at which several motions remain.
-        `last_several` is the upper end of the band above `ku` in which several motions remain at some values.
-        `share_several` is the share of the values between `ku` and `last_several` at which several motions remain.
-        `n` is the number of solutions without a disturbance.
-        `how` is a text that describes the result.
-
-    Raises
-    ------
-    TypeError, ValueError
-        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
-
-    Warns
-    -----
-    UserWarning
-        for values that are probably a mistake, as in `limit`.
-
-    Examples
-    --------
-    Under numerical disturbances the two solutions at A = 3.04 become one motion:
-
-    >>> import vibrodrive as vd
-    >>> k = vd.unique_limit(3.04, "dtau", transient=50, periods=50)
-    >>> k.n, k.several_below < k.ku
-    (2, True)
-    """
-    plan = plan_at_one_point(written, disturbance, method)
-    count = check_threads(threads)
-    return _answered("unique_limit", plan, A, lambda: unique_at(plan, 0, disturbance, count))
 
 
 def _answered(name: str, plan: Plan, given: object, search: Callable[[], T]) -> T:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -33,9 +33,6 @@ from vibrodrive.stability.main_impacts import (
     impact_cycle,
 )
 
-if TYPE_CHECKING:
-    from vibrodrive.stability.orbit_curve import OrbitCurve
-
 SETTLING = 20_000  # least transient of an undisturbed motion in periods; near a bifurcation a motion settles slowly
 WATCHED = 256  # recorded periods of an undisturbed motion: four times the longest period (LONGEST_PERIOD)
 
@@ -47,13 +44,11 @@ class ReferenceOrbit:
     points : float64 (n, 2), section points ξ, ξ' in order of time
     cycle : main impacts, None if the mass never lands
     word : one cycle of the states between successive main impacts, a tuple for each gap
-    curve : the orbit as a curve (orbit_curve.py); None if no distance from the curve is required
     """
 
     points: np.ndarray
     cycle: ImpactCycle | None
     word: tuple[tuple[State, ...], ...] = ()
-    curve: OrbitCurve | None = None
 
     @property
     def n(self) -> int:

@@ -3,7 +3,6 @@
 This module imports HDF5 only inside its functions, so that `--help` does not load it.
 """
 
-import errno
 import os
 from collections.abc import Mapping, Sequence
 from itertools import combinations
@@ -117,16 +116,6 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
     needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
     if not all(os.access(place, os.W_OK) for place in needed):
         raise ConfigError(bad(role, str(path), "a path with write permission (Permission denied)"))
-
-
-def make_directory(folder: Path) -> None:
-    """Create a directory if it is missing. Raises OSError if this fails, or if no file can be created in it."""
-    try:
-        os.stat(folder)  # for circular links, the error of stat names the circle, and that of mkdir does not
-    except FileNotFoundError:
-        folder.mkdir(parents=True, exist_ok=True)
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
 
 
 def check_different(files: Mapping[str, Path]) -> None:

@@ -1,0 +1,211 @@
+"""Drawings of the figures of the paper, each from its configuration."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+import vibrodrive as vd
+from benchmarks.paper.drawing import INK, drawing, scheme
+from benchmarks.paper.grids import (
+    JUDGED,
+    METHODS,
+    OVER_A,
+    OVER_DTAU,
+    ZEROS,
+    closing,
+    convergents,
+    failures_by_zeros,
+    returning,
+)
+from benchmarks.paper.motions import LAGS, Paper, find_phase_slip, without_grid
+from vibrodrive.figures import style
+
+
+def fig02(paper: Paper) -> Figure:
+    """Draw the scheme of Fig. 2. The path of the simplest solution is that of the undisturbed motion of Fig. 5."""
+    switches = paper.motions("fig05")[0].switches
+    path = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
+    return scheme(set(path), "path of the simplest solution")
+
+
+def _diagram(name: str) -> Callable[[Paper], Figure]:
+    return lambda paper: vd.plot.bifurcation(paper.results(name), quantity="dxi")
+
+
+def _phase_curves(name: str) -> Callable[[Paper], Figure]:
+    return lambda paper: vd.plot.phase_curve(paper.motions(name), titles=_axis_values(paper, name))
+
+
+def _sections(name: str) -> Callable[[Paper], Figure]:
+    return lambda paper: vd.plot.poincare(paper.results(name), reference=paper.undisturbed(name).points)
+
+
+def fig04(paper: Paper) -> Figure:
+    fig, axes = style.new(height=2.8)
+    motions = paper.motions("fig04")
+    for motion, title, (colour, dashes) in zip(motions, _axis_values(paper, "fig04"), style.look().lines, strict=False):
+        sample = motion.sample(400)
+        axes[0, 0].plot(sample.tau, sample.dxi, color=colour, ls=dashes, label=title)
+    _over_time(axes[0, 0], sample.tau[0], sample.tau[-1], "dxi")
+    style.note(axes[0, 0], _said(motions[0].arguments, "A", "B", "eps", "tau0"))
+    style.explain(fig)
+    return fig
+
+
+def fig11(paper: Paper) -> Figure:
+    disturbed = paper.motions("fig11")[0]
+    exact = vd.simulate(**without_grid(paper.points("fig11")[0]))
+    titles = ["exact", style.equation("dtau", disturbed.arguments["dtau"])]
+    return vd.plot.phase_curve([exact, disturbed], titles=titles)
+
+
+def fig12(paper: Paper) -> Figure:
+    motion = paper.motions("fig12")[0]
+    slip = find_phase_slip(motion, paper.undisturbed("fig12"))
+    drawn = motion.sample(400)
+    fig, axes = style.new(2, 1, height=5.6, height_ratios=[1.5, 1.0])
+    phase, time = axes[:, 0]
+    marks = ((slip.before, "D", "basic motion before"), (slip.after, (6, 2, 0), "basic motion after"))
+    for (start, stop), mark, name in marks:
+        part = (drawn.tau >= start) & (drawn.tau <= stop)
+        shown = np.flatnonzero(part)[::12]
+        phase.plot(drawn.xi[shown], drawn.dxi[shown], ls="none", marker=mark, ms=3.6, mfc="none", mew=0.5, label=name)
+        time.plot(drawn.tau[part], drawn.xi[part], color=style.look().main)
+    part = (drawn.tau >= slip.during[0]) & (drawn.tau <= slip.during[1])
+    phase.plot(drawn.xi[part], drawn.dxi[part], color=style.look().other, lw=1.1, label="transient motion (b: dashed)")
+    time.plot(drawn.tau[part], drawn.xi[part], "--", color=style.look().other, lw=1.1)
+    phase.axhline(0.0, color=style.look().support, lw=0.4, zorder=0)
+    style.name_axes(phase, "xi", "dxi")
+    _over_time(time, slip.before[0], slip.after[1], "xi")
+    style.letter(phase, 0)
+    style.letter(time, 1)
+    style.note(phase, _said(motion.arguments, "A", "B", "eps", "dtau"))
+    style.explain(fig)
+    return fig
+
+
+def coexisting(paper: Paper) -> Figure:
+    """Draw a map of starts. The colour shows ξ at the last section, which differs between the solutions."""
+    return vd.plot.map(paper.results("coexisting"), quantity="last_xi")
+
+
+def grid(paper: Paper) -> Figure:
+    """Compare the number of periods after which a motion nearly repeats with that after which the grid nearly closes.
+
+    The grid closes after m periods if m·2π is an integer multiple of Δτ. Panel a) shows over Δτ the number of periods
+    up to LAGS after which the motion returns most closely, and the number after which the grid closes most closely.
+    Panel b) shows the distances of the motion and of the grid over the number of periods, at the Δτ of Fig. 12.
+    """
+    results = paper.results("grid")
+    steps = results.axes["dtau"]
+    fig, axes = style.new(2, 1, height=5.8, height_ratios=[1.4, 1.0])
+    over, one = axes[:, 0]
+    closes = [convergents(step, LAGS)[-1].periods for step in steps]
+    returns = [int(returning(section, LAGS).argmin()) + 1 for section in results.section]
+    circle = {"mfc": "none", "mec": style.look().other, "mew": 0.5}
+    over.plot(steps, closes, "o", ms=5, **circle, label="a: the grid closes (convergent $q$)")
+    over.plot(steps, returns, ".", ms=3.2, mew=0, color=style.look().main, label="a: the motion nearly repeats")
+    over.set_ylim(0, LAGS + 1)
+    over.margins(x=0.01)
+    over.set_xlabel(style.symbol("dtau"))
+    over.set_ylabel("periods $m$")
+    style.letter(over, 0)
+    style.note(over, _said(results.scalars, "A", "B", "eps"))
+
+    motion = paper.motions("fig12")[0]
+    step = motion.arguments["dtau"]
+    m = np.arange(1, LAGS + 1)
+    itself = {"lw": 0.6, "ms": 5, "mew": 0, "label": "b: distance of the motion from itself"}
+    one.semilogy(m, returning(motion.section, LAGS), ".-", color=style.look().main, **itself)
+    grid = {"lw": 0.5, "ms": 4, "mfc": "white", "mew": 0.5, "label": r"b: distance of $m\cdot2\pi$ from the grid"}
+    one.semilogy(m, closing(step, LAGS), "o--", color=style.look().other, **grid)
+    one.set_xlim(0, LAGS + 1)
+    one.set_xlabel("periods $m$")
+    one.set_ylabel("distance")
+    style.letter(one, 1, style.equation("dtau", step))
+    style.explain(fig)
+    return fig
+
+
+MARKS: dict[str, dict[str, Any]] = {
+    "one": {"marker": "s", "ms": 3.6, "mew": 0, "color": "0.75"},
+    "even": {"marker": "o", "ms": 3.6, "mew": 0.8, "mfc": "none", "mec": INK},
+    "both": {"marker": "x", "ms": 3.6, "mew": 0.8, "color": INK},
+    "odd": {"marker": "^", "ms": 3.6, "mew": 0.8, "color": INK},
+}
+"""Marks of the numbers of zeros in a step, by their names in ZEROS."""
+
+
+def zeros(paper: Paper) -> Figure:
+    """Mark over A and Δτ the numbers of zeros in the steps at which a switch is missed, late or followed by a wrong
+    state, at ε = 0. There is a panel for each grid method."""
+    fig, axes = style.new(1, len(METHODS), height=3.8, sharey=True)
+    failed = [failures_by_zeros(method)[1] for method in METHODS]
+    for k, (ax, method, failures) in enumerate(zip(axes[0], METHODS, failed, strict=True)):
+        for name, meaning in ZEROS.items():
+            points = sorted({(f.A, f.dtau) for f in failures if f.zeros == name})
+            count = sum(f.zeros == name for found in failed for f in found)
+            A, dtau = zip(*points, strict=True) if points else ((), ())
+            ax.plot(A, dtau, ls="none", label=f"{meaning} ({count} switches)", **MARKS[name])
+        ax.set_yscale("log")
+        ax.set_xlim(OVER_A[0] - 0.05, OVER_A[-1] + 0.05)
+        ax.set_ylim(OVER_DTAU[0], 1.2 * OVER_DTAU[-1])
+        style.name_axes(ax, "A", None if k else "dtau")
+        style.letter(ax, k, method)
+    first = JUDGED["transient"] + 1
+    said = _said({"eps": 0.0, **JUDGED}, "B", "eps")
+    style.note(axes[0, -1], [*said, f"periods {first}–{first + JUDGED['periods'] - 1}"])
+    style.explain(fig)
+    return fig
+
+
+def _over_time(ax: Axes, low: float, high: float, quantity: str) -> None:
+    """Add sin τ to a curve over τ from `low` to `high`, widened to whole periods, and label its axes."""
+    first, last = math.floor(low / math.tau + 1e-9), math.ceil(high / math.tau - 1e-9)
+    tau = np.linspace(math.tau * first, math.tau * last, 1000)
+    ax.plot(tau, np.sin(tau), color=style.look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
+    ax.set_xlim(tau[0], tau[-1])
+    counts = range(0, last - first + 1, 1 if last - first < 15 else 2)
+    ax.set_xticks([math.tau * (first + k) for k in counts], [str(k) for k in counts])
+    ax.set_xlabel(rf"$\tau/2\pi - {first}$")
+    style.name_axes(ax, None, quantity)
+
+
+def _said(known: Any, *names: str) -> list[str]:
+    """Return equations with the values of parameters."""
+    return [style.equation(name, known[name]) for name in names]
+
+
+def _axis_values(paper: Paper, name: str) -> list[str]:
+    """Return a title for each point of a configuration, with the values of the axes."""
+    axes = paper.plan(name).axes
+    return [", ".join(_said(point, *axes)) for point in paper.points(name)]
+
+
+class Drawing(NamedTuple):
+    title: str
+    draw: Callable[[Paper], Figure]
+
+
+FIGURES = {
+    "fig01": Drawing("mass, vibrating incline and obstacle", lambda paper: drawing()),
+    "fig02": Drawing("scheme of states", fig02),
+    "fig03": Drawing("bifurcation diagram, undisturbed", _diagram("fig03")),
+    "fig04": Drawing("non-unique solutions", fig04),
+    "fig05": Drawing("non-bifurcated solution, physical disturbance", _phase_curves("fig05")),
+    "fig06": Drawing("Poincaré sections, physical disturbance", _sections("fig06")),
+    "fig07": Drawing("bifurcation diagrams, undisturbed and disturbed", _diagram("fig07")),
+    "fig08": Drawing("non-bifurcated solution, constant step", _phase_curves("fig08")),
+    "fig09": Drawing("Poincaré sections, constant step", _sections("fig09")),
+    "fig10": Drawing("bifurcation diagram, constant step", _diagram("fig10")),
+    "fig11": Drawing("phase curves, exact and with a constant step", fig11),
+    "fig12": Drawing("basic and transient motions", fig12),
+    "coexisting": Drawing("solutions reached from different starts", coexisting),
+    "zeros": Drawing("zeros in the steps at which a switch fails", zeros),
+    "grid": Drawing("periods after which a grid closes and its motion returns", grid),
+}
+"""The figures of the paper, and three that explain Fig. 4, Fig. 12 and §5."""
