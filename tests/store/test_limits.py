@@ -132,7 +132,7 @@ def test_file_of_a_later_schema_is_refused_in_one_line(tmp_path):
     path = written(tmp_path / "x.h5", OVER_A)
     with h5py.File(path, "r+") as file:
         file.attrs["limits_schema"] = 4
-    with pytest.raises(NoResult, match=r"x.h5: limits_schema = 4: must be 2 or 3 for vibrodrive .*; read it with "):
+    with pytest.raises(NoResult, match=r"x.h5: limits_schema = 4: must be 2 or 3 in vibrodrive .*; read it with "):
         load(path)
 
 

@@ -92,8 +92,6 @@ def load(path: str | Path, kind: str | None = None) -> Any:
         if the kind of the file is not `kind`, or if the file contains switches of single motions.
     Damaged (a NoResult)
         if the file cannot be read.
-    Busy (a RuntimeError)
-        if this process has the file open in a mode that excludes reading.
     TypeError, ValueError
         if `path` is not a file name, or `kind` is unknown.
     OSError

@@ -216,7 +216,7 @@ def of_another_version(file: h5py.File, what: str) -> NoResult:
     """Return the error for a sound file with contents that only another version reads."""
     made = json.loads(file.attrs["versions"])["vibrodrive"]
     return NoResult(
-        f"{file.filename}: {what} for vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
+        f"{file.filename}: {what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
     )
 
 
@@ -287,9 +287,13 @@ def _stored(file: h5py.File, outline: dict[str, Any], record: tuple[str, ...]) -
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
-    """Return the names of the coordinates and of the root attributes of `describe.plain` that differ from the plan."""
+    """Return the names of the coordinates and of the root attributes of `describe.plain` that differ from the plan.
+
+    A file of an older version may lack an attribute.
+    """
     wrong = []
-    for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
+    attributes = {name: value for name, value in plain(plan).items() if name in file.attrs}
+    for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, attributes)):
         for name, value in written.items():
             try:
                 whole = np.array_equal(np.asarray(stored[name]), value)  # array_equal hides errors of reading
