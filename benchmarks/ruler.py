@@ -43,6 +43,7 @@ from vibrodrive.model.names import ETA
 from vibrodrive.model.plain import plain
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
+from vibrodrive.jit.slices import Halt
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band
@@ -153,8 +154,9 @@ def band(way: Disturbance, A: float, base: ReferenceOrbit, pool: ThreadPoolExecu
 def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
     """Return the undisturbed orbit at each A, or None if the motion is not periodic."""
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "transient": TRANSIENT, "periods": PERIODS})
-    with Evaluator(plan, "eps", THREADS) as evaluator:
-        return evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
+    with Evaluator(plan, "eps", THREADS, Halt()) as evaluator:
+        found = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
+    return [one if isinstance(one, ReferenceOrbit) else None for one in found]
 
 
 def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbit | None]) -> list[dict[str, Any]]:

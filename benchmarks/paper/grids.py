@@ -103,7 +103,7 @@ def failures_by_zeros(
     judged, failed = 0, []
     for A, step in itertools.product(over_A, over_dtau):
         plan = make_plan({"A": A, "method": method, "dtau": step, **JUDGED})
-        comparison = compared(plan)
+        comparison = compared(follow(plan))
         judged += len(comparison.behind)
         for kind in KINDS:
             for k in np.flatnonzero(comparison.of(kind)).tolist():

@@ -23,6 +23,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, power
+from vibrodrive.model.records import SUMMARIES, quantities
 
 SCREEN = LOOKS["screen"]
 PALETTE = SCREEN.classes
@@ -34,7 +35,8 @@ def results(axes, **arrays):
     shape = tuple(len(a) for a in axes.values())
     known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5)} | arrays
     scalars = {name: v for name, v in {"A": 2.0, "B": 0.1, "eps": 0.0, "eta": 101.0}.items() if name not in axes}
-    return SimpleNamespace(axes=axes, scalars=scalars, settings=Settings(), title="", record=("summary",), **known)
+    known |= {"record": ("summary",), "quantities": SUMMARIES}
+    return SimpleNamespace(axes=axes, scalars=scalars, settings=Settings(), title="", **known)
 
 
 @pytest.fixture
@@ -414,7 +416,7 @@ def test_power_is_half_m_v_squared_times_the_frequency():
     ],
 )
 def test_default_drawing_follows_from_the_record(record, wish, found):
-    swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record)
+    swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record, quantities=quantities(record))
     assert choose_drawing(swept, **wish) == found
 
 
@@ -445,7 +447,7 @@ def test_default_drawing_follows_from_the_record(record, wish, found):
     ],
 )
 def test_drawing_without_its_record_is_refused_in_one_line(record, wish, told):
-    swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record)
+    swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record, quantities=quantities(record))
     with pytest.raises(ValueError, match="must be") as refused:
         choose_drawing(swept, **wish)
     assert told in str(refused.value)

@@ -164,7 +164,7 @@ def test_two_axes_of_the_start_give_a_map():
     section = np.zeros((15, 12, 4, 2))
     section[..., -1, 1] = np.arange(180).reshape(15, 12)
     start = SimpleNamespace(
-        axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",),
+        axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",), quantities=(),
         section=section, status=np.zeros((15, 12), np.int8),
     )  # fmt: skip
     fig = figures.from_results(start)

@@ -42,8 +42,8 @@ def limits_figure(
 ) -> Figure:
     """Draw the limits k₂ over one axis as velocity amplitudes, as bands from the first loss to the last value kept.
 
-    A limit is missing where the undisturbed motion has no period, or where no value tried destroys the structure. A band
-    has no height where the structure is lost at all values above the first loss.
+    A limit is missing where the undisturbed motion has no period, or where no value tried destroys the structure. A
+    band has no height where the structure is lost at all values above the first loss.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def limits_figure(
     >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
     ('$A$', '$V$')
     """
-    several = [results] if hasattr(results, "record") else list(results)
+    several = [results] if isinstance(results, Results) else list(results)
     x, values = _axis(several)
     fig, axes = new(1, 1, height=4.2)
     ax = axes[0, 0]

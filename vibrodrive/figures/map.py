@@ -116,9 +116,9 @@ def map_figure(
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
-    several = [over] if hasattr(over, "record") else list(over)
-    limited, found = ([one for one in several if hasattr(one, "record") is kind] for kind in (True, False))
-    exact = [one if isinstance(one, Exact) else Exact.of(one) for one in found]
+    several: list[Any] = [over] if isinstance(over, Results) else list(over)
+    limited = [one for one in several if isinstance(one, Results)]
+    exact = [one if isinstance(one, Exact) else Exact.of(one) for one in several if not isinstance(one, Results)]
     lines = placed(exact, results, x, y) if exact else []
     painted = paint(quantity, values[index], status, limits)
     fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if lines else 0.0)

@@ -45,7 +45,7 @@ class Exact(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Bifurcations as a line in a plane with any axes. `across` and `up` are its coordinates, float64 (points,) each."""
+    """Bifurcations as a line in a plane with any axes, with the coordinates `across` and `up`, float64 (points,) each."""
 
     kind: str
     period: int
@@ -112,9 +112,9 @@ def plane_figure(found: Sequence[Bifurcation], max_period: int, *, ax: Any = Non
 def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[Line]:
     """Return bifurcations as lines in the plane of the axes x and y of results, in the units of figures.
 
-    If one axis determines B, the bifurcations at neighbouring values of B are joined. If B is constant, each bifurcation
-    at this B gives one line: over the frequency Ω0, for example, a0 = const/Ω0². Raises ValueError if no axis of the map
-    determines A, or if there are no bifurcations at a constant B.
+    If one axis determines B, the bifurcations at neighbouring values of B are joined. If B is constant, each
+    bifurcation at this B gives one line: over the frequency Ω0, for example, a0 = const/Ω0². Raises ValueError if no
+    axis of the map determines A, or if there are no bifurcations at a constant B.
     """
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None:
@@ -169,17 +169,18 @@ def joined(found: Sequence[Exact]) -> list[list[Exact]]:
         going = []
         for one in rows[B]:
             alike = [line for line in open_lines if _same(line[-1], one)]
-            line = min(alike, key=lambda line: abs(line[-1].A - one.A), default=None)
-            rivals = [other for other in rows[B] if line and _same(line[-1], other)]
-            nearest = line and min(rivals, key=lambda other: abs(line[-1].A - other.A)) is one
-            if line and nearest and abs(line[-1].A - one.A) <= STEEPEST * abs(B - line[-1].B):
-                line.append(one)
-            else:
-                line = [one]
+            line = min(alike, key=lambda line: abs(line[-1].A - one.A), default=[])
+            if not (line and one is _nearest(line[-1], rows[B]) and abs(line[-1].A - one.A) <= STEEPEST * (B - line[-1].B)):
+                line = []
                 lines.append(line)
+            line.append(one)
             going.append(line)
         open_lines = going
     return lines
+
+
+def _nearest(last: Exact, row: Sequence[Exact]) -> Exact:
+    return min((one for one in row if _same(last, one)), key=lambda one: abs(last.A - one.A))
 
 
 def _same(one: Exact, other: Exact) -> bool:
@@ -189,10 +190,10 @@ def _same(one: Exact, other: Exact) -> bool:
 def draw_limits(ax: Axes, found: Results, results: Results, x: str, y: str | None) -> None:
     """Draw the limits k₂ of results over one axis as a line over a map.
 
-    The axes of the map must be this axis and the disturbance. Raises ValueError if the axis, the disturbance, the method
-    or a parameter of the limits is not that of the map.
+    The axes of the map must be this axis and the disturbance. Raises ValueError if the axis, the disturbance, the
+    method or a parameter of the limits is not that of the map.
     """
-    (other,) = found.axes if len(found.axes) == 1 else (None,)
+    (other,) = found.axes if len(found.axes) == 1 else ("",)
     disturbance = found.plan.sought
     if y is None or {other, disturbance} != {x, y} or found.settings.method != results.settings.method:
         has = f"over {', '.join(found.axes)} in {disturbance} ({found.settings.method_name})"

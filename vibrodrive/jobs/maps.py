@@ -36,7 +36,7 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
 
 
 def read_overlays(files: Sequence[Path]) -> list[Any]:
-    """Read what `plot --over` draws: results of limits, and tables of bifurcations. Raises ConfigError for other files."""
+    """Read what `plot --over` draws, limits and tables of bifurcations. Raises ConfigError for other files."""
     from vibrodrive.jobs.orbits import read_bifurcations
     from vibrodrive.jobs.tables import ENDING
     from vibrodrive.store.load import load

@@ -22,6 +22,6 @@ def write_table(path: Path, names: Sequence[str], rows: Iterable[Sequence[Any]])
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table, by the names of the columns. Raises OSError, and ValueError for bytes that are no text."""
+    """Return the rows of a table, by the names of its columns. Raises OSError, and ValueError for other bytes."""
     with open(path, encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))

@@ -56,7 +56,8 @@ class Results:
     Files and `to_xarray` describe each array. In them `period` has the name `motion_period`.
 
     A pickle or copy of the results of a file contains the arrays read so far. It reads the other arrays from
-    the absolute path of the file.
+    the absolute path of the file. If the file of another sweep has replaced this file, reading raises
+    `vd.errors.Different`, a ValueError.
 
     Attributes
     ----------

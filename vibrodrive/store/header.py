@@ -194,7 +194,7 @@ def of_another_version(file: h5py.File, what: str) -> NoResult:
     """Return the error for a sound file with contents that only another version reads."""
     made = json.loads(file.attrs["versions"])["vibrodrive"]
     return NoResult(
-        f"{file.filename}: {what} for vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
+        f"{file.filename}: {what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
     )
 
 
@@ -251,8 +251,9 @@ def _stored(file: h5py.File, outline: dict[str, Any], record: tuple[str, ...]) -
     in_files = {variable_name(name): name for name in known}
     # a file without a list was written when each of its quantities had the present name
     types = outline.get("quantities") or {in_files[name]: file[name].dtype.str for name in file if name in in_files}
+    named = [name for name in record if not isinstance(name, Own)]
     for what, names, ours in (
-        ("setting", outline["settings"], vars(Settings())), ("record", [name for name in record if not isinstance(name, Own)], RECORDS),
+        ("setting", outline["settings"], vars(Settings())), ("record", named, RECORDS),
         ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, known),
     ):  # fmt: skip
         if unknown := [name for name in names if name not in ours]:
@@ -261,9 +262,13 @@ def _stored(file: h5py.File, outline: dict[str, Any], record: tuple[str, ...]) -
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
-    """Return the names of the coordinates and of the root attributes of `describe.plain` that differ from the plan."""
+    """Return the names of the coordinates and of the root attributes of `describe.plain` that differ from the plan.
+
+    A file of an older version may lack an attribute.
+    """
     wrong = []
-    for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, plain(plan))):
+    attributes = {name: value for name, value in plain(plan).items() if name in file.attrs}
+    for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, attributes)):
         for name, value in written.items():
             try:
                 whole = np.array_equal(np.asarray(stored[name]), value)  # array_equal hides errors of reading
