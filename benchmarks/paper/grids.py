@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive import State
-from vibrodrive.model.plan import make_plan
+from vibrodrive import State, Trajectory, simulate
 from vibrodrive.stability.failures import compared
 
 TWO_PI = Fraction("6.28318530717958647692528676655900576839433879875021")
@@ -102,12 +101,12 @@ def failures_by_zeros(
     """Return the number of judged switches of the undisturbed motions at all pairs of A and Δτ, and the failures."""
     judged, failed = 0, []
     for A, step in itertools.product(over_A, over_dtau):
-        plan = make_plan({"A": A, "method": method, "dtau": step, **JUDGED})
-        comparison = compared(follow(plan))
+        motion = simulate(A=A, method=method, dtau=step, **JUDGED)
+        comparison = compared(motion)
         judged += len(comparison.behind)
         for kind in KINDS:
             for k in np.flatnonzero(comparison.of(kind)).tolist():
-                failed.append(Failure(kind, name_of_zeros(zeros_of_step(plan, comparison, k)), A, step))
+                failed.append(Failure(kind, name_of_zeros(zeros_of_step(motion, comparison, k)), A, step))
     return judged, failed
 
 
@@ -120,14 +119,14 @@ def name_of_zeros(counts: list[int]) -> str:
     return "both" if sum(counts) > 1 else "one"
 
 
-def zeros_of_step(plan: Any, comparison: Any, k: int) -> list[int]:
+def zeros_of_step(motion: Trajectory, comparison: Any, k: int) -> list[int]:
     """Return the number of zeros of each switching function of eq. (8) in one step, as a list.
 
     The step is that of the grid of the motion which contains the certified switch of entry k of the comparison. The
     result is [0] if no certified switch follows. A slide is continued beyond its end by the closed form of eqs. (4) and
     (5) at ε = 0.
     """
-    A, B, step = (plan.scalars[name] for name in ("A", "B", "dtau"))
+    A, B, step = (motion.arguments[name] for name in ("A", "B", "dtau"))
     state, start, end = comparison.start["after"][k], comparison.tau[k], comparison.certified[k]
     if end == np.inf:
         return [0]

@@ -20,7 +20,6 @@ HERE = Path(program.__file__).parent
 INNER = {
     "figures": {"style"},
     "model.config": {"read"},
-    "model.plan": {"make_plan"},
     "model.states": {"TRANSITIONS"},
     "stability.failures": {"compared"},
     "stability.limit": {"each_limit"},

@@ -11,7 +11,6 @@ from benchmarks.paper import claims_limits, claims_switches, figures, grids, mot
 from benchmarks.paper.__main__ import CLAIMS
 from benchmarks.paper.claim import Verdict
 from benchmarks.paper.motions import CONFIGS, NotApplicable, Paper, find_phase_slip, structures
-from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.failures import compared
 from vibrodrive.stability.structure import reference_orbit
 
@@ -210,9 +209,9 @@ def test_numbers_of_zeros_have_names():
 @pytest.mark.parametrize("A", [1.5, 3.04])
 def test_step_of_a_fine_grid_has_one_zero(A):
     """In the small step in which a state ends, the switching functions of this state have one zero in total."""
-    plan = make_plan({"A": A, "method": "fixed", "dtau": 1e-3, "transient": 200, "periods": 4})
-    found = compared(plan)
-    assert {sum(grids.zeros_of_step(plan, found, k)) for k in range(len(found.behind))} == {1}
+    motion = vd.simulate(A, method="fixed", dtau=1e-3, transient=200, periods=4)
+    found = compared(motion)
+    assert {sum(grids.zeros_of_step(motion, found, k)) for k in range(len(found.behind))} == {1}
 
 
 @pytest.mark.jit

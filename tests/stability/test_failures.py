@@ -8,22 +8,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vibrodrive.store.every_kind import load
 
-from vibrodrive.model.plan import make_plan
+import vibrodrive as vdfrom vibrodrive.store.every_kind import load
+
 from vibrodrive.model.states import State
 from vibrodrive.stability.failures import compared, count_failures, next_switches
 
 
-def plan(method, **arguments):
-    return make_plan({"method": method, "transient": 20, "periods": 10, **arguments})
+def motion(method, **arguments):
+    return vd.simulate(method=method, transient=20, periods=10, **arguments)
 
 
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_fine_grid_has_no_failures(method):
     """Zeros of the undisturbed motion are more than 0.001 apart, and all margins are larger than 0.001."""
-    verdict = count_failures(plan(method, A=3.04, dtau=1e-3))
+    verdict = count_failures(motion(method, A=3.04, dtau=1e-3))
     assert verdict.judged > 15
     assert verdict[1:] == (0, 0, 0)
 
@@ -32,7 +32,7 @@ def test_fine_grid_has_no_failures(method):
 @pytest.mark.parametrize("method", ["fixed", "muller"])
 def test_two_zeros_in_one_step_are_counted(method):
     """At ε = 5e-4 and A = 1.5 there are 83 switches in a period, so methods with the step 0.1 miss many."""
-    verdict = count_failures(plan(method, A=1.5, eps=5e-4, dtau=0.1))
+    verdict = count_failures(motion(method, A=1.5, eps=5e-4, dtau=0.1))
     assert verdict.missed + verdict.late > 0.05 * verdict.judged
 
 
@@ -40,7 +40,7 @@ def test_two_zeros_in_one_step_are_counted(method):
 def test_wrong_decisions_are_mostly_of_the_fixed_method():
     """`fixed` decides by H at the next grid point, `muller` by H at the refined zero."""
     arguments = dict(A=1.5, eps=2e-4, dtau=0.004)
-    fixed, muller = count_failures(plan("fixed", **arguments)), count_failures(plan("muller", **arguments))
+    fixed, muller = count_failures(motion("fixed", **arguments)), count_failures(motion("muller", **arguments))
     assert fixed.wrong > 0
     assert muller.wrong < fixed.wrong
 
@@ -51,7 +51,7 @@ def test_wrong_decisions_are_mostly_of_the_fixed_method():
 def test_no_method_switches_before_the_first_zero(method, early, dtau):
     """No delay is negative, even after a slide that ended late, below the obstacle, and none is infinite."""
     for A in (1.5, 1.8, 2.6, 3.04):
-        behind = compared(plan(method, A=A, eps=2e-4, dtau=dtau)).behind
+        behind = compared(motion(method, A=A, eps=2e-4, dtau=dtau)).behind
         assert len(behind) > 20
         assert min(behind) > -early
         assert max(behind) < 10
