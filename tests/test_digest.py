@@ -26,8 +26,9 @@ SWEEPS = [
     dict(A=1e9, B=0.6, xi0=1e12, dxi0=-1e9, **SHORT),
     dict(A=np.linspace(3.0, 3.25, 40), transient=2000, periods=40),
     *(
-        dict(A=np.linspace(1.2, 6.0, 12), eps=[0.0, 2e-4], method=method, dtau=dtau, **SHORT)
+        dict(A=np.linspace(1.2, 6.0, 12), eps=[0.0, 2e-4], method=method, dtau=dtau, scan=scan, **SHORT)
         for method in ("fixed", "muller")
+        for scan in ("skip", "literal")
         for dtau in (0.3, 0.01, 0.0007)
     ),
     dict(STARTS, method="muller", dtau=1e-5, tol=1e-9, **SHORT),

@@ -15,6 +15,7 @@ __all__ = [
     "ETA",
     "Method",
     "Results",
+    "Scan",
     "Scene",
     "State",
     "Status",
@@ -33,7 +34,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(["Method", "Status"], "model.choices"),
+    **dict.fromkeys(["Method", "Scan", "Status"], "model.choices"),
     "limit": "stability.questions",
     "ETA": "model.names",
     "Scene": "model.physical",
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
     from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
     from vibrodrive.jobs.driver import driver
-    from vibrodrive.model.choices import Method, Status
+    from vibrodrive.model.choices import Method, Scan, Status
     from vibrodrive.model.names import ETA
     from vibrodrive.model.physical import Scene
     from vibrodrive.model.results import Results

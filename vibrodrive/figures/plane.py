@@ -170,7 +170,9 @@ def joined(found: Sequence[Exact]) -> list[list[Exact]]:
         for one in rows[B]:
             alike = [line for line in open_lines if _same(line[-1], one)]
             line = min(alike, key=lambda line: abs(line[-1].A - one.A), default=[])
-            if not (line and one is _nearest(line[-1], rows[B]) and abs(line[-1].A - one.A) <= STEEPEST * (B - line[-1].B)):
+            if not (
+                line and one is _nearest(line[-1], rows[B]) and abs(line[-1].A - one.A) <= STEEPEST * (B - line[-1].B)
+            ):
                 line = []
                 lines.append(line)
             line.append(one)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.choices import ACTS_ON, Method, used_by
+from vibrodrive.model.choices import ACTS_ON, Method, Scan, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
 from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
@@ -140,7 +140,7 @@ class Plan:
         point |= dict.fromkeys(idle(s.method))
         if point["dtau"] is not None and math.isnan(point["dtau"]):  # no grid step
             point["dtau"] = None
-        return point | vars(s) | {"method": Method(s.method)}
+        return point | vars(s) | {"method": Method(s.method), "scan": Scan(s.scan)}
 
     @property
     def sought(self) -> str:
