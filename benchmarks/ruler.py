@@ -39,11 +39,11 @@ from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say
 from benchmarks.switches.model import Point
 from benchmarks.tables import ROOT, fill, number, table
 from vibrodrive.batch.trajectory import MAIN_IMPACT
+from vibrodrive.jit.slices import Halt
 from vibrodrive.model.names import ETA
 from vibrodrive.model.plain import plain
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
-from vibrodrive.jit.slices import Halt
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band

@@ -10,7 +10,7 @@ import functools
 import itertools
 import math
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -96,7 +96,7 @@ class Failure(NamedTuple):
 
 @functools.cache
 def failures_by_zeros(
-    method: str, over_A: tuple[float, ...] = OVER_A, over_dtau: tuple[float, ...] = OVER_DTAU
+    method: Literal["fixed", "muller"], over_A: tuple[float, ...] = OVER_A, over_dtau: tuple[float, ...] = OVER_DTAU
 ) -> tuple[int, list[Failure]]:
     """Return the number of judged switches of the undisturbed motions at all pairs of A and Δτ, and the failures."""
     judged, failed = 0, []

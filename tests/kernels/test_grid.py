@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 import pytest
-from vibrodrive.kernels.literal_scan import BLOCK
 
 import vibrodrive as vd
 from tests.exact.agreement import same_status
 from tests.kernels.test_recurrence import evaluations
 from tests.support import naive
+from vibrodrive.kernels.literal_scan import BLOCK
 
 SCENES = [
     dict(A=3.04, dtau=0.1),

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import vibrodrive as vdfrom vibrodrive.store.every_kind import load
-
+import vibrodrive as vd
 from vibrodrive.model.states import State
 from vibrodrive.stability.failures import compared, count_failures, next_switches
 
@@ -60,10 +59,8 @@ def test_no_method_switches_before_the_first_zero(method, early, dtau):
 @pytest.mark.jit
 def test_restart_finds_the_next_switch_of_the_motion():
     """A certified motion that starts at a switch of another certified motion has the same next switch."""
-    from vibrodrive.batch.trajectory import simulate
-
-    p = plan("fixed", A=3.04, dtau=1.0)
-    rows = simulate(A=3.04, transient=20, periods=10).switches
+    p = motion("fixed", A=3.04, dtau=1.0)
+    rows = vd.simulate(A=3.04, transient=20, periods=10).switches
     for row, following in itertools.pairwise(rows):
         if row["after"] == State.IMPACT:
             continue
@@ -72,22 +69,6 @@ def test_restart_finds_the_next_switch_of_the_motion():
         (period,), (phase,), (to,) = next_switches(p, np.array([tau]), np.array([xi]), np.array([state]))
         assert (period, to) == (following["period"], following["after"])
         assert abs(phase - following["phase"]) < 1e-11
-
-
-@pytest.mark.jit
-def test_failures_command(run):
-    """The command writes a file and a figure."""
-    config, small = Path("small.toml"), Path("small.h5")
-    config.write_text(
-        "[sweep]\nA = [1.5, 3.04]\ndtau = [0.01, 0.1, 1.0]\n[model]\neps = 2e-4\n[run]\ntransient = 20\nperiods = 40\n"
-    )
-    assert run("failures", "small.toml")[0] == 0
-    found = load(small)
-    assert found.judged.shape == (2, 2, 3)
-    assert (found.judged > 0).all()
-    shares = sum(found.share(kind) for kind in found.counts)
-    assert (shares[:, 0, 0] < shares[:, 0, 2]).all(), "a coarser grid fails more often"
-    assert Path("small.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("name", ["atlas_dtau", "atlas_eps", "atlas_undisturbed"])

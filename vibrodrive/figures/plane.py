@@ -45,7 +45,7 @@ class Exact(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Bifurcations as a line in a plane with any axes, with the coordinates `across` and `up`, float64 (points,) each."""
+    """Bifurcations as a line in a plane with any axes: its coordinates `across` and `up` are float64 (points,) each."""
 
     kind: str
     period: int
