@@ -1,5 +1,6 @@
 """Figures show the data: pixels are dark at the values, and lines have corners at the switches."""
 
+import io
 import math
 from types import SimpleNamespace
 
@@ -192,8 +193,12 @@ def test_axis_of_one_value_twice_is_drawn():
 def test_geometric_axis_is_drawn_in_decades():
     eps = np.geomspace(1e-5, 1e-3, 50)
     (ax,) = figures.bifurcation(results(np.ones((50, 8, 2)), eps=eps)).axes
-    assert ax.get_xlim() == pytest.approx((-5, -3), abs=0.03)
-    assert [t.get_text() for t in ax.get_xticklabels()] == ["$10^{-5}$", "$10^{-4}$", "$10^{-3}$"]
+    assert ax.get_xscale() == "log"
+    assert ax.get_xlim() == pytest.approx((1e-5, 1e-3), rel=0.1)
+    ink, _ = image(ax)
+    left, right = ax.images[0].get_extent()[:2]
+    marked = left + (np.flatnonzero(ink.max(axis=0)) + 0.5) / ink.shape[1] * (right - left)
+    assert np.abs(marked[:, None] - np.log10(eps)).min(axis=0).max() < 0.01
 
 
 def test_sections_share_one_scale_and_show_each_distinct_point_once():
@@ -209,12 +214,61 @@ def test_sections_share_one_scale_and_show_each_distinct_point_once():
     assert len(first.lines) == 2, "there must be dots and the circles of the reference"
 
 
-def test_from_results_chooses_by_the_longest_axis(two_regimes):
-    assert figures.from_results(two_regimes).axes[0].get_images()
+def test_few_values_are_drawn_as_many(two_regimes):
     few = results(two_regimes.section[:3], A=two_regimes.axes["A"][:3])
-    assert len(figures.from_results(few).axes) == 3
-    assert not figures.from_results(few).axes[0].get_images()
-    assert figures.from_results(few, kind="bifurcation").axes[0].get_images()
+    for swept in (few, two_regimes):
+        assert figures.from_results(swept).axes[0].get_images()
+    assert len(figures.from_results(few, kind="poincare").axes) == 3
+
+
+KEYWORDS = {
+    "quantity": "xi",
+    "x": "B",
+    "y": "A",
+    "limits": (0.0, 3.0),
+    "style": "print",
+    "width": "single",
+    "notes": False,
+}
+
+
+@pytest.mark.parametrize("keyword", KEYWORDS)
+@pytest.mark.parametrize("kind", [None, "bifurcation", "poincare", "map", "one motion"])
+def test_each_keyword_acts_or_is_refused(kind, keyword):
+    section = np.random.default_rng(1).uniform(1, 2, (3, 2, 8, 2))
+    swept = results(section, A=[3.0, 3.1, 3.2], B=[0.1, 0.2])
+    if kind == "one motion":
+        swept, kind = results(section[0, 0]), None
+
+    def pixels_with(**options):
+        figure = figures.from_results(swept, kind, **options)
+        figure.savefig(drawn := io.BytesIO(), format="raw", dpi=40)
+        return drawn.getvalue()
+
+    refused = []
+    try:
+        assert pixels_with(**{keyword: KEYWORDS[keyword]}) != pixels_with()
+    except ValueError as error:
+        refused = [str(error).partition(" = ")[0]]
+    assert refused in ([], [keyword])
+    assert not refused or keyword not in ("style", "width", "notes")
+
+
+@pytest.mark.parametrize("limits", [(2.0, 1.0), (0.0, math.inf), (0.0,), 3.0, "ab", (0.0, 10**400)])
+def test_limits_that_are_no_range_are_refused(two_regimes, limits):
+    with pytest.raises(ValueError, match=r"^limits = .*: must be two numbers in ascending order$"):
+        figures.bifurcation(two_regimes, limits=limits)
+
+
+def test_diagram_of_motions_that_rest_at_the_section_says_so(two_regimes):
+    two_regimes.section[...] = 0.0
+    for draw in (figures.bifurcation, figures.poincare):
+        titles = [ax.get_title("right") for ax in draw(two_regimes).axes]
+        assert "at rest at every section point" in "".join(titles)
+    two_regimes.section[50:] = 1.0
+    assert "at rest at 25 % of the section points" in figures.bifurcation(two_regimes).axes[0].get_title("right")
+    two_regimes.status[:50] = Status.NEVER_LEAVES
+    assert "section point" not in figures.bifurcation(two_regimes).axes[0].get_title("right")
 
 
 @pytest.mark.parametrize(
@@ -274,8 +328,18 @@ def test_time_curves_carry_the_excitation(falling):
 def test_trajectory_figure_has_a_row_for_each_curve(falling):
     fig = figures.trajectory_figure(falling, ("phase", "time", "velocity", "section"))
     assert [ax.get_ylabel() for ax in fig.axes] == [style.symbol(s) for s in ("dxi", "xi", "dxi", "dxi")]
-    with pytest.raises(ValueError, match="curves = 'orbit'"):
-        figures.trajectory_figure(falling, ("orbit",))
+    for wrong in (("orbit",), "time", ()):
+        with pytest.raises(ValueError, match=r"curves = .*: must be a list of one or more of phase, time"):
+            figures.trajectory_figure(falling, wrong)
+    with pytest.raises(ValueError, match="shown = 3: must be left out, because no curve over time"):
+        figures.trajectory_figure(falling, ["phase"], shown=3)
+
+
+@pytest.mark.parametrize("draw", [figures.phase_curve, figures.poincare])
+def test_titles_are_one_for_each_panel(falling, draw):
+    for wrong in (["one"], ["one", "two", "three"], "ab"):
+        with pytest.raises(ValueError, match=r"titles = .*: must be a list of 2, one for each panel"):
+            draw([falling, falling], titles=wrong)
 
 
 def test_phase_curves_of_two_motions_share_a_scale(falling):

@@ -16,7 +16,7 @@ from vibrodrive.store.limits import Limits
 import vibrodrive as vd
 from vibrodrive.figures.colours import APART, MANY, digits, paint, states
 from vibrodrive.figures.limits import limits_map
-from vibrodrive.figures.looks import LOOKS
+from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import borders_of, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
@@ -111,7 +111,8 @@ def test_print_is_black_and_white(plane, quantity, tmp_path):
     plane.energy = plane.lyapunov = np.array([[1e-3, -1.0], [0.5, 1.0], [7.0, np.nan]])
     curve = Curve("fold", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.1, 0.2]), ("edge", "edge"), ())
     limits = (0.1, 2.0) if quantity == "energy" else None
-    known = {"undisturbed": np.array([[1, 1]] * 2 + [[0, 1]]), "curves": [curve], "limits": limits}
+    gaps = np.array([[1, 1]] * 2 + [[0, 1]]) if quantity == "kept" else None
+    known = {"undisturbed": gaps, "curves": [curve], "limits": limits}
     for style, coloured in (("print", False), ("screen", True)):
         path = save(map_figure(plane, quantity, style=style, **known), tmp_path / "x.png", 60)
         seen = matplotlib.image.imread(path)[..., :3]
@@ -124,7 +125,7 @@ def test_point_without_a_value_is_hatched_in_print(plane):
     fig = map_figure(plane, "energy", style="print")
     colours = cells(fig)[2]
     assert colours[0][0] == colours[1][2] == "none"
-    assert fig.axes[0].patch.get_hatch()
+    assert [patch.get_hatch() for patch in fig.axes[0].patches] == [HATCHED["hatch"]]
     assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no such value or not computed"]
 
 
@@ -135,7 +136,7 @@ def test_missing_and_resting_points_have_no_class(plane):
     assert (colours[0][0], colours[1][1]) == ("none", to_hex(APART))
     assert "at rest permanently: 1 of 6 points, not computed: 1" in note_texts(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
-    assert fig.axes[0].patch.get_hatch()
+    assert [patch.get_hatch() for patch in fig.axes[0].patches] == [HATCHED["hatch"]]
 
 
 def test_gaps_and_sequences_are_named(plane):
@@ -405,10 +406,11 @@ def test_power_is_half_m_v_squared_times_the_frequency():
 @pytest.mark.parametrize(
     ("record", "wish", "found"),
     [
-        (("section",), {}, (None, "dxi")),
+        (("section",), {}, ("bifurcation", "dxi")),
         (("summary",), {}, ("map", "period")),
+        (("error",), {}, ("map", "status")),
         (("section", "summary"), {"quantity": "energy"}, ("map", "energy")),
-        (("section", "summary"), {}, (None, "dxi")),
+        (("section", "summary"), {}, ("bifurcation", "dxi")),
         (("section",), {"kind": "map", "quantity": "status"}, ("map", "status")),
         (("summary",), {"quantity": "kept"}, ("map", "kept")),
         (("section", "impacts"), {"quantity": "impact_speed"}, ("bifurcation", "impact_speed")),
@@ -418,6 +420,23 @@ def test_power_is_half_m_v_squared_times_the_frequency():
 def test_default_drawing_follows_from_the_record(record, wish, found):
     swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record, quantities=quantities(record))
     assert choose_drawing(swept, **wish) == found
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 12, 400])
+@pytest.mark.parametrize(
+    ("axes", "found"),
+    [
+        ((), ("poincare", "dxi")),
+        (("A",), ("bifurcation", "dxi")),
+        (("eps",), ("bifurcation", "dxi")),
+        (("xi0",), ("bifurcation", "dxi")),
+        (("A", "xi0", "tau0"), ("bifurcation", "dxi")),
+        (("xi0", "tau0"), ("map", "last_dxi")),
+    ],
+)
+def test_kind_of_a_figure_does_not_depend_on_the_number_of_values(axes, found, count):
+    swept = SimpleNamespace(axes={name: np.ones(count) for name in axes}, scalars={}, record=("section",))
+    assert choose_drawing(swept) == found
 
 
 @pytest.mark.parametrize(
@@ -444,6 +463,8 @@ def test_default_drawing_follows_from_the_record(record, wish, found):
         (("impacts",), {"kind": "poincare"}, "must be map or bifurcation, because this sweep recorded impacts"),
         (("summary",), {"quantity": "impact_power"}, "impact_power needs omega0, mu, alpha, mass"),
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
+        (("section",), {"kind": "poincare", "x": "A"}, "x = 'A': must be left out for a figure of kind poincare"),
+        (("section",), {"kind": "bifurcation", "y": "A"}, "y = 'A': must be left out for a figure of kind bifurcation"),
     ],
 )
 def test_drawing_without_its_record_is_refused_in_one_line(record, wish, told):
@@ -459,3 +480,6 @@ def test_options_override_the_configured_drawing():
     assert merge_options(wanted, {}) == wanted
     assert merge_options(wanted, {"quantity": "period"}) == {"kind": "map", "quantity": "period"}
     assert merge_options(wanted, {"kind": "bifurcation"}) == {"kind": "bifurcation"}
+    assert merge_options({"kind": "poincare"}, {"quantity": "xi"}) == {"quantity": "xi"}
+    assert merge_options({"x": "A", "y": "B"}, {"quantity": "xi"}) == {"x": "A", "quantity": "xi"}
+    assert merge_options({"x": "A", "quantity": "xi"}, {"kind": "poincare"}) == {"kind": "poincare"}

@@ -1,4 +1,4 @@
-"""`vibrodrive plot` and `vibrodrive trajectory`: figures."""
+"""`vibrodrive plot`: figures of result files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import click
 from vibrodrive.cli.common import FILE, say, working
 from vibrodrive.errors import ConfigError, NoResult
 from vibrodrive.model import drawing
-from vibrodrive.model.kinds import FILES
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.place import check_figure
 
@@ -24,27 +23,27 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("file", type=FILE)
+@click.argument("files", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default: FILE with .png).")
 @click.option(
-    "--kind",
-    type=click.Choice([*drawing.FIGURE_KINDS, "multipliers"]),
-    help="Kind of diagram (default: depends on the contents).",
+    "--kind", type=click.Choice(drawing.FIGURE_KINDS), help="Kind of diagram (default: depends on the contents)."
 )
 @click.option(
     "--quantity",
     metavar="NAME",
-    type=click.Choice([*drawing.DIAGRAM_QUANTITIES, *drawing.MAP_QUANTITIES, drawing.K2]),
     help="Quantity to draw (default: depends on the contents). "
     "Section: dxi or xi. Main impacts: impact_phase or impact_speed. "
-    "Map: " + ", ".join(drawing.MAP_QUANTITIES) + " (explained on the page Maps of the documentation). "
-    f"Limits over two axes: {drawing.K2}.",
+    "Map: "
+    + ", ".join(drawing.MAP_QUANTITIES)
+    + " (explained on the page Maps of the documentation), or a number of a "
+    "function of your own.",
 )
 @click.option(
     "--over",
     type=FILE,
     multiple=True,
-    help="Also draw the limits, or the bifurcations over A and B, of this file on a map; repeatable.",
+    help="Also draw on a map the limits of a result file, or the bifurcations in a table of `vibrodrive orbits` (.csv); "
+    "repeatable.",
 )
 @click.option(
     "--style", type=click.Choice(drawing.STYLES), help="screen: colours (default); print: black ink for a journal."
@@ -56,7 +55,7 @@ if TYPE_CHECKING:
 )
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Resolution in pixels per inch (default 250).")
 def plot(
-    file: Path,
+    files: tuple[Path, ...],
     output: Path | None,
     kind: str | None,
     quantity: str | None,
@@ -65,45 +64,41 @@ def plot(
     width: str | None,
     dpi: int | None,
 ) -> None:
-    """Draw a result file of any kind, finished or not.
+    """Draw a result file, finished or not.
 
-    FILE contains a sweep, limits, failures, orbits or curves of bifurcations. Options that are not given are taken from
-    [figure] of the configuration in FILE.
+    Several files are drawn together if they contain limits over the same axis, for example in ε and in Δτ. Options that
+    are not given are taken from [figure] of the configuration in FILE.
 
     Output: the figure. Damaged blocks are left out and named on stderr; the exit code is then 1.
     """
     options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
     look = {k: v for k, v in {"style": style, "width": width}.items() if v is not None}
-    target = output or file.with_suffix(".png")
-    check_figure(target, {"result file": file, **{f"--over[{i}]": one for i, one in enumerate(dict.fromkeys(over))}})
-    draw(file, target, options, look, dpi, over)
+    target = output or files[0].with_suffix(".png")
+    sources = {f"result file {i}" if i else "result file": file for i, file in enumerate(dict.fromkeys(files))}
+    check_figure(target, sources | {f"--over[{i}]": one for i, one in enumerate(dict.fromkeys(over))})
+    draw(files, target, options, look, dpi, over)
 
 
 def draw(
-    file: Path,
+    files: tuple[Path, ...],
     target: Path,
     options: dict[str, Any],
     look: dict[str, Any] | None = None,
     dpi: int | None = None,
     over: tuple[Path, ...] = (),
 ) -> None:
-    """Draw a file and, over it, the files `over`.
+    """Draw result files and, over a map, the files `over`.
 
     Damaged blocks are left out and named in messages; the exit code is then 1.
     """
     from vibrodrive.figures.style import drawn_as, save
-    from vibrodrive.store.header import read_kind
 
-    holds = read_kind(file)
-    _refuse_options(file, holds, options)
-    if over and holds != "sweep":
-        raise click.ClickException(bad("--over", str(over[0]), f"left out, because {file} contains no sweep"))
     damaged: list[str] = []
-    with drawn_as(**(_look(file) | (look or {}))):
-        figure, share = _figure(file, holds, options, over, damaged)
+    with drawn_as(**(_look(files[0]) | (look or {}))), _left_out(damaged):
+        figure, share = _several(files, options, over) if len(files) > 1 else _figure(files[0], options, over)
     save(figure, target, dpi)
     if share < 1:
-        say(f"{file}: {100 * share:.1f} % computed")
+        say(f"{files[0]}: {100 * share:.1f} % computed")
     say(f"{target} drawn")
     for what in damaged:
         say(what)
@@ -118,22 +113,8 @@ def _look(file: Path) -> dict[str, Any]:
     try:
         with reading(file) as opened:
             return origin_of(opened).parsed().look
-    except ConfigError:  # the configuration was written by another version
+    except ConfigError:  # the configuration was written by another version, or contains a function
         return {}
-
-
-def _figure(
-    file: Path, holds: str, options: dict[str, Any], over: tuple[Path, ...], damaged: list[str]
-) -> tuple[Figure, float]:
-    """Return (figure of a file and of the files `over`, computed share). Append messages to `damaged`."""
-    from vibrodrive.store.every_kind import load
-
-    if holds == "sweep":
-        with _left_out(damaged):
-            return _sweep(file, options, over)
-    found: Any = load(file)
-    with working(file.name), _in_one_line():
-        return found.plot(**({"kind": drawing.MAP} if holds == "limits" and options else options)), found.computed
 
 
 @contextmanager
@@ -162,49 +143,57 @@ def _left_out(damaged: list[str]) -> Iterator[None]:
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
-def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
+def _figure(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
+    """Return (figure of a file and of the files `over`, computed share)."""
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
-    from vibrodrive.store.every_kind import load
+    from vibrodrive.store.load import load
     from vibrodrive.store.reader import look
 
     report = look(file)
-    figure = report.header.origin.parsed().figure
-    wanted = drawing.merge_options({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
-    check_drawing(wanted, report.header.plan, asked="kind" in options)
-    results, drawn_over = load(file), read_overlays(over)
+    try:
+        figure = report.header.origin.parsed().figure
+    except ConfigError:
+        figure = {}
+    wanted = check_drawing(figure, report.header.plan, options)
+    results = load(file)
+    others: dict[str, Any] = {"over": read_overlays(over)} if over else {}
     if wanted.get("quantity") == drawing.KEPT:
         with working(file.name):
-            drawn_over["undisturbed"] = undisturbed_gaps(results)
+            others["undisturbed"] = undisturbed_gaps(results)
     with _in_one_line():
-        return figures.from_results(results, **wanted, **drawn_over), report.share
+        return figures.from_results(results, **wanted, **others), report.share
 
 
-def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
-    """Raise an error if a sweep does not have the axes or the record that its diagram needs.
+def _several(files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
+    """Return (figure of several files of limits, least computed share)."""
+    from vibrodrive.figures.limits import limits_figure
+    from vibrodrive.store.load import load
 
-    One motion has no axis for a bifurcation diagram. If the configuration gives this kind of diagram, the section is
-    drawn instead. If an option of the command gives this kind (`asked`), an error is raised.
+    for name, value in {**options, **({"over": str(over[0])} if over else {})}.items():
+        raise click.ClickException(bad(f"--{name}", value, "left out for several files, which must contain limits"))
+    results = [load(file) for file in files]
+    with _in_one_line():
+        return limits_figure(results), min(one.computed for one in results)
+
+
+def check_drawing(figure: dict[str, Any], plan: Plan, options: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the arguments with which a sweep is drawn: [figure] of its configuration, and the options of a command.
+
+    The section of one motion is drawn, whatever the configuration says of axes. Raises an error if a sweep does not
+    have the axes or the record that its figure needs, or if an argument has no effect.
     """
+    options = options or {}
+    configured = {key: value for key, value in figure.items() if plan.axes and key not in ("style", "width")}
+    wanted = drawing.merge_options(configured, options)
     for key in ("x", "y"):
         known = [*plan.axes, *plan.together]
-        if plan.axes and wanted.get(key) not in (None, *known):
+        if wanted.get(key) not in (None, *known):
             raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(known)))
-    if not plan.axes and wanted.get("kind") == drawing.BIFURCATION:
-        if asked:
-            raise click.ClickException(bad("--kind", drawing.BIFURCATION, "poincare for one motion, which has no axis"))
-        return
     try:
-        drawing.choose_drawing(plan, wanted.get("kind"), wanted.get("quantity"))
+        drawing.choose_drawing(plan, **wanted)
     except ValueError as error:
-        raise click.ClickException(str(error)) from None
-
-
-def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:
-    """Raise an error for options that do not apply to a kind of file."""
-    kind = FILES[holds]
-    for name, value in options.items():
-        known = kind.options.get(name, ())
-        if value not in known:
-            allowed = f"one of {', '.join(known)}" if known else "left out"
-            raise click.ClickException(bad(f"--{name}", value, f"{allowed}, because {file} contains {kind.holds}"))
+        key = str(error).partition(" ")[0]
+        place = "--" if key in options else "figure." if key in configured else ""
+        raise click.ClickException(f"{place}{error}") from None
+    return wanted

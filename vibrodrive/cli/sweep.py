@@ -116,7 +116,7 @@ def sweep(
         common.leave(130, f"{stopped}; resume with: {common.same_command()}")
     _print_statuses(path)
     if picture:
-        draw(path, picture, {})
+        draw((path,), picture, {})
 
 
 def _check_threads(threads: int) -> None:

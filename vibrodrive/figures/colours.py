@@ -13,7 +13,8 @@ from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
 from vibrodrive.figures.conditions import STATUS_WORDS
 from vibrodrive.figures.style import look
 from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import K2, KEPT, check_range
+from vibrodrive.model.drawing import KEPT, check_range
+from vibrodrive.model.records import LIMITS, How
 from vibrodrive.model.states import states
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
@@ -28,7 +29,7 @@ LEAST = 1e-9
 below the scale. An example is the energy of an impact that exists only because of rounding."""
 
 STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
-LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
+LACKS = {KEPT: "no structure to keep", **dict.fromkeys((q.name for q in LIMITS), "no limit")}
 
 
 class Painted(NamedTuple):
@@ -121,6 +122,10 @@ def _statuses(values: np.ndarray, done: np.ndarray) -> Classes:
     return kind, ["ok", *(STATUS_WORDS[s] for s in STATUSES[1:])], list(look().statuses)
 
 
+def _hows(values: np.ndarray, done: np.ndarray) -> Classes:
+    return values.astype(int), [how.meaning for how in How], list(look().classes[: len(How)])
+
+
 def _kept(values: np.ndarray, done: np.ndarray) -> Classes:
     return np.where(values < 0, -1, 1 - values), ["kept", "lost"], list(look().kept)
 
@@ -132,6 +137,8 @@ def digits(number: int) -> str:
 
 _CLASSIFY: dict[str, Any] = {
     "period": _periods,
+    "orbit_period": _periods,
+    "how": _hows,
     "gaps": lambda values, done: _cycles(values, done, digits),
     "sequence": lambda values, done: _cycles(values, done, states),
     "status": _statuses,
@@ -158,7 +165,7 @@ def _shade(
     name = "rests"
     if isinstance(norm, LogNorm) and (finite == 0).any():
         name, outside = "rests, or 0" if rests.any() else "0", rests | (values == 0)
-    if quantity == K2:
+    if quantity in ("k2", "last_kept", "velocity"):
         name, outside = "no limit found", values == np.inf
     below, above = (np.isfinite(values) & ~outside & beyond for beyond in (values < norm.vmin, values > norm.vmax))
     inside = np.isfinite(values) & ~outside & ~below & ~above

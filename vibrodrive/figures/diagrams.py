@@ -12,18 +12,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
-from vibrodrive.figures.conditions import STARTS, choice, conditions, of_sweep, some, status_phrases
-from vibrodrive.figures.curves import as_motions, phase_curve, shared_by, trajectory_figure
+from vibrodrive.figures.conditions import choice, conditions, of_sweep, rest_phrases, some, status_phrases
+from vibrodrive.figures.curves import as_motions, check_titles, phase_curve, shared_by, trajectory_figure
+from vibrodrive.figures.limits import limits_figure
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, name_axes, narrow, new, note, styled
-from vibrodrive.model.drawing import BIFURCATION, MAP, POINCARE, Style, Width, choose_drawing
+from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 
 __all__ = ["bifurcation", "from_results", "map_figure", "phase_curve", "poincare", "trajectory_figure"]
-
-DIAGRAM = 12
-"""A sweep over an axis with at least this many values is drawn as a bifurcation diagram, a shorter sweep as Poincaré
-sections."""
 
 FEW = 64  # a section with at most this many different points has larger dots, so that they can be counted
 
@@ -37,6 +34,7 @@ def poincare(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw Poincaré sections ξ' over ξ, with one panel for each motion and the same ranges in all panels.
 
@@ -57,13 +55,15 @@ def poincare(
     >>> len(figure.axes)
     2
     """
-    sections, named, shared = _sections(source)
-    titles = named if titles is None else titles
+    sections, named, shared, more = _sections(source)
+    asked = titles is not None
+    titles = named if titles is None else check_titles(titles, len(sections))
     cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 2 if narrow() else 3)
     cols = len(sections) if given_axes() else cols
     rows = math.ceil(len(sections) / cols)
     inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
-    fig, axes = new(rows, cols, width=inches, height=height, sharex=True, sharey=True)
+    shows = [("xi", "dxi")] * (rows * cols)
+    fig, axes = new(rows, cols, width=inches, height=height, sharex=True, sharey=True, shows=shows, said=shared)
     flat = axes.ravel()
     for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
         points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
@@ -72,19 +72,14 @@ def poincare(
         if reference is not None:
             circles = {"ms": 7, "mfc": "none", "mec": look().other, "mew": 0.6, "label": "undisturbed orbit"}
             ax.plot(reference[:, 0], reference[:, 1], "o", **circles)
-        if len(sections) > 1:
-            letter(ax, k, titles[k])
-        elif titles[k]:
-            ax.set_title(titles[k], loc="left")
-        ax.margins(0.12)
-        if k >= len(sections) - cols:
-            name_axes(ax, "xi", None)
-            ax.tick_params(labelbottom=True)
+        letter(ax, k if len(sections) > 1 else None, titles[k], asked)
+        if not given_axes():
+            ax.margins(0.12)
+            ax.tick_params(labelbottom=k >= len(sections) - cols)
+        name_axes(ax, "xi", "dxi")
     for ax in flat[len(sections) :]:
         ax.set_axis_off()
-    for ax in axes[:, 0]:
-        name_axes(ax, None, "dxi")
-    note(axes[0, -1], shared)
+    note(axes[0, -1], [*shared, *more])
     explain(fig)
     return fig
 
@@ -99,47 +94,44 @@ def from_results(
     limits: tuple[float, float] | None = None,
     *,
     ax: Any = None,
-    **over: Any,
+    **others: Any,
 ) -> Figure:
-    """Draw the figure that suits a Results: the first one in this list whose condition is true.
+    """Draw a sweep. `choose_drawing` chooses the kind of the figure.
 
-    * If there is no section: a map of the period.
-    * If two coordinates of the start have at least DIAGRAM values: a map of the last section point.
-    * If an axis has at least DIAGRAM values: a bifurcation diagram.
-    * Otherwise: Poincaré sections.
-
-    The arguments are those of `Results.plot`. `over` contains the arguments `curves`, `undisturbed` and `k2` of
-    `map_figure`.
+    The arguments are those of `Results.plot`. `others` contains the arguments `over` and `undisturbed` of `map_figure`.
     """
-    if not results.axes and kind == BIFURCATION:
-        kind = POINCARE
-    kind, quantity = choose_drawing(results, kind, quantity)
+    kind, quantity = choose_drawing(results, kind, quantity, x=x, y=y, limits=limits)
     if kind == MAP:
-        return map_figure(results, quantity, x, y, limits=limits, **over)
-    if over:
-        raise ValueError(bad("kind", kind, f"{MAP}, because curves and limits need a map"))
-    if not results.axes:
-        return poincare(results)
-    longest = max((len(a) for a in results.axes.values()), default=1)
-    if kind is None and sum(len(a) >= DIAGRAM and n in STARTS for n, a in results.axes.items()) > 1:
-        return map_figure(results, f"last_{quantity}", x, y, limits=limits)
-    if kind == BIFURCATION or (kind is None and longest >= DIAGRAM):
-        return bifurcation(results, quantity, x, limits)
-    return poincare(results)
+        return map_figure(results, quantity, x, y, limits=limits, **others)
+    if others.get("over"):
+        raise ValueError(bad("kind", kind, f"{MAP}, because bifurcations and limits are drawn over a map"))
+    if kind == BANDS:
+        return limits_figure(results)
+    return bifurcation(results, quantity, x, limits) if kind == BIFURCATION else poincare(results)
 
 
-def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:
-    """Return the sections, their titles, and the conditions common to all sections."""
+def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str], list[str]]:
+    """Return the sections, their titles, the conditions common to all sections, and further phrases."""
     if not hasattr(source, "axes"):
         motions = as_motions(source)
-        return [np.asarray(m.section) for m in motions], [""] * len(motions), shared_by(motions, section=True)
+        sections = [np.asarray(m.section) for m in motions]
+        return (
+            sections,
+            [""] * len(motions),
+            shared_by(motions, section=True),
+            _rests(sections, [m.status for m in motions]),
+        )
     section, done = np.asarray(source.section), computed(source.status)
     points = list(np.ndindex(section.shape[:-2]))
     shown = some(points)
     titles = [place_of(source, dict(zip(source.axes, index, strict=True))) for index in shown]
-    shared = [
-        *conditions(of_sweep(source), source.axes),
-        *choice(len(shown), len(points), "points"),
-        *status_phrases(np.asarray(source.status)),
-    ]
-    return [np.where(done[index], section[index], np.nan) for index in shown], titles, shared
+    status = np.asarray(source.status)
+    sections = [np.where(done[index], section[index], np.nan) for index in shown]
+    more = [*choice(len(shown), len(points), "points"), *status_phrases(status)]
+    more += _rests(sections, [status[index] for index in shown])
+    return sections, titles, conditions(of_sweep(source), source.axes), more
+
+
+def _rests(sections: Sequence[np.ndarray], status: Sequence[Any]) -> list[str]:
+    """Return the phrase for the share of section points at which the mass rests."""
+    return rest_phrases(np.concatenate([s[:, 1] for s in sections]), np.repeat(status, [len(s) for s in sections]))

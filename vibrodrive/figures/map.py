@@ -16,18 +16,30 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 
 from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
-from vibrodrive.figures.conditions import conditions, of_sweep, status_phrases
+from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
+from vibrodrive.figures.given import Shows
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed
-from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
-from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
+from vibrodrive.figures.style import (
+    as_shown,
+    equation,
+    explain,
+    given_axes,
+    label_axes,
+    look,
+    name_axes,
+    new,
+    note,
+    styled,
+)
+from vibrodrive.model.drawing import IMPACT_POWER, KEPT, MAP, OF_CLASSES, OF_SECTION, Style, Width, choose_drawing
+from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, power
-from vibrodrive.model.records import SUMMARIES
 from vibrodrive.model.results import Results
 
 if TYPE_CHECKING:
@@ -39,7 +51,6 @@ LABELS = {
     "last_dxi": r"$\xi\mathrm{′}$ at the last section",
     "margin": "distance of the closest decision",
     IMPACT_POWER: "power of the impacts in W",
-    **{q.name: q.meaning.split(";")[0].split(", 0:")[0] for q in SUMMARIES},
     "gaps": "periods between main impacts",
     "sequence": "cycle of states: Up, Down, Stick, Rest, Impact",
     "period": "period of the motion",
@@ -47,8 +58,18 @@ LABELS = {
     "momentum": r"momentum of the impacts $\sum|\xi\mathrm{′}|$ per period",
     "lyapunov": "Lyapunov exponent per period",
     KEPT: "structure of the undisturbed motion",
-    K2: r"limit $k_2$ in $\varepsilon$",
 }
+
+
+def label_of(results: Results, quantity: str) -> str:
+    """Return the name of a quantity for its scale. The limit k₂ is named with its disturbance."""
+    if quantity in LABELS:
+        return LABELS[quantity]
+    if quantity == "k2":
+        return f"limit $k_2$ in ${NAMES[results.plan.sought].mathtext}$"
+    (meaning,) = (q.meaning for q in results.quantities if q.name == quantity)
+    return meaning.split(";")[0].split(", 0:")[0]
+
 
 WIDTH = 4.7
 TALLER = 0.6
@@ -68,6 +89,7 @@ def map_figure(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw a map of a quantity over two axes of a sweep. If the sweep has only one axis, draw the values over this
     axis.
@@ -115,18 +137,26 @@ def map_figure(
     x, y = _plane(results.axes, x, y)
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
+    if undisturbed is not None and quantity != KEPT:
+        raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT} needs it"))
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     several: list[Any] = [over] if isinstance(over, Results) else list(over)
     limited = [one for one in several if isinstance(one, Results)]
     exact = [one if isinstance(one, Exact) else Exact.of(one) for one in several if not isinstance(one, Results)]
     lines = placed(exact, results, x, y) if exact else []
     painted = paint(quantity, values[index], status, limits)
-    fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if lines else 0.0)
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
-    said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *status_phrases(status)]
-    note(ax, [*said, *([NUMBERED] if lines else [])], side="left")
+    said += conditions(of_sweep(results), names, section=quantity in OF_SECTION)
+    alone = y is not None or quantity in OF_CLASSES  # such a figure hides others, or has its own ordinate
+    shows = None if alone else (x, quantity)
+    more = TALLER if lines else 0.0
+    fig, ax = draw_map(
+        results.axes, x, y, painted, values[index], label_of(results, quantity), more, shows=shows, said=said
+    )
+    said += rest_phrases(values[index], status) if quantity == "last_dxi" else []
+    note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left")
     if lines:
         draw_lines(ax, lines)
     for limit in limited:
@@ -143,12 +173,15 @@ def draw_map(
     values: np.ndarray,
     label: str,
     more: float = 0,
+    *,
+    shows: Shows = None,
+    said: Sequence[str] = (),
 ) -> tuple[Figure, Axes]:
     """Draw cells over two axes, or marks over one axis, with a scale named `label`.
 
-    `more` is the additional height in inches for a legend.
+    `more` is the additional height in inches for a legend. `shows` and `said` are arguments of `new`.
     """
-    fig, panels = new(1, 1, width=WIDTH, height=3.7 + more)
+    fig, panels = new(1, 1, width=WIDTH, height=3.7 + more, shows=[shows], said=said)
     ax = panels[0, 0]
     across = as_shown(x, axes[x])
     if y is None:
@@ -168,13 +201,12 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
             raise ValueError(bad(key, name, "one of the axes " + ", ".join(names)))
     if x is not None and x == y:
         raise ValueError(bad("y", y, f"another axis than x = {x!r}"))
+    if y is not None and len(names) == 1:
+        raise ValueError(bad("y", y, "left out, because the sweep has one axis, and the ordinate is the quantity"))
     free = sorted((n for n in names if n not in (x, y)), key=lambda n: -len(axes[n]))
     needed = free[: min(2, len(names)) - (x is not None) - (y is not None)]
     rest = iter([n for n in names if n in needed])  # in the order of the sweep
-    x = x or next(rest, y)
-    y = y or next(rest, None)
-    assert x is not None
-    return x, None if x == y else y
+    return x or next(rest), y or next(rest, None)
 
 
 def recorded(results: Any, quantity: str) -> np.ndarray:
@@ -226,18 +258,15 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
     image = rank[index.filled(-1)]
     extent: Any = []
     for values, axis, k in ((x[across], "x", 1), (y[up], "y", 0)):
-        ends = borders_of(values)[[0, -1]]
-        extent += ends.tolist()
-        if is_geometric(values):
-            ax.set(**{f"{axis}scale": "log"})
-            ends = 10.0**ends
-        ax.set(**{f"{axis}lim": ends})
+        extent += borders_of(values)[[0, -1]].tolist()
+        ax.set(**{f"{axis}scale": "log" if is_geometric(values) else "linear"})
         image = np.take(image, _evenly(values), axis=k)
-    ax.patch.set(**HATCHED)
     colours = ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]]))
-    even_as_drawn = ax.transLimits + ax.transAxes
-    add_image(ax, image, extent, cmap=colours, norm=Normalize(-0.5, len(rank) - 0.5), transform=even_as_drawn)
-    ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
+    add_image(ax, image, extent, cmap=colours, norm=Normalize(-0.5, len(rank) - 0.5))
+    if painted.blank:
+        ax.add_patch(Rectangle((0, 0), 1, 1, transform=ax.transAxes, zorder=-1, **HATCHED))
+    if not given_axes():
+        ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
 
 
 def _evenly(values: np.ndarray) -> np.ndarray:
@@ -256,13 +285,15 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, la
     arrows show the values beyond its ends."""
     order = np.argsort(x, kind="stable")
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
+    dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": look().main}
     if n:
-        ax.plot(x[order], np.where((kind >= 0) & (kind < n), kind, np.nan), ".", ms=3, mew=0)
+        ax.plot(x[order], np.where((kind >= 0) & (kind < n), kind, np.nan), ".", **dots)
         ax.set_yticks(range(n), painted.labels)
         ax.set_ylim(-0.5, n - 0.5)
     else:
-        ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", ms=3, mew=0)
-        ax.set_yscale("log" if isinstance(painted.norm, LogNorm) else "linear")
+        ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", **dots)
+        if isinstance(painted.norm, LogNorm):
+            ax.set_yscale("log")
         low, high = painted.norm.vmin, painted.norm.vmax
         beyond: Any = ((SHADES, "v", low), (SHADES + 1, "^", high))
         for number, mark, end in beyond:
@@ -272,7 +303,7 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, la
                 ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
     if is_geometric(x[order]):
         ax.set_xscale("log")
-    ax.set_ylabel(label)
+    label_axes(ax, None, label)
 
 
 def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:

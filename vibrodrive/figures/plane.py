@@ -94,7 +94,7 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
 
 
 @styled
-def plane_figure(found: Sequence[Bifurcation], max_period: int, *, ax: Any = None) -> Figure:
+def plane_figure(found: Sequence[Bifurcation], max_period: int, *, ax: Any = None, notes: bool | None = None) -> Figure:
     """Draw bifurcations at several values of B as lines in the plane of A and B, each with the period of its orbit."""
     fig, axes = new(1, 1, height=4.6)
     ax = axes[0, 0]
