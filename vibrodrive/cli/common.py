@@ -132,7 +132,7 @@ def judge_slip(settings: Config, always: bool = False) -> None:
     from vibrodrive.model.slips import slip, unlikely
 
     plan, command = settings.plan(), click.get_current_context().command.name
-    unread = [t for t in ("trajectory", "limits", "orbits") if getattr(settings, t) and t != command]
+    unread = [t for t in ("trajectory", "orbits") if getattr(settings, t) and t != command]
     of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
     said = [*(slip(plan.ends()) if always or of_scene else ()), *unlikely(plan)]
     said += [f"[{table}] is not read by `vibrodrive {command}`" for table in unread]

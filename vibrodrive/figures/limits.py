@@ -75,7 +75,8 @@ def limits_figure(
     _name_periods(ax, values, np.max([one.orbit_period for one in several], axis=0))
     _abscissa(ax, x, values)
     apart = {x, "eps", "dtau", "method"}
-    note(ax, [*conditions({k: v for k, v in of_sweep(several[0]).items() if k not in apart}, apart), _gaps(several)])
+    known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
+    note(ax, [*conditions(known, apart, section=False), _gaps(several)], above=True)
     explain(fig, [*filter(None, bands)])
     return fig
 

@@ -58,6 +58,8 @@ LABELS = {
     "momentum": r"momentum of the impacts $\sum|\xi\mathrm{′}|$ per period",
     "lyapunov": "Lyapunov exponent per period",
     KEPT: "structure of the undisturbed motion",
+    "judged": "switches compared with certified ones",
+    **{kind: f"{kind} switches" for kind in ("missed", "late", "wrong")},
 }
 
 
