@@ -498,6 +498,13 @@ def test_truncated_file_is_refused(finished):
             open_writer(finished, make(), Origin(TEXT))
 
 
+def test_damaged_root_is_refused(finished):
+    damaged(finished, finished.read_bytes().find(b"OHDR") + 20)
+    for attempt in (load, look, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
+        with pytest.raises(Damaged, match=r"sweep.h5: too damaged to be read \(.*\); restore it, or replace it with"):
+            attempt(finished)
+
+
 def test_overwrite_replaces_after_the_new_file_exists(finished, monkeypatch):
     before = finished.read_bytes()
 

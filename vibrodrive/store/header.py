@@ -222,8 +222,8 @@ def origin_of(file: h5py.File) -> Origin:
 
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
-    path, attrs = file.filename, file.attrs
     check_kind(file)
+    path, attrs = file.filename, file.attrs
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
