@@ -65,6 +65,7 @@ PAGES = {
         "CHANGELOG": "changelog",
         "CONTRIBUTING": "contributing",
         "RELEASING": "releasing",
+        "benchmarks/paper/README": "claims",
         "benchmarks/switches/README": "switches",
     }.items()
 }
