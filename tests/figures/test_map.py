@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 
 import vibrodrive as vd
+from tests.support.fake import UNITLESS
 from vibrodrive.figures.colours import APART, MANY, digits, paint, states
 from vibrodrive.figures.limits import limits_map
 from vibrodrive.figures.looks import LOOKS
@@ -20,7 +21,7 @@ from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
-from vibrodrive.model.physical import Scene, power
+from vibrodrive.model.physical import Scene, measure
 from vibrodrive.periodic.curve import Curve
 from vibrodrive.store.limits import Limits
 
@@ -32,7 +33,7 @@ HOLDS, BROKEN = SCREEN.kept
 
 def results(axes, **arrays):
     shape = tuple(len(a) for a in axes.values())
-    known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5)} | arrays
+    known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5)} | arrays | UNITLESS
     scalars = {name: v for name, v in {"A": 2.0, "B": 0.1, "eps": 0.0, "eta": 101.0}.items() if name not in axes}
     return SimpleNamespace(axes=axes, scalars=scalars, settings=Settings(), title="", record=("summary",), **known)
 
@@ -396,7 +397,8 @@ def test_power_is_half_m_v_squared_times_the_frequency():
     scene = Scene(a0=0.8e-3, omega0=150.0, mass=250.0, mu=0.6, alpha=3.4)
     speed = 2.0
     joules = 0.5 * scene.mass * scene.velocity(speed) ** 2
-    watts = power(np.array([0.5 * speed**2]), *(np.array([v]) for v in (150.0, 0.6, 3.4, 250.0, Scene.g)))
+    known = {name: np.array([value]) for name, value in vars(scene).items()}
+    watts = measure("impact_power", known).of(np.array([0.5 * speed**2]))
     assert watts[0] == pytest.approx(joules * 150.0 / (2 * np.pi), rel=1e-12)
 
 
@@ -440,7 +442,7 @@ def test_default_drawing_follows_from_the_record(record, wish, found):
             "must be one of impact_phase, impact_speed, because this sweep recorded impacts",
         ),
         (("impacts",), {"kind": "poincare"}, "must be map or bifurcation, because this sweep recorded impacts"),
-        (("summary",), {"quantity": "impact_power"}, "impact_power needs omega0, mu, alpha, mass"),
+        (("summary",), {"quantity": "impact_power"}, "impact_power needs a scene in SI units"),
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
     ],
 )

@@ -23,7 +23,6 @@ from vibrodrive.model.parameters import bad, is_name
 if TYPE_CHECKING:
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.config import Config
-    from vibrodrive.model.physical import Scene
     from vibrodrive.model.plan import Plan
 
 
@@ -113,23 +112,8 @@ def judge_slip(settings: Config, always: bool = False) -> None:
     """Print a warning if all points have the same likely mistake. Without `always`, check only values in SI units."""
     from vibrodrive.model.slips import slip
 
-    of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
-    if (always or of_scene) and (said := slip(settings.plan().ends())):
+    if (always or {*SCENE} & settings.arguments.keys()) and (said := slip(settings.plan().ends())):
         say(f"warning: {said}")
-
-
-def scene_of(settings: Config) -> Scene | None:
-    """Return the scene (the machine in SI units) of a configuration of one motion; None if there is no scene.
-
-    Quantities of the scene may be axes with one value.
-    """
-    from vibrodrive.model.physical import Scene
-
-    plan = settings.plan()
-    known = plan.scalars | {name: float(values[0]) for name, values in plan.axes.items()}
-    if settings.physical is not None or "omega0" not in known:
-        return settings.physical
-    return Scene.quiet(**{name: known[name] for name in SCENE if name in known})
 
 
 def say(message: str) -> None:

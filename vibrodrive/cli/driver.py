@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from vibrodrive.cli.common import FILE, JSON, SET, put_json, read, refuse_axes, scene_of, working
+from vibrodrive.cli.common import FILE, JSON, SET, put_json, read, refuse_axes, working
 from vibrodrive.errors import ConfigError
 
 
@@ -27,7 +27,9 @@ def driver(config: Path, overrides: tuple[str, ...], as_json: bool) -> None:
     configured = read(config, overrides, None)
     plan = configured.plan()
     refuse_axes(plan)
-    scene, point = scene_of(configured), plan.arguments(0)
+    from vibrodrive.model.physical import scene_of
+
+    scene, point = scene_of(plan.single(0).scalars), plan.arguments(0)
     if scene is None or not scene.a0:
         raise ConfigError(
             "physical.a0 is missing: must be given, because a driver needs a0, omega0, mu and alpha in [physical]"

@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, scene_of, working
+from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, working
 from vibrodrive.errors import ConfigError, NoResult
 from vibrodrive.model import drawing
 from vibrodrive.model.kinds import FILES
@@ -47,6 +48,9 @@ if TYPE_CHECKING:
     help="Also draw the limits, or the bifurcations over A and B, of this file on a map; repeatable.",
 )
 @click.option(
+    "--units", type=click.Choice(drawing.FIGURE_UNITS), help="Units of the quantities of a scene (default: SI)."
+)
+@click.option(
     "--style", type=click.Choice(drawing.STYLES), help="screen: colours (default); print: black ink for a journal."
 )
 @click.option(
@@ -55,16 +59,7 @@ if TYPE_CHECKING:
     help="double: 174 mm, two columns (default); single: 84 mm, one column.",
 )
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Resolution in pixels per inch (default 250).")
-def plot(
-    file: Path,
-    output: Path | None,
-    kind: str | None,
-    quantity: str | None,
-    over: tuple[Path, ...],
-    style: str | None,
-    width: str | None,
-    dpi: int | None,
-) -> None:
+def plot(file: Path, output: Path | None, over: tuple[Path, ...], dpi: int | None, **chosen: str | None) -> None:
     """Draw a result file of any kind, finished or not.
 
     FILE contains a sweep, limits, failures, orbits or curves of bifurcations. Options that are not given are taken from
@@ -72,8 +67,8 @@ def plot(
 
     Output: the figure. Damaged blocks are left out and named on stderr; the exit code is then 1.
     """
-    options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
-    look = {k: v for k, v in {"style": style, "width": width}.items() if v is not None}
+    options = {name: value for name, value in chosen.items() if value is not None}
+    look: dict[str, Any] = {name: options.pop(name) for name in ("style", "width") if name in options}
     target = output or file.with_suffix(".png")
     check_figure(target, {"result file": file, **{f"--over[{i}]": one for i, one in enumerate(dict.fromkeys(over))}})
     draw(file, target, options, look, dpi, over)
@@ -173,6 +168,8 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
     wanted = drawing.merge_options({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
     check_drawing(wanted, report.header.plan, asked="kind" in options)
     results, drawn_over = load(file), read_overlays(over)
+    if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS:
+        results = results.dimensionless()
     if wanted.get("quantity") == drawing.KEPT:
         with working(file.name):
             drawn_over["undisturbed"] = undisturbed_gaps(results)
@@ -226,7 +223,8 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     curves and periods of the figure.
 
     Output: on stdout the status, the margin (smallest distance of a decision from the opposite decision), the period,
-    the impacts and the cycle of states; the figure, by default with the phase curve ξ'(ξ) and the gap ξ(τ).
+    the impacts and the cycle of states; the figure, by default with the phase curve ξ'(ξ) and the gap ξ(τ). With
+    [physical] both are in SI units, and a table shows the machine, and the effect of 1 % of a0, omega0, mu or alpha.
     """
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)
@@ -234,22 +232,22 @@ def trajectory(config: Path, output: Path | None, overrides: tuple[str, ...], me
     judge_idle(settings)
     judge_slip(settings)
     refuse_axes(plan)
-    arguments = plan.arguments(0)
     told = "periods" in drawn
-    if told:
-        arguments["periods"] = drawn.pop("periods")
+    plan = replace(plan.single(0), settings=replace(plan.settings, periods=drawn.pop("periods", plan.settings.periods)))
     target = output or Path(config.stem + "_trajectory.png")  # CONFIG.png is the diagram of a sweep
     check_figure(target, {"configuration": config})
-    from vibrodrive import simulate
+    from vibrodrive.batch.trajectory import follow
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.figures.curves import FIRST
     from vibrodrive.figures.style import save
 
     with working(config.stem):
-        motion = simulate(**arguments)
+        motion = follow(plan)
+        if settings.figure.get("units") == drawing.DIMENSIONLESS:
+            motion = motion.dimensionless()
         shown = None if told else FIRST
         figure = figures.trajectory_figure(motion, **drawn, shown=shown, **settings.look)
-        words = motion.describe(scene_of(settings))
+        words = motion.describe()
     save(figure, target)
     click.echo(words)
     say(f"{target} drawn: {len(motion.switches)} switches")

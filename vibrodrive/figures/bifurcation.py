@@ -20,6 +20,7 @@ from vibrodrive.figures.ink import LINES, ink_of
 from vibrodrive.figures.style import as_shown, equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
+from vibrodrive.model.names import COORDINATES
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
 
@@ -66,7 +67,7 @@ def bifurcation(
         axis of the abscissa; by default the longest axis. It may also be one of the parameters that change together
         along the axis `point`.
     limits : (float, float), optional
-        range of the ordinate; by default the range of all values.
+        range of the ordinate, with a scene in SI units; by default the range of all values.
 
     Raises
     ------
@@ -82,7 +83,8 @@ def bifurcation(
     >>> len(figure.axes), figure.axes[1].get_xlabel()
     (2, '$A$')
     """
-    visited = _visited(results, quantity)
+    unit = results.measure(quantity)
+    visited = unit.shown_of(_visited(results, quantity))
     names = list(results.axes)
     if not names:
         raise ValueError(bad_axes((), "at least one axis for a bifurcation diagram (for one motion, draw its section)"))
@@ -99,16 +101,13 @@ def bifurcation(
     rest = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
-    limits = limits or full_range([section[index][done[index]] for index in rows])  # common to all panels
+    limits = unit.ends(limits) or full_range([section[index][done[index]] for index in rows])  # common to all panels
     fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
     key: Sequence[Artist] = ()
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
         key = density(ax, values, np.where(done[index][:, None], section[index], np.nan), limits) or key
         mark_statuses(ax, values, status[index])
-        if quantity in LABELS:
-            ax.set_ylabel(LABELS[quantity])
-        else:
-            name_axes(ax, None, quantity)
+        name_quantities(ax, results, None, quantity)
         if len(rows) > 1:
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         shared = conditions(of_sweep(results), results.axes) if k == 0 else []
@@ -133,6 +132,25 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
     if quantity in IMPACT_QUANTITIES:
         return np.asarray(getattr(results, quantity))
     return np.asarray(results.section)[..., quantity_index(quantity)]
+
+
+def coordinates(source: Any, section: np.ndarray) -> np.ndarray:
+    """Return section points (…, 2) of a Results or a Trajectory in the units of figures."""
+    return np.stack([source.measure(n).shown_of(section[..., k]) for k, n in enumerate(QUANTITIES)], axis=-1)
+
+
+def name_quantities(ax: Axes, source: Any, x: str | None, y: str | None) -> None:
+    """Label the axes with two quantities of a Results or a Trajectory (None: no change): by their symbols or, with a
+    scene, by words and units."""
+    for axis, quantity in (("x", x), ("y", y)):
+        if quantity is None:
+            continue
+        unit = source.measure(quantity)
+        if quantity not in LABELS and unit.si == "1" and not unit.apart:
+            name_axes(ax, *((quantity, None) if axis == "x" else (None, quantity)))
+        else:
+            words = LABELS[quantity] if quantity in LABELS else COORDINATES[quantity].meaning
+            ax.set(**{f"{axis}label": unit.label(words)})
 
 
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:

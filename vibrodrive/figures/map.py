@@ -26,7 +26,6 @@ from vibrodrive.figures.plane import NUMBERED, draw_limit, draw_lines, placed
 from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
 from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.records import SUMMARIES
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ LABELS = {
     "last_xi": r"$\xi$ at the last section",
     "last_dxi": r"$\xi\mathrm{′}$ at the last section",
     "margin": "distance of the closest decision",
-    IMPACT_POWER: "power of the impacts in W",
+    IMPACT_POWER: "power of the impacts",
     **{q.name: q.meaning.split(";")[0].split(", 0:")[0] for q in SUMMARIES},
     "gaps": "periods between main impacts",
     "sequence": "cycle of states: Up, Down, Stick, Rest, Impact",
@@ -79,18 +78,18 @@ def map_figure(
         sweep with at least one axis. If it has more than two axes, the map shows the motions at the first value of each
         axis that is not drawn, and the figure names these values.
     quantity : str
-        a quantity of the summary, "status" or "margin". "impact_power" is the quantity `energy` in W, for a scene with
-        a mass. "kept" shows whether `gaps`, the numbers of periods between main impacts, are those of the undisturbed
-        motion.
+        a quantity of the summary, "status" or "margin"; with a scene it is in SI units. "impact_power" is the quantity
+        `energy` as a power in W, or in W/kg without a mass. "kept" shows whether `gaps`, the numbers of periods between
+        main impacts, are those of the undisturbed motion.
     x, y : str, optional
         axes to the right and upwards; by default the two longest axes, in the order of the sweep.
     curves : sequence, optional
         curves of bifurcations from `vd.curves`. The axes of the map must be A and B, or axes of a scene that determine
         A and B.
     limits : (float, float), optional
-        range of the colours of a continuous quantity; by default the range of all values or, if there are at least
-        1000 values, of 99 % of them. Values below and above the range have their own colours, which the ends of the
-        colour bar show.
+        range of the colours of a continuous quantity, with a scene in SI units; by default the range of all values or,
+        if there are at least 1000 values, of 99 % of them. Values below and above the range have their own colours,
+        which the ends of the colour bar show.
     undisturbed : int array, optional
         `gaps` of the undisturbed motions, needed for "kept". The dimensions of the array are the axes of the sweep;
         along ε and Δτ its length is 1.
@@ -118,9 +117,11 @@ def map_figure(
     x, y = _plane(results.axes, x, y)
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
-    values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
-    painted = paint(quantity, values[index], status, limits)
-    fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
+    unit = results.measure(quantity)
+    values = _kept(results, undisturbed) if quantity == KEPT else unit.shown_of(recorded(results, quantity))
+    painted = paint(quantity, values[index], status, unit.ends(limits))
+    label = unit.label(LABELS[quantity])
+    fig, ax = draw_map(results.axes, x, y, painted, values[index], label, TALLER if curves else 0.0)
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
@@ -177,21 +178,14 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
 
 
 def recorded(results: Any, quantity: str) -> np.ndarray:
-    """Return a quantity over all axes.
+    """Return a quantity over all axes, dimensionless; for the power of the impacts their energy.
 
     The array is float64, with NaN for an undefined value. For gaps and sequences it is int64, with -1 for an undefined
     value.
     """
-    if quantity == IMPACT_POWER:
-        names = list(results.axes)
-        along = np.meshgrid(*results.axes.values(), indexing="ij", sparse=True)
-        known = {"g": Scene.g, **results.scalars, **dict(zip(names, along, strict=True))}
-        shape = tuple(len(a) for a in results.axes.values())
-        scene = (np.broadcast_to(known[n], shape).ravel() for n in ("omega0", "mu", "alpha", "mass", "g"))
-        return power(np.asarray(results.energy, float).ravel(), *scene).reshape(shape)
     if quantity in OF_SECTION:
         return np.asarray(results.section, float)[..., -1, OF_SECTION.index(quantity)]
-    values = np.asarray(getattr(results, quantity))
+    values = np.asarray(getattr(results, "energy" if quantity == IMPACT_POWER else quantity))
     return values.astype(np.int64) if values.dtype.kind == "i" else values.astype(float)
 
 

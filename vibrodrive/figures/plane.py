@@ -16,7 +16,7 @@ from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note, styled
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width
-from vibrodrive.model.physical import amplitude_axis, incline_axis, with_A_and_B
+from vibrodrive.model.physical import PACES, amplitude_axis, incline_axis, with_A_and_B
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curve import Curve
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 HALO = 0.7
 NUMBERED = "numbers on curves: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)  # shares of the visible length of a curve at which its period is written
-AMPLITUDES, INCLINES = ("A", "a0", "omega0"), ("B", "mu", "alpha")  # axes that determine A; axes that determine B
+AMPLITUDES, INCLINES = ("A", "a0", *PACES), ("B", "mu", "alpha")  # axes that determine A; axes that determine B
 POINTS = 400
 SAME = 1e-12  # largest relative difference of two parameters that count as equal
 DISTURBANCES = ("eps", "dtau")

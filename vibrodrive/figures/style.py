@@ -74,6 +74,7 @@ COMMON: dict[str, Any] = {
 
 SYMBOLS = {name: row.mathtext for name, row in NAMES.items() if row.mathtext}
 UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
+WORDS = {"frequency": "Excitation frequency "}  # before a symbol that the paper does not have
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _CHOSEN: ContextVar[tuple[Style, Width]] = ContextVar("chosen", default=("screen", "double"))
@@ -258,9 +259,9 @@ def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["d
 def name_axes(ax: Axes, x: str | None, y: str | None) -> None:
     """Label the axes with the symbols of two quantities, with their units (None: no change)."""
     if x is not None:
-        ax.set_xlabel(symbol(x) + (f" in {UNITS[x]}" if x in UNITS else ""))
+        ax.set_xlabel(WORDS.get(x, "") + symbol(x) + (f" in {UNITS[x]}" if x in UNITS else ""))
     if y in UNITS:
-        ax.set_ylabel(f"{symbol(y)} in {UNITS[y]}")
+        ax.set_ylabel(f"{WORDS.get(y, '')}{symbol(y)} in {UNITS[y]}")
     elif y is not None:
         ax.set_ylabel(symbol(y), rotation=0, labelpad=9, va="center")
 

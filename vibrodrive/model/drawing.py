@@ -3,6 +3,7 @@
 from typing import Any, Literal, get_args
 
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.physical import has_units
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARIES, SUMMARY
 
 BIFURCATION, POINCARE, MAP = "bifurcation", "poincare", "map"
@@ -17,6 +18,8 @@ Width = Literal["double", "single"]  # width of a figure in columns of a page
 STYLES: tuple[Style, ...] = get_args(Style)
 WIDTHS: tuple[Width, ...] = get_args(Width)
 
+FIGURE_UNITS = SI, DIMENSIONLESS = "SI", "dimensionless"  # units of quantities in figures of a scene
+
 FORMATS = (".png", ".pdf", ".svg")
 
 SECTION_QUANTITIES = ("dxi", "xi")
@@ -27,14 +30,11 @@ OF_EVERY_SWEEP = ("status", "margin")
 OF_SECTION = ("last_xi", "last_dxi")
 """ξ and ξ' at the last section point. A map over starts shows which of the coexisting motions each start reaches."""
 
-IMPACT_POWER = "impact_power"  # power of the impacts in W, from `energy` and the scene of the sweep
+IMPACT_POWER = "impact_power"  # `energy` as a power in W, with the scene of the sweep
 
 KEPT = "kept"  # 1 if `gaps` equal those of the undisturbed motion, 0 if they differ, -1 if the undisturbed one has none
 
 K2 = "k2"  # limit k₂: the smallest disturbance at which the structure is lost (docs/glossary.md)
-
-SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
-"""Quantities of the scene that a power needs. Each quantity is an axis or one number."""
 
 OF_CLASSES = ("period", "gaps", "sequence", "status", KEPT)
 """Quantities of maps with one colour for each value, hence without a range."""
@@ -77,10 +77,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         *OF_EVERY_SWEEP,
     ]
     if quantity == IMPACT_POWER and SUMMARY in record:
-        missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
-        if missing:
-            needed = f"impact_power needs {', '.join(missing)} (give a scene in SI units, with one quantity as an axis)"
-            raise ValueError(bad("quantity", quantity, f"energy, because {needed}"))
+        if not has_units({**swept.scalars, **swept.axes}):
+            raise ValueError(bad("quantity", quantity, "energy, because impact_power needs a scene in SI units"))
     elif quantity not in known:
         recorded = "this sweep recorded " + ", ".join(record)
         if quantity in (*OF_SUMMARY, KEPT, IMPACT_POWER) and SUMMARY not in record:
@@ -113,7 +111,7 @@ def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
     """Return the drawing options of a configuration (`wanted`), replaced by the options of the call (`now`).
 
-    The range in the configuration belongs to the quantity in the configuration. If the call gives another quantity,
+    The range in the configuration belongs to the quantity and units in the configuration. If the call gives others,
     this range is left out. If a kind and a quantity do not suit each other, the one in the configuration is left out.
     """
     kept = dict(wanted)
@@ -125,6 +123,6 @@ def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]
         now.keys() - {"x", "y"}
         and "quantity" in (now | wanted)
         and (kept | now).get("quantity") != wanted.get("quantity")
-    ):
+    ) or now.get("units", SI) != wanted.get("units", SI):
         kept.pop("limits", None)
     return kept | now

@@ -9,7 +9,15 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, K2, MAP, MAP_QUANTITIES, SECTION_QUANTITIES
+from vibrodrive.model.drawing import (
+    DIAGRAM_QUANTITIES,
+    FIGURE_KINDS,
+    FIGURE_UNITS,
+    K2,
+    MAP,
+    MAP_QUANTITIES,
+    SECTION_QUANTITIES,
+)
 
 
 class Kind(NamedTuple):
@@ -61,7 +69,7 @@ FILES = {
         words=("recorded excitation period", "section_xi", "section_dxi"),
         schema="schema_version",
         readable=(3,),
-        options={"kind": FIGURE_KINDS, "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES)},
+        options={"kind": FIGURE_KINDS, "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES), "units": FIGURE_UNITS},
     ),
     "limits": Kind(
         holds="limits of stability",

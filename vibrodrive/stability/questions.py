@@ -19,6 +19,7 @@ from vibrodrive.model.keywords import Axis, as_written
 from vibrodrive.model.kinds import above
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad_axes, check
+from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import AXES, PERIODS, Disturbance, Limit, LimitSearch, each_limit, plan_at_one_point
@@ -34,11 +35,12 @@ T = TypeVar("T")
 def limit(
     written: Mapping[str, Any],
     /,
-    A: float,
+    A: float | None = None,
     disturbance: Disturbance = "eps",
     method: MethodLike | None = None,
     criterion: str = IMPACTS,
     *,
+    scene: Scene | None = None,
     B: float = 0.1,
     eps: float = 0.0,
     eta: float = ETA,
@@ -61,7 +63,7 @@ def limit(
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless like all parameters.
+        excitation amplitude, dimensionless like all parameters. Required without a scene.
     disturbance : "eps" or "dtau"
         the quantity whose limit is computed: the physical disturbance ε, eq. (9), or the step Δτ of the numerical
         disturbance (§5).
@@ -74,6 +76,8 @@ def limit(
         (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
         the orbit. "rho < x": the distance of the motion from the orbit, as curves in the plane (ξ, ξ'), is below x, the
         k₃ of §1. Several conditions are joined by "and".
+    scene : Scene, optional
+        machine in SI units, which gives A and B, as in `simulate`.
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
@@ -92,6 +96,7 @@ def limit(
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
         `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
+        `velocity_si` is the limit as a velocity in m/s, if there is a scene.
 
     Raises
     ------

@@ -3,16 +3,17 @@
 import contextlib
 import functools
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
+from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, numbers
-from vibrodrive.model.names import SCENE_AXES
+from vibrodrive.model.names import SCENE, SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.statuses import count_statuses
@@ -25,8 +26,13 @@ from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, varia
 def read(file: h5py.File) -> Results:
     """Return the results of a sweep in an open file. Each access to an array opens the file again."""
     header = read_header(file)
-    source = functools.partial(_read, Path(file.filename).absolute(), header.plan, {})
-    return Results.of(header.plan, source, header.origin.title)
+    plan = header.plan
+    source = functools.partial(_read, Path(file.filename).absolute(), plan, {})
+    if "[physical]" in header.origin.config and not {*SCENE} & {*plan.scalars, *plan.axes}:  # an older file
+        with contextlib.suppress(ConfigError):
+            scene = header.origin.parsed().plan().scalars
+            plan = replace(plan, scalars=plan.scalars | {name: scene[name] for name in SCENE if name in scene})
+    return Results.of(plan, source, header.origin.title)
 
 
 class DamagedBlock(UserWarning):
