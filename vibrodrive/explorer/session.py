@@ -175,7 +175,8 @@ def overlay_of(view: View) -> Overlay | None:
     if not view.orbits:
         return None
     if view.mode != MAP:
-        of = view.mode, view.scale, view.incline, view.orbits, view.quantity, view.section_phase
+        unit = view.measure(view.quantity).of(1.0)
+        of = view.mode, view.scale, view.incline, view.orbits, view.quantity, view.section_phase, unit
         return (of, (view.low, view.high)) if view.x == "A" else None
     in_plane = view.mode, view.x, view.scale, view.y_scale, view.orbits
     return (in_plane, (view.low, view.high, view.y_low, view.y_high)) if {view.x, view.y} == {"A", "B"} else None
@@ -214,7 +215,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 def adapted(state: Mapping[str, Any], changed: str) -> View:
     """Return the view after a change of the field `changed`, with defaults for all fields that depend on this field.
     Raises ValueError."""
-    drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
+    drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS, "scene": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)
     for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):
