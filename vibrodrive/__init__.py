@@ -22,7 +22,6 @@ __all__ = [
     "Trajectory",
     "bifurcations",
     "curves",
-    "driver",
     "errors",
     "explore",
     "impact_map",
@@ -47,7 +46,6 @@ _HOMES = {
     "Results": "model.results",
     "bifurcations": "periodic.bifurcations",
     "curves": "periodic.curves",
-    "driver": "jobs.driver",
     "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
     "load": "store.every_kind",
@@ -63,7 +61,6 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory, simulate
     from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
-    from vibrodrive.jobs.driver import driver
     from vibrodrive.model.choices import Method, Scan, Status
     from vibrodrive.model.names import ETA
     from vibrodrive.model.physical import Scene

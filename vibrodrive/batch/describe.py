@@ -109,7 +109,8 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
     if scene is None:
         return Description([place, *sentences(status, margin, summary_of(long), plan)], {}, "")
     leaves = "the mass leaves the obstacle (A > 1 + B)" if a["A"] > 1.0 + a["B"] else "the mass rests (A ≤ 1 + B)"
-    given = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in scene.given.items())
+    told = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
+    given = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in told.items())
     scenes = {"machine": scene} | beside(scene)
     A, B = (np.array([getattr(s, name) for s in scenes.values()]) for name in ("A", "B"))
     A[0], B[0] = a["A"], a["B"]  # those of the motion, also if a0 was computed from A

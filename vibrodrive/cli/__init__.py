@@ -15,7 +15,6 @@ from typing import NoReturn
 import click
 
 from vibrodrive.cli.common import leave, same_command
-from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
 from vibrodrive.cli.files import info, verify
 from vibrodrive.cli.init import init
@@ -43,7 +42,7 @@ def cli() -> None:
 
 
 results = [result_command(name) for name in HELP]
-for command in (init, sweep, plot, info, verify, trajectory, driver, *results, paper, explore, validate):
+for command in (init, sweep, plot, info, verify, trajectory, *results, paper, explore, validate):
     cli.add_command(command)
 cli.add_command(result_command("failures", hidden=True), "atlas")
 """Former name of the command `failures`, kept for existing scripts."""
