@@ -288,6 +288,8 @@ def scene(x, y):
     """Return results over two axes of a scene. All other quantities have one value."""
     fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Scene.g}
     ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
+    ranges["frequency"] = (13.0, 32.0)
+    fixed = fixed if "frequency" not in (x, y) else {name: v for name, v in fixed.items() if name != "omega0"}
     axes = {name: np.linspace(*ranges[name], 3) for name in (x, y)}
     swept = results(axes, period=np.ones((3, 3), int))
     swept.scalars = {name: value for name, value in fixed.items() if name not in axes}
@@ -307,8 +309,9 @@ class Straight(Curve):
 
 @pytest.mark.parametrize(
     ("x", "y"),
-    [("omega0", "a0"), ("a0", "omega0"), ("alpha", "a0"), ("mu", "a0"), ("omega0", "alpha"), ("alpha", "A")],
-)
+    [("omega0", "a0"), ("a0", "omega0"), ("alpha", "a0"), ("mu", "a0"), ("omega0", "alpha"), ("alpha", "A"),
+     ("frequency", "a0"), ("alpha", "frequency")],
+)  # fmt: skip
 def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
     B = np.linspace(0.0, 0.5, 201)
     curve = Straight("border", 1, 1, (), 1, 1.0 + 20.0 * B, B, ("edge", "edge"), ())
@@ -316,7 +319,7 @@ def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
     fig = map_figure(swept, x=x, y=y, curves=[curve])
     ax = fig.axes[0]
     line = ax.lines[-1]
-    assert ax.get_xlabel().endswith({"omega0": "rad/s", "a0": "mm", "alpha": "°", "mu": "$"}[x])
+    assert ax.get_xlabel().endswith({"omega0": "rad/s", "a0": "mm", "alpha": "°", "mu": "$", "frequency": "Hz"}[x])
     for u, v in line.get_xydata()[:: len(line.get_xydata()) // 7]:
         shown = {x: u, y: v}
         if "a0" in shown:

@@ -107,6 +107,8 @@ class Results:
     ((4, 2), 4)
     """
 
+    _dimensionless = False
+
     def __init__(
         self,
         axes: Mapping[str, np.ndarray],
@@ -124,7 +126,6 @@ class Results:
         self.scalars = dict(scalars)
         self.settings = settings
         self.title = title
-        self._dimensionless = False
         self._arrays: dict[str, np.ndarray] = {} if callable(source) else dict(source)
         self._source: Read = source if callable(source) else _no_source
 
