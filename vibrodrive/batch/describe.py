@@ -71,7 +71,8 @@ class Description(str):
     _lines: Sequence[str]
     _table: Sequence[Sequence[str]]
 
-    def __new__(cls, lines: Sequence[str], rows: Mapping[str, Mapping[str, float]], of_mass: str) -> Description:
+    @classmethod
+    def of(cls, lines: Sequence[str], rows: Mapping[str, Mapping[str, float]], of_mass: str) -> Description:
         """Return the text of these lines and of a table; `of_mass` follows the unit of a power."""
         units = [column.unit + of_mass * (column.unit == "W") for column in COLUMNS.values()]
         table = [["", *(column.heading for column in COLUMNS.values())], ["", *units]]
@@ -79,9 +80,12 @@ class Description(str):
             shown = (row[key] * column.scale for key, column in COLUMNS.items())
             table.append([name, *("–" if value != value else f"{value:.4g}" for value in shown)])
         wide = ["".join([f"{line[0]:13}", *(f"{cell:>11}" for cell in line[1:])]) for line in table]
-        self = super().__new__(cls, "\n".join([*lines, *(["", *wide, "", NOTES] if rows else [])]))
+        self = cls("\n".join([*lines, *(["", *wide, "", NOTES] if rows else [])]))
         self.rows, self._lines, self._table = rows, lines, table if rows else []
         return self
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def _repr_html_(self) -> str:
         lines = ["<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in line) + "</tr>" for line in self._table]
@@ -107,8 +111,9 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
     long = replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
     if scene is None:
-        return Description([place, *sentences(status, margin, summary_of(long), plan)], {}, "")
-    leaves = "the mass leaves the obstacle (A > 1 + B)" if a["A"] > 1.0 + a["B"] else "the mass rests (A ≤ 1 + B)"
+        return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, "")
+    pull = a["A"] * (1.0 + a["eps"] * a["eta"] ** 2)  # largest excitation
+    leaves = "the mass leaves the obstacle" if pull > 1.0 + a["B"] else "the mass rests at the obstacle"
     told = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
     given = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in told.items())
     scenes = {"machine": scene} | beside(scene)
@@ -130,7 +135,7 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
         }
     first = {key: values[0].item() for key, values in found.items()}
     lines = [", ".join(given), f"{place}: {leaves}", *sentences(status, margin, first, plan)]
-    return Description(lines, rows, "" if scene.mass else "/kg")
+    return Description.of(lines, rows, "" if scene.mass else "/kg")
 
 
 def beside(scene: Scene) -> dict[str, Scene]:
