@@ -21,7 +21,6 @@ __all__ = [
     "Status",
     "Trajectory",
     "bifurcations",
-    "driver",
     "errors",
     "explore",
     "impact_map",
@@ -42,7 +41,6 @@ _HOMES = {
     **dict.fromkeys(["Trajectory", "simulate"], "batch.trajectory"),
     "Results": "model.results",
     "bifurcations": "periodic.bifurcations",
-    "driver": "jobs.driver",
     "explore": "explorer.notebook",
     "impact_map": "periodic.impact_map",
     "load": "store.load",
@@ -58,7 +56,6 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory, simulate
     from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
-    from vibrodrive.jobs.driver import driver
     from vibrodrive.model.choices import Method, Scan, Status
     from vibrodrive.model.names import ETA
     from vibrodrive.model.physical import Scene

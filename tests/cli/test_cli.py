@@ -156,8 +156,6 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
         (["limits", "small.toml", "--set", "eps=0", "--threads", "9999"], ["threads = 9999"]),
         (["orbits", "small.toml"], ["axes = A, eps", "A only, or A and B"]),
         (["failures", "small.toml"], ["eps = 0.0", "> 0"]),
-        (["driver", "small.toml"], ["sweep.A", "40 values", "one number"]),
-        (["driver", "small.toml", "--set", "A=3", "--set", "eps=0"], ["physical.a0 is missing", "omega0"]),
     ],
 )
 def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):

@@ -176,9 +176,13 @@ def sweep_of_scenes(view):
 def test_diagrams_in_si_units_have_the_values_of_their_scenes(tab, explorer, query):
     tab.open(f"{explorer.address}&{query}&columns=80&transient=100&periods=40")
     view = shown(tab)
-    _, results = sweep_of_scenes(view)
+    scenes, results = sweep_of_scenes(view)
     number = {"xi": 0, "dxi": 1}.get(view.quantity)
     values = getattr(results, view.quantity) if number is None else results.section[..., number]
+    unit = {"xi": vd.Scene.length, "impact_phase": lambda scene, phase: phase}.get(view.quantity, vd.Scene.velocity)
+    values = [unit(scene, found) for scene, found in zip(scenes, values, strict=True)]
+    named = {"xi": "gap x (m)", "dxi": "velocity dx/dt (m/s)", "impact_speed": "impact speed (m/s)"}
+    assert named.get(view.quantity, "impact phase (rad)") in tab.model("return all.map((m) => m.axis_label)")
     painted, (_, y, _, dh) = image(tab)
     spots = np.zeros(painted.shape, bool)
     for column, found in enumerate(values):

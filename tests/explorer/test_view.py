@@ -274,7 +274,7 @@ def test_new_abscissa_has_its_default_range():
     assert (found["low"], found["high"], found["scale"], found["at"]) == (*RANGES["dtau"], None)
     assert (found["bottom"], found["top"]) == (None, None)
     found = adapted(state | {"scene": "SI"}, "scene").state()
-    assert (found["x"], found["bottom"]) == ("A", 0.8)
+    assert (found["x"], found["bottom"]) == ("A", None)
     found = adapted(state | {"x": "B", "low": 0.1, "high": 0.2, "scene": "SI"}, "scene").state()
     assert (found["x"], found["bottom"]) == ("a0", None)
 

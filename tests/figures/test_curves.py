@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.support.fake import UNITLESS
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.curves import SPOTS, count_passes
 from vibrodrive.model.choices import Method, Status
@@ -29,7 +30,9 @@ def motion(periods, irregular=False, **arguments):
     section = np.stack([np.full(periods, 2.0), size], axis=1)
     known = {"A": 3.0, "B": 0.1, "eps": 0.0, "eta": 101.0, "dtau": None, "method": int(Method.CERTIFIED)}
     known |= {"transient": 1000, "periods": periods, "xi0": 0.0, "dxi0": 0.0, "tau0": 0.0} | arguments
-    return SimpleNamespace(switches=switches, section=section, sample=sample, arguments=known, status=Status.OK)
+    return SimpleNamespace(
+        switches=switches, section=section, sample=sample, arguments=known, status=Status.OK, **UNITLESS
+    )
 
 
 def test_trajectory_names_its_settings_and_shows_the_first_periods():

@@ -8,6 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+from tests.support.fake import UNITLESS
 from tests.support.process import python
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
@@ -32,6 +33,7 @@ def results(section, status=None, **axes):
         record=("section",),
         section=section,
         status=status,
+        **UNITLESS,
     )
 
 
@@ -302,7 +304,8 @@ def falling():
         )
 
     arguments = {"A": 1.0, "B": 0.1, "eps": 0.0}
-    return SimpleNamespace(switches=switches, section=np.zeros((1, 2)), sample=sample, arguments=arguments, status=0)
+    known = {"section": np.zeros((1, 2)), "sample": sample, "arguments": arguments, "status": 0, **UNITLESS}
+    return SimpleNamespace(switches=switches, **known)
 
 
 def test_impact_breaks_the_curve_and_is_stored_as_a_jump(falling):

@@ -14,6 +14,7 @@ from vibrodrive.periodic.curve import Curve
 from vibrodrive.store.limits import Limits
 
 import vibrodrive as vd
+from tests.support.fake import UNITLESS
 from vibrodrive.figures.colours import APART, MANY, digits, paint, states
 from vibrodrive.figures.limits import limits_map
 from vibrodrive.figures.looks import HATCHED, LOOKS
@@ -22,7 +23,7 @@ from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
-from vibrodrive.model.physical import Scene, power
+from vibrodrive.model.physical import Scene, measure
 from vibrodrive.model.records import SUMMARIES, quantities
 
 SCREEN = LOOKS["screen"]
@@ -33,7 +34,7 @@ HOLDS, BROKEN = SCREEN.kept
 
 def results(axes, **arrays):
     shape = tuple(len(a) for a in axes.values())
-    known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5)} | arrays
+    known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5)} | arrays | UNITLESS
     scalars = {name: v for name, v in {"A": 2.0, "B": 0.1, "eps": 0.0, "eta": 101.0}.items() if name not in axes}
     known |= {"record": ("summary",), "quantities": SUMMARIES}
     return SimpleNamespace(axes=axes, scalars=scalars, settings=Settings(), title="", **known)
@@ -290,6 +291,8 @@ def scene(x, y):
     """Return results over two axes of a scene. All other quantities have one value."""
     fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Scene.g}
     ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
+    ranges["frequency"] = (13.0, 32.0)
+    fixed = fixed if "frequency" not in (x, y) else {name: v for name, v in fixed.items() if name != "omega0"}
     axes = {name: np.linspace(*ranges[name], 3) for name in (x, y)}
     swept = results(axes, period=np.ones((3, 3), int))
     swept.scalars = {name: value for name, value in fixed.items() if name not in axes}
@@ -309,8 +312,9 @@ class Straight(Curve):
 
 @pytest.mark.parametrize(
     ("x", "y"),
-    [("omega0", "a0"), ("a0", "omega0"), ("alpha", "a0"), ("mu", "a0"), ("omega0", "alpha"), ("alpha", "A")],
-)
+    [("omega0", "a0"), ("a0", "omega0"), ("alpha", "a0"), ("mu", "a0"), ("omega0", "alpha"), ("alpha", "A"),
+     ("frequency", "a0"), ("alpha", "frequency")],
+)  # fmt: skip
 def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
     B = np.linspace(0.0, 0.5, 201)
     curve = Straight("border", 1, 1, (), 1, 1.0 + 20.0 * B, B, ("edge", "edge"), ())
@@ -318,7 +322,7 @@ def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
     fig = map_figure(swept, x=x, y=y, curves=[curve])
     ax = fig.axes[0]
     line = ax.lines[-1]
-    assert ax.get_xlabel().endswith({"omega0": "rad/s", "a0": "mm", "alpha": "°", "mu": "$"}[x])
+    assert ax.get_xlabel().endswith({"omega0": "rad/s", "a0": "mm", "alpha": "°", "mu": "$", "frequency": "Hz"}[x])
     for u, v in line.get_xydata()[:: len(line.get_xydata()) // 7]:
         shown = {x: u, y: v}
         if "a0" in shown:
@@ -399,7 +403,8 @@ def test_power_is_half_m_v_squared_times_the_frequency():
     scene = Scene(a0=0.8e-3, omega0=150.0, mass=250.0, mu=0.6, alpha=3.4)
     speed = 2.0
     joules = 0.5 * scene.mass * scene.velocity(speed) ** 2
-    watts = power(np.array([0.5 * speed**2]), *(np.array([v]) for v in (150.0, 0.6, 3.4, 250.0, Scene.g)))
+    known = {name: np.array([value]) for name, value in vars(scene).items()}
+    watts = measure("impact_power", known).of(np.array([0.5 * speed**2]))
     assert watts[0] == pytest.approx(joules * 150.0 / (2 * np.pi), rel=1e-12)
 
 
@@ -461,7 +466,7 @@ def test_kind_of_a_figure_does_not_depend_on_the_number_of_values(axes, found, c
             "must be one of impact_phase, impact_speed, because this sweep recorded impacts",
         ),
         (("impacts",), {"kind": "poincare"}, "must be map or bifurcation, because this sweep recorded impacts"),
-        (("summary",), {"quantity": "impact_power"}, "impact_power needs omega0, mu, alpha, mass"),
+        (("summary",), {"quantity": "impact_power"}, "impact_power needs a scene in SI units"),
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
         (("section",), {"kind": "poincare", "x": "A"}, "x = 'A': must be left out for a figure of kind poincare"),
         (("section",), {"kind": "bifurcation", "y": "A"}, "y = 'A': must be left out for a figure of kind bifurcation"),

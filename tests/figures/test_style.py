@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from tests.support.fake import UNITLESS
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.curves import periods_ticks
 from vibrodrive.figures.looks import LOOKS
@@ -28,7 +29,7 @@ def swept():
     status[7, 1] = Status.BUDGET
     known = {"axes": plan.axes, "scalars": plan.scalars, "settings": plan.settings, "record": ("section",)}
     known |= {"points": {}}
-    return SimpleNamespace(section=section, status=status, title="", **known)
+    return SimpleNamespace(section=section, status=status, title="", **known, **UNITLESS)
 
 
 def drawings(swept, **options):
@@ -152,7 +153,7 @@ def test_selected_panels_are_reported(swept):
     plan = make_plan({"A": np.linspace(3, 3.1, 20), "eps": np.linspace(0, 1e-3, 9), "periods": 8})
     many = SimpleNamespace(
         axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",),
-        section=np.ones((20, 9, 8, 2)), status=np.zeros((20, 9), np.int8),
+        section=np.ones((20, 9, 8, 2)), status=np.zeros((20, 9), np.int8), **UNITLESS,
     )  # fmt: skip
     assert r"6 of 9 values of $\varepsilon$ shown" in figures.bifurcation(many).axes[0].get_title("right")
     assert "6 of 180 points shown" in figures.poincare(many).axes[2].get_title(loc="right")
@@ -165,7 +166,7 @@ def test_two_axes_of_the_start_give_a_map():
     section[..., -1, 1] = np.arange(180).reshape(15, 12)
     start = SimpleNamespace(
         axes=plan.axes, points={}, scalars=plan.scalars, settings=plan.settings, record=("section",), quantities=(),
-        section=section, status=np.zeros((15, 12), np.int8),
+        section=section, status=np.zeros((15, 12), np.int8), **UNITLESS,
     )  # fmt: skip
     fig = figures.from_results(start)
     assert fig.axes[1].get_ylim() == pytest.approx((1, 179)), (

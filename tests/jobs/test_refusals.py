@@ -38,20 +38,3 @@ def test_refusal_precedes_the_file(kind, given, told, tmp_path):
     assert str(caught.value).startswith(told)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ({"scene": 3}, "scene = 3: must be a Scene"),
-        ({"eps": "a"}, "eps = 'a': must be a number >= 0 and <= 1000"),
-        ({"eta": [1.0, 2.0]}, "eta = [1.0, 2.0]: must be a number"),
-        ({"transient": -1}, "transient = -1: must be an integer >= 0"),
-        ({"periods": 2.5}, "periods = 2.5: must be an integer >= 1"),
-    ],
-)
-def test_driver_refuses_invalid_arguments(given, sentence):
-    scene = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4)
-    with pytest.raises((TypeError, ValueError)) as caught:
-        vd.driver(**({"scene": scene} | given))
-    assert str(caught.value).startswith(sentence)

@@ -21,7 +21,7 @@ import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.model.choices import Method, Scan
 from vibrodrive.model.keywords import as_written
-from vibrodrive.model.names import PARAMETERS, Settings
+from vibrodrive.model.names import PARAMETERS, SCENE, Settings
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 
@@ -29,9 +29,9 @@ ROOT = Path(__file__).parent.parent.parent
 CHOICES = {"method": Method, "scan": Scan}
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, vd.limits]
 OWN = {
-    vd.simulate: {},
+    vd.simulate: {"A": None, "scene": None},
     vd.sweep: {
-        "A": None,
+        **dict.fromkeys(["A", "scene", *SCENE]),
         "record": "section",
         "points": None,
         "path": None,
@@ -39,7 +39,12 @@ OWN = {
         "threads": None,
         "executor": None,
     },
-    vd.limit: {"disturbance": "eps", "method": None, "criterion": "impacts", "periods": 1500, "threads": None},
+    vd.limit: {
+        **dict.fromkeys(["A", "scene", "method", "threads"]),
+        "disturbance": "eps",
+        "criterion": "impacts",
+        "periods": 1500,
+    },
     vd.limits: {"disturbance": None, "criterion": "impacts", "periods": 1500, "threads": None},
 }
 LEFT_OUT = {
@@ -76,6 +81,7 @@ def test_omitted_arguments_have_the_default_of_the_signature():
     motion = vd.simulate(A=1.5, transient=0, periods=1)
     shown = {name: p.default for name, p in inspect.signature(vd.simulate).parameters.items()}
     shown |= {"A": 1.5, "transient": 0, "periods": 1, "method": Method.CERTIFIED, "scan": Scan.SKIP}
+    del shown["scene"]  # A and B of the scene are arguments
     assert motion.arguments | {"dtau": None, "tol": None} == shown
     assert motion.arguments["tol"] == 1e-7
     assert vd.simulate(1.5, transient=0, periods=1, tol=None, dtau=None) == motion

@@ -8,16 +8,20 @@ import pytest
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import parse
-from vibrodrive.model.names import SCENE_AXES
+from vibrodrive.model.names import SCENE_AXES, TURN
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.physical import Scene
+from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
+from vibrodrive.model.toml import as_toml
+from vibrodrive.store.compare import compare
 
 SCENE = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "mass": 250.0, "g": 9.81}
 
 VALUES = {
     "a0": np.linspace(0.0, 1e-3, 7),
     "omega0": np.geomspace(100.0, 200.0, 9),
+    "frequency": np.linspace(20.0, 30.0, 4),
     "mu": np.array([0.55, 0.6, 0.7]),
     "alpha": np.linspace(0.0, 12.0, 5),
     "mass": np.array([200.0, 300.0]),
@@ -30,19 +34,28 @@ def listed(values):
 
 def text(*names, scene=SCENE, more=""):
     """Return a configuration with some quantities as axes, in this order, and the others in [physical]."""
-    fixed = "".join(f"{key} = {value!r}\n" for key, value in scene.items() if key not in names)
+    absent = {*names, *(["omega0"] if "frequency" in names else [])}
+    fixed = "".join(f"{key} = {value!r}\n" for key, value in scene.items() if key not in absent)
     swept = "".join(f"{name} = {listed(VALUES[name])}\n" for name in names)
     return f"[physical]\n{fixed}[sweep]\n{swept}{more}[run]\ntransient = 3\nperiods = 4\n"
 
 
-@pytest.mark.parametrize("names", [*itertools.permutations(SCENE_AXES, 2), *((name,) for name in SCENE_AXES)])
+@pytest.mark.parametrize(
+    "names",
+    [
+        *(pair for pair in itertools.permutations(SCENE_AXES, 2) if {*pair} != {"omega0", "frequency"}),
+        *((name,) for name in SCENE_AXES),
+    ],
+)
 def test_each_point_has_exactly_the_numbers_of_its_scene(names):
     plan = parse(text(*names)).plan()
     assert list(plan.axes) == list(names)
     points = plan.points(0, plan.n_points)
-    scenes = [
-        Scene.quiet(**(SCENE | dict(zip(names, v, strict=True)))) for v in itertools.product(*map(VALUES.get, names))
-    ]
+    given = [dict(zip(names, v, strict=True)) for v in itertools.product(*map(VALUES.get, names))]
+    for values in given:
+        if "frequency" in values:
+            values["omega0"] = TURN * values.pop("frequency")
+    scenes = [Scene.quiet(**(SCENE | values)) for values in given]
     assert points[:, COLUMNS.index("A")].tolist() == [scene.A for scene in scenes]
     assert points[:, COLUMNS.index("B")].tolist() == [scene.B for scene in scenes]
     assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # a block of one point gives the same point
@@ -93,6 +106,48 @@ def test_options_move_a_quantity_between_the_tables():
     assert plan.axes["omega0"].tolist() == [100.0, 125.0, 150.0, 175.0, 200.0]
     assert parse(text("omega0"), ["omega0=160"]).plan().scalars["A"] == Scene.quiet(**(SCENE | {"omega0": 160.0})).A
     assert parse(text("omega0"), ["physical.omega0=160"]).plan().axes == {}
+    in_hertz = parse(plain, ["frequency=24"]).plan()
+    assert "omega0" not in in_hertz.scalars
+    assert in_hertz.scalars["frequency"] == 24.0, "stored as given"
+    assert in_hertz.scalars["A"] == Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4).A
+    over = parse(text("omega0"), ["frequency={start = 20, stop = 30, num = 3}"]).plan()
+    assert over.axes["frequency"].tolist() == [20.0, 25.0, 30.0]
+    assert parse(text("frequency"), ["omega0=[150]"]).plan().axes["omega0"].tolist() == [150.0]
+
+
+def test_scene_of_a_call_is_the_scene_of_a_configuration():
+    """Its quantities replace A and B; an argument replaces a quantity; a file made of the plan gives the plan again."""
+    machine = Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4, mass=250.0)
+    for written, table, sweep in (
+        ({"eps": [0.0, 1e-4]}, "a0 = 0.8e-3\nfrequency = 24\nalpha = 3.4\n", "eps = [0, 1e-4]"),
+        ({"omega0": [100.0, 150.0]}, "a0 = 0.8e-3\nalpha = 3.4\n", "omega0 = [100, 150]"),
+        ({"frequency": [20.0, 24.0], "alpha": 0.0}, "a0 = 0.8e-3\nalpha = 0\n", "frequency = [20, 24]"),
+    ):
+        plan = make_plan({"scene": machine, **written})
+        other = parse(f"[physical]\nmu = 0.6\nmass = 250\n{table}[sweep]\n{sweep}\n").plan()
+        again = parse(as_toml(plan)).plan()
+        assert compare(plan, other) == compare(plan, again) == []
+        assert list(plan.scalars) == list(other.scalars) == list(again.scalars), "files of equal sweeps are equal"
+    alone = make_plan({"scene": Scene.quiet(omega0=150.0, mu=0.6, alpha=3.4), "A": [1.5, 2.0]})
+    assert alone.scalars["B"] == machine.B, "a scene without a0 gives B and the units"
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ({"A": 3.0}, "A = 3.0: must be left out, because it follows from the scene"),
+        ({"points": {"B": [0.1]}}, "B = array([0.1]): must be left out, because it follows from the scene"),
+        ({"scene": 3}, "scene = 3: must be a Scene"),
+        ({"scene": None, "a0": 1e-3, "mu": 0.6, "alpha": 3}, "omega0 is missing: must be given, because a scene needs"),
+        ({"omega0": 1, "frequency": [1, 2]}, "frequency = [1.0, 2.0]: must be left out if omega0 is given"),
+        ({"frequency": [1, 0]}, "frequency[1] = 0.0: must be a finite number > 0"),
+        ({"g": [9.8, 9.9]}, "g = [9.8, 9.9]: must be a finite number > 0"),
+    ],
+)
+def test_contradictions_of_a_call_are_refused(written, message):
+    with pytest.raises((TypeError, ValueError)) as caught:
+        make_plan({"scene": Scene(a0=1e-3, omega0=150.0, mu=0.6, alpha=3.4), **written})
+    assert str(caught.value).startswith(message)
 
 
 def test_select_keeps_the_numbers_of_the_scene():

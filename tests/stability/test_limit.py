@@ -240,3 +240,15 @@ def test_repr_of_a_limit_is_one_line():
         f"<Limit k2 = {found.k2:.6g} in eps at A = 1.5, B = 0.1: gaps 1 became 1, 2; kept up to"
     )
     assert len(repr(found)) < 200
+
+
+@pytest.mark.integration
+def test_limit_of_a_scene_is_that_of_its_A_and_B_and_has_a_velocity_in_si_units():
+    scene = vd.Scene(a0=0.8e-3, frequency=20.0, mu=0.6, alpha=3.4)
+    k = vd.limit(scene=scene, transient=50, periods=50)
+    assert replace(k, scene=None, kept=None, lost=None) == replace(
+        vd.limit(scene.A, B=scene.B, transient=50, periods=50), kept=None, lost=None
+    )
+    assert k.velocity_si == pytest.approx(k.k2 * vd.ETA * 0.8e-3 * 2.0 * math.pi * 20.0, rel=1e-12)
+    assert f"({1e3 * k.velocity_si:.4g} mm/s)" in repr(k)
+    assert math.isnan(replace(k, scene=None).velocity_si)

@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,14 @@ from vibrodrive.store.every_kind import load
 
 from tests.support import fake
 from vibrodrive.model.config import parse
+from vibrodrive.model.names import SCENE as SCENE_NAMES
+from vibrodrive.model.physical import UNIT_OF, Scene
 from vibrodrive.model.plan import make_plan
+from vibrodrive.model.records import RECORDS, quantities
 from vibrodrive.model.results import Results
 from vibrodrive.store.layout import Origin
+from vibrodrive.store.reader import verify
+from vibrodrive.store.writer import open_writer
 
 AXES = "[sweep]\nA = {start = 3.0, stop = 3.2, num = 5}\neps = [0.0, 1e-4]\n[run]\nperiods = 3\ntransient = 0\n"
 SCENE = "[physical]\nomega0 = 150\nmu = 0.6\nalpha = 3\nmass = 250\n[sweep]\na0 = [1e-3, 2e-3]\n[run]\nperiods = 3\n"
@@ -36,16 +42,64 @@ def path(request, tmp_path):
 
 
 def test_dataset_equals_the_file_read_by_xarray(path):
-    made = load(path).to_xarray()
+    made = load(path).dimensionless().to_xarray()
     with xr.open_dataset(path, engine="h5netcdf") as read:
         xr.testing.assert_equal(made, read.drop_vars("checksum"))
         for name in made.variables:
             told = dict(made[name].attrs)
+            told["long_name"] = told["long_name"].removesuffix(", dimensionless")
             if "flag_values" in told:
                 np.testing.assert_array_equal(told.pop("flag_values"), read[name].attrs["flag_values"])
             assert told == {key: value for key, value in read[name].attrs.items() if key != "flag_values"}, name
             assert made[name].dtype == read[name].dtype, name
         assert made.attrs["title"] == read.attrs["title"]
+
+
+def test_dataset_of_a_scene_is_in_si_units(tmp_path):
+    """Each value is that of the scene of its point; without a mass, energies are per kilogram."""
+    axes = "[sweep]\nfrequency = [20, 25]\neps = [0, 1e-4]\nmass = [200, 250]\n"
+    text = f'[physical]\na0 = 8e-4\nmu = 0.6\nalpha = 3\n{axes}[run]\nperiods = 3\nrecord = ["section", "summary"]\n'
+    fake.write(tmp_path / "x.h5", parse(text).plan(), Origin(text))
+    results = load(tmp_path / "x.h5")
+    made = results.to_xarray()
+    for at in np.ndindex(results.shape):
+        f, _, mass = (axis[k] for axis, k in zip(results.axes.values(), at, strict=True))
+        scene, here = Scene(a0=8e-4, frequency=f, mu=0.6, alpha=3, mass=mass), made.isel(frequency=at[0], eps=at[1])
+        here, p, v = here.isel(mass=at[2]), 1.0 / f, 0.6 * 9.80665 * np.cos(np.radians(3)) / (2 * np.pi * f)
+        wanted = {"xi_max": v * p / (2 * np.pi), "dxi_min": v, "momentum": mass * v, "drive_work": mass * v**2}
+        wanted |= {"impacts": 1 / p, "share_rest": 1.0, "margin": 1.0, "period": 1.0}
+        for name, one in wanted.items():
+            found = here["motion_period" if name == "period" else name]
+            assert float(found) == pytest.approx(one * float(getattr(results, name)[at]), rel=1e-12), name
+        assert here.section_xi.values == pytest.approx(scene.length(results.section[at][:, 0]), rel=1e-12)
+        assert float(here.impact_power) == pytest.approx(scene.power(results.energy[at]), rel=1e-12)
+        assert float(here.energy) == pytest.approx(float(here.impact_power) * p, rel=1e-12)
+    units = {name: made[name].attrs["units"] for name in ("xi_max", "momentum", "energy", "impacts", "margin")}
+    assert units == {"xi_max": "m", "momentum": "N s", "energy": "J", "impacts": "s-1", "margin": "1"}
+    assert "ξ" not in "".join(variable.attrs["long_name"] for variable in made.data_vars.values())
+    text = text.replace("mass = [200, 250]\n", "")
+    fake.write(tmp_path / "y.h5", parse(text).plan(), Origin(text))
+    assert load(tmp_path / "y.h5").to_xarray().energy.attrs["units"] == "J kg-1"
+
+
+def test_older_file_has_its_scene_in_its_text_only(tmp_path):
+    text = "[physical]\nomega0 = 150\nmu = 0.6\nalpha = 3\n[sweep]\nA = [2.0, 3.0]\n[run]\nperiods = 3\n"
+    plan = parse(text).plan()
+    older = replace(plan, scalars={name: value for name, value in plan.scalars.items() if name not in SCENE_NAMES})
+    fake.write(tmp_path / "x.h5", older, Origin(text))
+    results = load(tmp_path / "x.h5")
+    assert results.to_xarray().section_dxi.attrs["units"] == "m s-1"
+    writer = open_writer(tmp_path / "x.h5", plan, Origin(text))
+    writer.check()  # such a file may be resumed
+    writer.close()
+    assert verify(tmp_path / "x.h5").sound
+
+
+def test_every_quantity_has_a_unit_or_none():
+    """Who adds a quantity says in UNITS how it scales, or here that it does not."""
+    unscaled = {"share_up", "share_down", "share_stick", "share_rest", "impact_phase", "certain_until"}
+    numbers = {q.name for q in quantities(RECORDS) if q.dtype.startswith("<f")}
+    assert numbers - UNIT_OF.keys() == unscaled
 
 
 def test_dataset_attributes_are_the_parameters(path):

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrodrive.model.config import parse
+from vibrodrive.model.physical import Measure
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION, quantities
 from vibrodrive.store.layout import Origin
@@ -73,3 +74,7 @@ def write(
         writer.write(one)
     writer.close()
     return todo
+
+
+UNITLESS = {"measure": lambda quantity: Measure(), "scene": None}
+"""What figures ask of results or a motion without a scene."""

@@ -1,51 +1,197 @@
-"""Description of one motion in words, for `Trajectory.describe` and for a click in the explorer."""
+"""Description of one motion in words, for `Trajectory.describe` and for a click in the explorer. With a scene it has a
+table of the machine in SI units, and of the machines with one quantity changed by 1 %."""
+
+from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from html import escape
+from typing import Any, NamedTuple
 
-from vibrodrive.batch.sweep import compute
+import numpy as np
+
+from vibrodrive.batch.sweep import check_threads, compute
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.physical import Scene
-from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SUMMARY
+from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
+from vibrodrive.model.physical import Scene, scene_of
+from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.records import SECTION, SUMMARY
 from vibrodrive.model.states import states
 
 LEAST = 256
 """Least number of excitation periods from which the summary is computed. They suffice to find motions of period 64."""
 
+STEP = 0.01
+SETTLING, LONGEST = 8.0, 100_000
+"""Without an obstacle the velocity approaches its mean as exp(-4 n/A) or faster, with n the number of periods. The
+transient is SETTLING A periods, but at most LONGEST."""
+
+AVERAGED = 2048  # periods of the mean velocity; at η = 10·√102 the disturbance beats with the excitation in 200 periods
+SETTLED = {False: 1e-6, True: 1e-4}
+"""Largest difference of the means of both halves, in units of A, without and with a disturbance."""
+
+
+class Column(NamedTuple):
+    """Column of the table: heading, unit, and factor from the SI unit to this unit."""
+
+    heading: str
+    unit: str
+    scale: float = 1.0
+
+
+COLUMNS = {
+    "period": Column("period", "ms", 1e3),
+    "impacts": Column("impacts", "1/s"),
+    "impact_speed_mean": Column("mean speed", "m/s"),
+    "impact_speed_max": Column("max speed", "m/s"),
+    "impact_power": Column("power", "W"),
+    "friction_power": Column("friction", "W"),
+    "xi_max": Column("lift", "mm", 1e3),
+    "conveying": Column("conveying", "mm/s", 1e3),
+}
+
+NOTES = """\
+impacts: number per second, touches included; mean, max speed: velocity of the impacts.
+power, friction: mean power of the impacts and of friction, whose sum is that of the excitation; lift: largest gap.
+conveying: mean velocity without an obstacle, negative down the incline; with the obstacle it is 0.
+–: the motion does not repeat within 64 excitation periods, or the velocity has not settled."""
+
+
+class Description(str):
+    """Description of a motion as text. A notebook shows its table as a table.
+
+    rows : dict of row to dict of column to number in SI units, per kilogram if the scene has no mass; empty without a
+        scene. The rows are "machine" and the same machine with one quantity changed, such as "a0 −1 %". The columns
+        are the keys of COLUMNS.
+    """
+
+    rows: Mapping[str, Mapping[str, float]]
+    _lines: Sequence[str]
+    _table: Sequence[Sequence[str]]
+
+    @classmethod
+    def of(cls, lines: Sequence[str], rows: Mapping[str, Mapping[str, float]], of_mass: str) -> Description:
+        """Return the text of these lines and of a table; `of_mass` follows the unit of a power."""
+        units = [column.unit + of_mass * (column.unit == "W") for column in COLUMNS.values()]
+        table = [["", *(column.heading for column in COLUMNS.values())], ["", *units]]
+        for name, row in rows.items():
+            shown = (row[key] * column.scale for key, column in COLUMNS.items())
+            table.append([name, *("–" if value != value else f"{value:.4g}" for value in shown)])
+        wide = ["".join([f"{line[0]:13}", *(f"{cell:>11}" for cell in line[1:])]) for line in table]
+        self = cls("\n".join([*lines, *(["", *wide, "", NOTES] if rows else [])]))
+        self.rows, self._lines, self._table = rows, lines, table if rows else []
+        return self
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        lines = ["<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in line) + "</tr>" for line in self._table]
+        below = f"<table>{''.join(lines)}</table><pre>{NOTES}</pre>" if lines else ""
+        return f"<pre>{escape(chr(10).join(self._lines))}</pre>{below}"
+
 
 def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
-    """Return the summary of the single motion of a plan: a dict of numbers by the names in model/records.py.
+    """Return the summary of the first motion of a plan: a dict of numbers by the names in model/records.py.
 
     Raises Halted if `halt` is called.
     """
-    block = compute(replace(plan, record=(SUMMARY,)), 0, 1, 1, halt)
-    return {name: values[0].item() for name, values in block.records.items()}
+    return {name: values[0].item() for name, values in _summaries(plan, halt).items()}
+
+
+def _long(plan: Plan) -> Plan:
+    """Return the plan of a motion, with at least LEAST recorded periods."""
+    return replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
 
 
 def long_summary(plan: Plan) -> dict[str, Any]:
     """Return the summary of the single motion of a plan, from at least LEAST periods."""
-    return summary_of(replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods))))
+    return summary_of(_long(plan))
 
 
-def described(status: Status, margin: float, plan: Plan, scene: Scene | None) -> str:
+def _summaries(plan: Plan, halt: Halt | None = None) -> Mapping[str, np.ndarray]:
+    return compute(replace(plan, record=(SUMMARY,)), 0, plan.n_points, check_threads(None), halt).records
+
+
+def described(status: Status, margin: float, plan: Plan) -> Description:
     """Return the text of `Trajectory.describe`."""
-    a = plan.scalars
+    a, scene, long = plan.scalars, scene_of(plan.scalars), _long(plan)
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
-    return "\n".join([place, *sentences(status, margin, long_summary(plan), plan, scene)])
+    if scene is None:
+        return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, "")
+    pull = a["A"] * (1.0 + a["eps"] * a["eta"] ** 2)  # largest excitation
+    leaves = "the mass leaves the obstacle" if pull > 1.0 + a["B"] else "the mass rests at the obstacle"
+    told = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
+    given = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in told.items())
+    scenes = {"machine": scene} | beside(scene)
+    A, B = (np.array([getattr(s, name) for s in scenes.values()]) for name in ("A", "B"))
+    A[0], B[0] = a["A"], a["B"]  # those of the motion, also if a0 was computed from A
+    found, speeds = _summaries(_with(long, A=A, B=B)), conveying(long, A, B)
+    rows = {}
+    for k, (name, s) in enumerate(scenes.items()):
+        at = {key: values[k].item() for key, values in found.items()}
+        rows[name] = {
+            "period": float(s.time(TURN * at["period"])) if at["period"] > 0 else math.nan,
+            "impacts": at["impacts"] * s.frequency,
+            "impact_speed_mean": s.velocity(at["impact_speed_mean"]),
+            "impact_speed_max": s.velocity(at["impact_speed_max"]),
+            "impact_power": s.power(at["energy"]),
+            "friction_power": s.power(at["friction_loss"]),
+            "xi_max": s.length(at["xi_max"]),
+            "conveying": s.velocity(float(speeds[k])),
+        }
+    first = {key: values[0].item() for key, values in found.items()}
+    lines = [", ".join(given), f"{place}: {leaves}", *sentences(status, margin, first, plan)]
+    return Description.of(lines, rows, "" if scene.mass else "/kg")
 
 
-def sentences(
-    status: Status, margin: float, found: Mapping[str, Any], plan: Plan, scene: Scene | None = None
-) -> list[str]:
+def beside(scene: Scene) -> dict[str, Scene]:
+    """Return the scenes with one quantity changed by STEP, by names such as "a0 −1 %"."""
+    given, found = scene.given, {}
+    for name in (n for n in given if n not in ("mass", "g")):
+        for sign, by in (("−", 1.0 - STEP), ("+", 1.0 + STEP)):
+            value = given[name] * by
+            found[f"{name} {sign}1 %"] = Scene.quiet(**given | {name: min(value, 89.9) if name == "alpha" else value})
+    return found
+
+
+def _with(plan: Plan, **together: np.ndarray) -> Plan:
+    """Return the plan of motions that differ in the given parameters only."""
+    axis = np.arange(len(next(iter(together.values()))))
+    return replace(plan, axes={POINT: axis}, together=together)
+
+
+def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Return the mean ξ' of the motions of a plan without an obstacle, certified, at values of A and B.
+
+    It is -inf for B > 1, because the mass then accelerates without limit, and NaN if the means of both halves of the
+    record differ. The motions begin with the mean for A >> 1, -A sin(πB/2), where friction balances B.
+    """
+    eps, eta, n = plan.scalars["eps"], plan.scalars["eta"], AVERAGED
+    transient = max(plan.settings.transient, math.ceil(min(SETTLING * A.max(), LONGEST)))
+    # the velocity down never exceeds 2 A (1 + ε η), so that a mass at this gap does not reach the obstacle
+    far = 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + n)
+    known = (B <= 1.0) & (far <= PARAMETERS["xi0"].high)
+    begin = math.cos(plan.scalars["tau0"]) + eps * eta * math.cos(eta * plan.scalars["tau0"])
+    start = np.where(known, [A, far, -A * (np.sin(np.minimum(B, 1.0) * TURN / 4.0) + begin)], 0.0)
+    free = _with(plan, B=B, **dict(zip(("A", "xi0", "dxi0"), start, strict=True)))
+    settings = Settings(transient=transient, periods=n, budget=plan.settings.budget)
+    section = compute(replace(free, settings=settings, record=(SECTION,)), 0, len(A), check_threads(None)).section
+    assert section is not None
+    gap, half = section[..., 0], n // 2
+    early, late = ((gap[:, k + half] - gap[:, k]) / (TURN * half) for k in (0, n - 1 - half))
+    settled = known & (np.abs(early - late) <= SETTLED[eps > 0.0] * A)
+    return np.where(B > 1.0, -math.inf, np.where(settled, (early + late) / 2.0, math.nan))
+
+
+def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Plan) -> list[str]:
     """Return the lines of the description: status, margin, period, impacts, cycle of states, impact speeds.
 
     `found` is the result of `summary_of`. With a scene, times and speeds are in SI units.
     """
-    advice = status.advice
+    scene, advice = scene_of(plan.scalars), status.advice
     if status == Status.OK and plan.settings.method == Method.FIXED:
         step = plan.scalars["dtau"]
         advice = (
@@ -72,5 +218,6 @@ def sentences(
     else:
         said.append(f"mean impact speed {scene.velocity(mean):.4g} m/s, largest {scene.velocity(most):.4g} m/s")
     if math.isfinite(found["lyapunov"]):
-        said.append(f"Lyapunov exponent {found['lyapunov']:.4g} per excitation period")
+        rate, per = (1.0, "excitation period") if scene is None else (scene.frequency, "second")
+        said.append(f"Lyapunov exponent {rate * found['lyapunov']:.4g} per {per}")
     return said

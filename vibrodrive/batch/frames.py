@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from vibrodrive.model.choices import Method, Scan, Status
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.physical import Measure
 from vibrodrive.model.states import State
 
 if TYPE_CHECKING:
@@ -31,7 +32,11 @@ def columns(arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str,
 
 
 def frame(
-    arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str, Any], status: Status
+    arrays: Mapping[str, np.ndarray],
+    of: Table,
+    arguments: Mapping[str, Any],
+    status: Status,
+    measure: Callable[[str], Measure],
 ) -> pandas.DataFrame:
     """Return the table that `Trajectory.to_dataframe` returns for `of`."""
     known = columns(arrays, of, arguments)
@@ -39,13 +44,15 @@ def frame(
         import pandas
     except ImportError:
         raise ImportError("to_dataframe needs the extra `data`: pip install 'vibrodrive[data]'") from None
+    units = {name: measure(name) for name in known}
+    known = {name: units[name].of(values) for name, values in known.items()}
     for name in {"before", "after"} & known.keys():
         known[name] = pandas.Categorical(known[name], [str(s) for s in State])
     found = pandas.DataFrame(known)
     named = {"method": Method, "scan": Scan}
     given = {name: value for name, value in arguments.items() if value == value}
     found.attrs = {name: named[name](value).name.lower() if name in named else value for name, value in given.items()}
-    found.attrs["status"] = str(status)
+    found.attrs |= {"status": str(status), "units": {n: unit.si for n, unit in units.items() if unit.si != "1"}}
     return found
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.describe import described, long_summary
+from vibrodrive.batch.describe import Description, described, long_summary
 from vibrodrive.batch.frames import Table, columns, frame
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import new_errors
@@ -25,8 +25,8 @@ from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, ScanLike, Status
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
-from vibrodrive.model.parameters import COLUMNS, bad, check_count
-from vibrodrive.model.physical import Scene
+from vibrodrive.model.parameters import COLUMNS, check_count
+from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
 from vibrodrive.model.slips import forgotten, unlikely, warn
@@ -199,6 +199,20 @@ class Trajectory:
         """
         return int(long_summary(self._plan)["period"])
 
+    @property
+    def scene(self) -> Scene | None:
+        """The machine in SI units, or None. If only A was given, its a0 is computed from A."""
+        return scene_of(self._plan.scalars)
+
+    def dimensionless(self) -> Trajectory:
+        """Return the same motion without its scene. Its tables, figures and description are dimensionless."""
+        plan = self._plan
+        return replace(self, _plan=replace(plan, scalars={name: plan.scalars[name] for name in COLUMNS}))
+
+    def measure(self, quantity: str) -> Measure:
+        """Return the conversion of a quantity to SI units; one that changes nothing without a scene."""
+        return measure(quantity, self._plan.scalars)
+
     def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
         """Return the switches, the main impacts or the section points as a table.
 
@@ -214,7 +228,7 @@ class Trajectory:
         -------
         pandas.DataFrame
             one row for each row of the array. The columns are tau (τ) and the fields of the array; states are given by
-            name. `attrs` contains the arguments and the status.
+            name. With a scene they are in SI units. `attrs` contains the arguments, the status and the `units`.
 
         Raises
         ------
@@ -237,11 +251,12 @@ class Trajectory:
         >>> table.attrs["A"], table.attrs["status"]
         (1.5, 'OK')
         """
-        return frame(self._arrays, of, self.arguments, self.status)
+        return frame(self._arrays, of, self.arguments, self.status, self.measure)
 
     def columns(self, of: Table = "switches") -> dict[str, np.ndarray]:
         """Return the columns of `to_dataframe` as arrays by name, without pandas."""
-        return columns(self._arrays, of, self.arguments)
+        found = columns(self._arrays, of, self.arguments)
+        return {name: self.measure(name).of(values) for name, values in found.items()}
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:
@@ -293,26 +308,18 @@ class Trajectory:
         drawn = above("the figure of a motion")
         return drawn(self, curves, shown=shown, ax=ax, style=style, width=width, notes=notes)
 
-    def describe(self, scene: Scene | None = None) -> str:
+    def describe(self) -> Description:
         """Return a description: status, margin, period, impacts, cycle of states, impact speeds, Lyapunov exponent.
 
-        The period and the means are computed from the recorded periods, or from 256 periods if fewer are recorded.
-
-        Parameters
-        ----------
-        scene : Scene, optional
-            physical scene, in SI units. A and B were computed from this scene. With a scene, times are in ms and
-            speeds in m/s.
+        The period and the means are computed from the recorded periods, or from 256 periods if fewer are recorded. With
+        a scene it is in SI units and has a table: period, impacts per second, their velocity and power, the largest
+        gap, and the mean velocity without an obstacle, for the machine and for those with a0, omega0 (or frequency), mu
+        or alpha smaller or larger by 1 %.
 
         Returns
         -------
-        str
-            the description, with one line for each item.
-
-        Raises
-        ------
-        TypeError
-            if `scene` is not a Scene.
+        Description
+            text that a notebook shows as a table. Its attribute `rows` contains the numbers of the table in SI units.
 
         Examples
         --------
@@ -321,10 +328,15 @@ class Trajectory:
         period 1; impacts per excitation period: 1
         states: U S D I R (Up, Down, Stick, Rest, Impact)
         mean impact speed 0.699856, largest 0.699856
+        >>> machine = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
+        >>> rows = vd.simulate(scene=machine).describe().rows
+        >>> found = rows["machine"]
+        >>> f"{found['impacts']:.2f} impacts per second, {found['impact_power']:.2f} W"
+        '11.94 impacts per second, 10.19 W'
+        >>> f"{found['conveying']:.4f} m/s, with 1 % more Ω0 {rows['omega0 +1 %']['conveying']:.4f} m/s"
+        '-0.0159 m/s, with 1 % more Ω0 -0.0162 m/s'
         """
-        if scene is not None and not isinstance(scene, Scene):
-            raise TypeError(bad("scene", scene, "a Scene, or left out"))
-        return described(self.status, self.margin, self._plan, scene)
+        return described(self.status, self.margin, self._plan)
 
     def sample(self, points_per_period: int) -> Sample:
         """Evaluate the motion at equidistant instants of the record, including its beginning and its end.
@@ -372,8 +384,9 @@ class Trajectory:
 def simulate(
     written: Mapping[str, Any],
     /,
-    A: float,
+    A: float | None = None,
     *,
+    scene: Scene | None = None,
     B: float = 0.1,
     eps: float = 0.0,
     eta: float = ETA,
@@ -391,12 +404,15 @@ def simulate(
 ) -> Trajectory:
     """Simulate one trajectory of the oscillator, eqs. (1)-(10) and the scheme of Fig. 2.
 
-    All quantities are dimensionless (§2 of the paper; `Scene` converts from and to SI units).
+    All quantities are dimensionless (§2 of the paper). With a scene the description, tables and figures of the motion
+    are in SI units.
 
     Parameters
     ----------
     A : float, 0 to 1e9
-        excitation amplitude, A = Ω0² a0 / (μ g cos α).
+        excitation amplitude, A = Ω0² a0 / (μ g cos α). Required without a scene.
+    scene : Scene, optional
+        machine in SI units, which gives A and B. If its a0 is 0, it gives only B and the units.
     B : float, 0 to 1e9
         B = tan α / μ, with the angle of the incline α and the coefficient of friction μ.
     eps, eta : float

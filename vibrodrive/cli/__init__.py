@@ -16,7 +16,6 @@ from typing import NoReturn
 import click
 
 from vibrodrive.cli.common import leave, same_command, say
-from vibrodrive.cli.driver import driver
 from vibrodrive.cli.explore import explore
 from vibrodrive.cli.files import info
 from vibrodrive.cli.init import init
@@ -42,7 +41,7 @@ def cli() -> None:
     """
 
 
-for command in (init, sweep, plot, info, trajectory, driver, orbits, explore):
+for command in (init, sweep, plot, info, trajectory, orbits, explore):
     cli.add_command(command)
 
 

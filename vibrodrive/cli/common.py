@@ -23,7 +23,6 @@ from vibrodrive.model.parameters import bad, is_name
 if TYPE_CHECKING:
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.config import Config
-    from vibrodrive.model.physical import Scene
     from vibrodrive.model.plan import Plan
 
 
@@ -133,25 +132,11 @@ def judge_slip(settings: Config, always: bool = False) -> None:
 
     plan, command = settings.plan(), click.get_current_context().command.name
     unread = [t for t in ("trajectory", "orbits") if getattr(settings, t) and t != command]
-    of_scene = settings.physical is not None or {*SCENE} & settings.arguments.keys()
+    of_scene = {*SCENE} & settings.arguments.keys()
     said = [*(slip(plan.ends()) if always or of_scene else ()), *unlikely(plan)]
     said += [f"[{table}] is not read by `vibrodrive {command}`" for table in unread]
     if said:
         say(f"warning: {'; '.join(said)}")
-
-
-def scene_of(settings: Config) -> Scene | None:
-    """Return the scene (the machine in SI units) of a configuration of one motion; None if there is no scene.
-
-    Quantities of the scene may be axes with one value.
-    """
-    from vibrodrive.model.physical import Scene
-
-    plan = settings.plan()
-    known = plan.scalars | {name: float(values[0]) for name, values in plan.axes.items()}
-    if settings.physical is not None or "omega0" not in known:
-        return settings.physical
-    return Scene.quiet(**{name: known[name] for name in SCENE if name in known})
 
 
 def say(message: str) -> None:

@@ -40,8 +40,11 @@ if TYPE_CHECKING:
     "--over",
     type=FILE,
     multiple=True,
-    help="Also draw on a map the limits of a result file, or the bifurcations in a table of `vibrodrive orbits` (.csv); "
-    "repeatable.",
+    help="Also draw on a map the limits of a result file, or the bifurcations of a table of `orbits` (.csv); "
+    "may be repeated.",
+)
+@click.option(
+    "--units", type=click.Choice(drawing.FIGURE_UNITS), help="Units of the quantities of a scene (default: SI)."
 )
 @click.option(
     "--style", type=click.Choice(drawing.STYLES), help="screen: colours (default); print: black ink for a journal."
@@ -53,14 +56,7 @@ if TYPE_CHECKING:
 )
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Resolution in pixels per inch (default 250).")
 def plot(
-    files: tuple[Path, ...],
-    output: Path | None,
-    kind: str | None,
-    quantity: str | None,
-    over: tuple[Path, ...],
-    style: str | None,
-    width: str | None,
-    dpi: int | None,
+    files: tuple[Path, ...], output: Path | None, over: tuple[Path, ...], dpi: int | None, **chosen: str | None
 ) -> None:
     """Draw a result file, finished or not.
 
@@ -69,8 +65,8 @@ def plot(
 
     Output: the figure. Damaged blocks are left out and named on stderr; the exit code is then 1.
     """
-    options = {k: v for k, v in {"kind": kind, "quantity": quantity}.items() if v is not None}
-    look = {k: v for k, v in {"style": style, "width": width}.items() if v is not None}
+    options = {name: value for name, value in chosen.items() if value is not None}
+    look: dict[str, Any] = {name: options.pop(name) for name in ("style", "width") if name in options}
     target = output or files[0].with_suffix(".png")
     sources = {f"result file {i}" if i else "result file": file for i, file in enumerate(dict.fromkeys(files))}
     check_figure(target, sources | {f"--over[{i}]": one for i, one in enumerate(dict.fromkeys(over))})
@@ -156,6 +152,8 @@ def _figure(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tupl
     wanted = check_drawing(figure, report.header.plan, options)
     results = load(file)
     others: dict[str, Any] = {"over": read_overlays(over)} if over else {}
+    if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS:
+        results = results.dimensionless()
     if wanted.get("quantity") == drawing.KEPT:
         with working(file.name):
             others["undisturbed"] = undisturbed_gaps(results)
@@ -189,7 +187,7 @@ def check_drawing(figure: dict[str, Any], plan: Plan, options: dict[str, Any] | 
         if wanted.get(key) not in (None, *known):
             raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(known)))
     try:
-        drawing.choose_drawing(plan, **wanted)
+        drawing.choose_drawing(plan, **{key: value for key, value in wanted.items() if key != "units"})
     except ValueError as error:
         key = str(error).partition(" ")[0]
         place = "--" if key in options else "figure." if key in configured else ""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from vibrodrive.cli import common
-from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, scene_of, working
+from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, working
+from vibrodrive.model import drawing
 
 
 @click.command()
@@ -23,7 +25,8 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
 
     Output: on stdout the status, the margin (smallest distance of a decision from the opposite decision), the period,
     the impacts and the cycle of states; the figure, by default with the phase curve ξ'(ξ) and the gap ξ(τ); and, with
-    -o FILE.csv, a table of the switches.
+    -o FILE.csv, a table of the switches. With [physical] all are in SI units, and a further table shows the machine and
+    the effect of 1 % of a0, omega0, mu or alpha.
     """
     settings = read(config, overrides, method)
     drawn = dict(settings.trajectory)
@@ -31,22 +34,22 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     judge_idle(settings)
     judge_slip(settings)
     refuse_axes(plan)
-    arguments = plan.arguments(0)
     told = "periods" in drawn
-    if told:
-        arguments["periods"] = drawn.pop("periods")
+    plan = replace(plan.single(0), settings=replace(plan.settings, periods=drawn.pop("periods", plan.settings.periods)))
     # CONFIG.png is the diagram of a sweep
     table, picture = common.targets(outputs, Path(config.stem + "_trajectory.png"), config)
-    from vibrodrive import simulate
+    from vibrodrive.batch.trajectory import follow
     from vibrodrive.figures.curves import FIRST, trajectory_figure
     from vibrodrive.figures.style import save
     from vibrodrive.jobs.tables import write_table
 
     with working(config.stem):
-        motion = simulate(**arguments)
+        motion = follow(plan)
+        if settings.figure.get("units") == drawing.DIMENSIONLESS:
+            motion = motion.dimensionless()
         shown = None if told else FIRST
         figure = trajectory_figure(motion, **drawn, shown=shown, **settings.look) if picture else None
-        words = motion.describe(scene_of(settings))
+        words = motion.describe()
     click.echo(words)
     if table:
         columns = motion.columns("switches")

@@ -50,7 +50,7 @@ Bokeh.require("core/ui_gestures").UIGestures.press_threshold = 2 ** 31 - 1;
 
 const {MessageSentEvent} = Bokeh.require("document/events");
 const plain = (given) => (given instanceof Map ? Object.fromEntries(given) : given);
-[acts, symbols, about] = [acts, symbols, about].map(plain);
+[acts, symbols, in_si, about] = [acts, symbols, in_si, about].map(plain);
 starts = starts.map(plain);
 const element = (id) => document.getElementById(id);
 
@@ -261,18 +261,23 @@ const idle = () => {
   if (!crossed("eps") && number(fields.eps) === 0) why.eta = "acts only where ε > 0";
   if (!crossed("A") || over_plane) why.orbits = "are drawn only in a diagram over A";
   if (over_plane || fields.quantity.value.startsWith("impact")) why.section_phase = "acts only on section points";
-  if (is("scene", "SI") && !(over_plane && is("shade", "impact_power"))) {
-    why.mass = "acts only on the impact power of a map";
-    for (const name of ["a0", "omega0", "g"]) if (crossed("A")) why[name] = "acts only through A, which is on an axis";
+  if (is("scene", "SI")) {
+    const shown = fields[over_plane ? "shade" : "quantity"].value;
+    if (!/\((J|N s|W)\)/.test(in_si[shown])) why.mass = "acts only on momenta, energies and powers of a map";
+    for (const name of in_si[shown] === symbols[shown] ? ["a0", "omega0", "g"] : ["a0"]) {
+      if (crossed("A")) why[name] = "acts only through A, which is on an axis";
+    }
   }
   for (const axis of along) why[fields[axis].value] = "is on an axis: the range of this axis sets its values";
   return why;
 };
 
+const named = (name) => (fields.scene.value === "SI" && in_si[name]) || symbols[name];
+
 const arrange = () => {
   const mode = fields.mode.value, over_plane = mode === "map", shown_now = [mode, fields.scene.value];
   const why = idle(), [across, up] = [fields.x.value, fields[over_plane ? "y" : "quantity"].value];
-  each_axis((axis, upwards) => { axis.axis_label = symbols[upwards ? up : across]; });
+  each_axis((axis, upwards) => { axis.axis_label = named(upwards ? up : across); });
   const two = !over_plane && fields.compare.value === "beside" && fields.method.value !== "certified";
   say(about[mode], "about");
   second.visible = two;

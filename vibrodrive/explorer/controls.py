@@ -7,6 +7,7 @@ from typing import NamedTuple
 from vibrodrive.explorer.view import ALONE, BESIDE, DIAGRAM, DIFFERENCE, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
 from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
+from vibrodrive.model.physical import UNIT_OF, UNITS
 from vibrodrive.model.plan import Plan
 
 EXPONENTS = ("dtau",)  # sliders over the decimal logarithm of their value
@@ -31,8 +32,12 @@ def unit(name: str) -> str:
     return row.unit if row.scale != 1.0 else row.shown
 
 
-def symbol(name: str, with_unit: bool = True) -> str:
-    """Return the symbol of the paper and the unit of a parameter or quantity."""
+def symbol(name: str, with_unit: bool = True, si: bool = False) -> str:
+    """Return the symbol of the paper and the unit of a parameter or quantity, or if `si` words and the unit in SI."""
+    if si and name in UNIT_OF:
+        of = UNITS[UNIT_OF[name]]
+        words = {"xi": "gap x", "dxi": "velocity dx/dt"}.get(name, name.replace("_", " "))
+        return f"{words} ({of.si if of.scale != 1.0 else of.shown or '1/s'})"
     if name not in NAMES:
         return {"impact_phase": "impact phase (rad)", "impact_speed": "impact speed"}.get(name, name.replace("_", " "))
     written = NAMES[name].symbol.replace("_s", "ₛ")
@@ -41,7 +46,7 @@ def symbol(name: str, with_unit: bool = True) -> str:
 
 def part_shown(view: View, plan: Plan) -> str:
     """Describe the part of a sweep that a view shows: the quantity, its axes, and the values of the other axes."""
-    shown = view.shade.replace("_", " ") if view.mode == MAP else symbol(view.quantity)
+    shown = symbol(view.shade if view.mode == MAP else view.quantity, si=view.scene == SI)
     rest = {name: axis for name, axis in plan.axes.items() if name not in view.axes and len(axis) > 1}
     others = [f"{symbol(name)} = {axis[0]:.6g}, the first of {len(axis)} values" for name, axis in rest.items()]
     return ", ".join([f"{shown} over {' and '.join(map(symbol, view.axes))}", *others])
@@ -85,7 +90,7 @@ GROUPS: dict[str, tuple[Control, ...]] = {
     "Parameters": (
         _choice("scene", "Given as", "Enter A and B, or the quantities of a machine in SI units, which give A and B.",
                 {UNITLESS: "A and B", SI: "SI units"}),
-        _number("A", UNITLESS), _number("B", UNITLESS), *(_number(name, SI) for name in SCENE),
+        _number("A", UNITLESS), _number("B", UNITLESS), *(_number(name, SI) for name in SCENE if name != "frequency"),
         _number("eps"), _number("eta"),
     ),
     "Method": (

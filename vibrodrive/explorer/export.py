@@ -15,10 +15,10 @@ from vibrodrive.explorer.controls import symbol
 from vibrodrive.explorer.image import round_numbers
 from vibrodrive.explorer.layout import CURVES, LOOKS, ODD, Page
 from vibrodrive.explorer.shown import Picture, place, title_of
-from vibrodrive.explorer.view import BESIDE, DIFFERENCE, View
+from vibrodrive.explorer.view import BESIDE, DIFFERENCE, SI, View
 from vibrodrive.model import config
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LINEAR, LOG, SCENE
+from vibrodrive.model.names import LINEAR, LOG
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.results import Results
 from vibrodrive.model.size import file_bytes, human
@@ -142,7 +142,8 @@ def _show(ax: Axes, view: View, picture: Picture, image: np.ndarray) -> None:
     pixels = np.ascontiguousarray(picture.palette[image]).view(np.uint8).reshape(*image.shape, 4)
     extent = picture.x, picture.x + picture.dw, picture.y, picture.y + picture.dh
     ax.imshow(pixels, origin="lower", extent=extent, aspect="auto", interpolation="none")
-    ax.set(xlabel=symbol(view.x), ylabel=symbol(view.y if view.mode == MAP else view.quantity))
+    up = symbol(view.y) if view.mode == MAP else symbol(view.quantity, si=view.scene == SI)
+    ax.set(xlabel=symbol(view.x), ylabel=up)
     for axis, scale in ((ax.xaxis, view.scale), (ax.yaxis, view.y_scale if view.mode == MAP else LINEAR)):
         low, high = axis.get_view_interval()
         if scale == LOG and len(numbers := round_numbers(LogNorm(10**low, 10**high))) > 1:
@@ -182,20 +183,12 @@ def result_file(view: View, results: Results) -> bytes:
 def python(view: View) -> str:
     """Return a Python program that computes the sweep of this view, with the same bits, and draws its figure."""
     settings = config.parse(view.toml())
-    scene, imports = settings.physical, ["import numpy as np"]
-    lines = [] if scene is None else [f"scene = vd.{scene!r}"]
-    if {*settings.arguments} & {*SCENE}:  # `vibrodrive sweep` accepts axes in SI units, `vd.sweep` does not
-        imports = ["import subprocess", "import sys", "from pathlib import Path"]
-        lines += [f'Path("view.toml").write_text("""{view.toml()}""")']
-        lines += ['subprocess.run([sys.executable, "-m", "vibrodrive", "sweep", "view.toml"], check=True)']
-        lines += ['results = vd.load("view.h5")']
-    else:
-        lines += ["results = vd.sweep(", *_arguments(view, settings), ")"]
+    lines = ["results = vd.sweep(", *_arguments(view, settings), ")"]
     shown = view.shade if view.mode == MAP else view.quantity
     limits = f", limits={view.limits}" if view.limits else ""
     picture = file_name(view, "h5").removesuffix("h5") + "png"
     lines += [f"results.plot(quantity={shown!r}{limits}).savefig({picture!r})"]
-    return "\n".join([*imports, "", "import vibrodrive as vd", "", *lines, ""])
+    return "\n".join(["import numpy as np", "", "import vibrodrive as vd", "", *lines, ""])
 
 
 def _arguments(view: View, settings: config.Config) -> Iterator[str]:
@@ -208,8 +201,6 @@ def _arguments(view: View, settings: config.Config) -> Iterator[str]:
         if name in axes:
             low, high, num, scale = axes[name]
             text = f"np.{'geomspace' if scale == LOG else 'linspace'}({low!r}, {high!r}, {num})"
-        elif settings.physical is not None and name in ("A", "B"):
-            text = f"scene.{name}"
         else:
             text = repr(value.tolist() if hasattr(value, "tolist") else value)
         yield f"    {name}={text},"

@@ -32,11 +32,12 @@ MARGIN = 0.04  # share of the range of the values that is added at both ends of 
 
 
 def values_of(results: Results, quantity: str) -> np.ndarray:
-    """Return the recorded values of a quantity: float64 (columns, values), with NaN for a missing value."""
+    """Return the recorded values of a quantity, with a scene in SI units: float64 (columns, values), NaN if missing."""
     if quantity in ("xi", "dxi"):
         found = results.section[..., ("xi", "dxi").index(quantity)]
     else:
         found = getattr(results, quantity)
+    found = results.measure(quantity).of(found)
     lacking = np.isin(results.status, (Status.NOT_COMPUTED, Status.BUDGET))
     return np.where(lacking[:, None], np.nan, found) if lacking.any() else found
 
@@ -166,7 +167,7 @@ def painted(
 
     part = level.sweep if level.sketch is None or level.sweep.done.any() else level.sketch
     results = part.results[0]
-    values, status = recorded(results, quantity), results.status
+    values, status = results.measure(quantity).of(recorded(results, quantity)), results.status
     shape = status.shape
     source = _nearest(part.done.reshape(shape))
     values, status = (whole.reshape(-1)[source].reshape(shape) for whole in (values, status))

@@ -15,7 +15,7 @@ from bokeh.plotting import figure
 
 from vibrodrive.explorer.controls import EXPONENTS, GROUPS, symbol
 from vibrodrive.explorer.starts import ABOUT, STARTS
-from vibrodrive.explorer.view import RANGES, View
+from vibrodrive.explorer.view import OF_MAPS, RANGES, View
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import ACTS_ON
 from vibrodrive.model.drawing import DIAGRAM_QUANTITIES
@@ -88,7 +88,8 @@ def build(document: Document, view: View, token: str) -> Page:
         "starts": [start._asdict() for start in STARTS], "motion": motion, "colours": [colour for colour, _ in CURVES],
         "names": NAMES,
         "acts": {name: [m.name.lower() for m in methods] for name, methods in ACTS_ON.items()},
-        "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES)},
+        "symbols": {name: symbol(name) for name in (*RANGES, *DIAGRAM_QUANTITIES, *OF_MAPS)},
+        "in_si": {name: symbol(name, si=True) for name in (*DIAGRAM_QUANTITIES, *OF_MAPS)},
     }  # fmt: skip
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
     document.js_on_event("document_ready", CustomJS(args=args, code=script))

@@ -15,7 +15,7 @@ from vibrodrive.batch.trajectory import Trajectory, follow
 from vibrodrive.explorer.controls import symbol
 from vibrodrive.explorer.view import SI, View
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model.plan import Plan, make_plan
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.states import LASTING
 
 SHOWN = 12  # largest number of excitation periods drawn
@@ -38,8 +38,7 @@ def nearest(view: View) -> tuple[float, Plan]:
     plan = view.plan()
     across = plan.axes[view.x]  # a diagram has only this axis
     column = int(np.argmin(np.abs(across - view.at)))
-    arguments = plan.arguments(column)
-    return float(across[column]), make_plan({name: value for name, value in arguments.items() if value is not None})
+    return float(across[column]), plan.single(column)
 
 
 def motion_at(view: View, halt: Halt) -> Motion:

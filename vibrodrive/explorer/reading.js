@@ -40,7 +40,7 @@ const read = (event) => {
   const x = (event.clientX - box.left - left) / width, y = 1 - (event.clientY - box.top - top) / height;
   const at = (range, share) => range.start + share * (range.end - range.start);
   const within = event.type === "pointermove" && Math.min(x, y) >= 0 && Math.max(x, y) <= 1;
-  const [across, up] = [fields.x.value, fields[over_plane ? "y" : "quantity"].value].map((name) => symbols[name]);
+  const [across, up] = [fields.x.value, fields[over_plane ? "y" : "quantity"].value].map(named);
   reading.under = !within ? "" : `${across} = ${read_off(at(x_range, x), x_range, width, "scale")}, `
     + `${up} = ${read_off(at(y_range, y), y_range, height, over_plane ? "y_scale" : "")}`;
   show_reading();

@@ -174,7 +174,8 @@ def overlay_of(view: View) -> Overlay | None:
     axes."""
     if not view.orbits or view.mode == MAP or view.x != "A":
         return None
-    of = view.scale, view.incline, view.orbits, view.quantity, view.section_phase
+    unit = view.measure(view.quantity).of(1.0)
+    of = view.scale, view.incline, view.orbits, view.quantity, view.section_phase, unit
     return of, (view.low, view.high)
 
 
@@ -211,7 +212,7 @@ def _let_axes_follow_scene(known: dict[str, Any], changed: str) -> None:
 def adapted(state: Mapping[str, Any], changed: str) -> View:
     """Return the view after a change of the field `changed`, with defaults for all fields that depend on this field.
     Raises ValueError."""
-    drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
+    drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS, "scene": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
     _let_axes_follow_scene(known, changed)
     for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):

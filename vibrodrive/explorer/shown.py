@@ -12,7 +12,7 @@ from vibrodrive.explorer.view import DIFFERENCE, PICTURE_ROWS, SI, SPAN, Y_SPAN,
 from vibrodrive.explorer.work import Level
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LOG, SCENE
+from vibrodrive.model.names import LOG
 
 INK = ink_palette()
 DOTS = ("#000000", "values that occur often"), ("#b3b3b3", "values that occur rarely")
@@ -80,10 +80,9 @@ def counted(level: Level, odd: dict[str, list[int]]) -> str:
 
 def title_of(view: View) -> tuple[str, str]:
     """Return (title of the picture, conditions common to all its motions)."""
-    over = f"{symbol(view.quantity)} over {symbol(view.x)}"
-    if view.mode == MAP:
-        over = f"{view.shade.replace('_', ' ')} over {symbol(view.x)} and {symbol(view.y)}"
-    given = [name for name in SCENE if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
+    shown = symbol(view.shade if view.mode == MAP else view.quantity, si=view.scene == SI)
+    over = f"{shown} over {' and '.join(map(symbol, view.axes))}"
+    given = [name for name in view.machine if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
     given += ["eps"]
     given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
     given += ["dtau"] if view.method != "certified" else []

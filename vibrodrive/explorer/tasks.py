@@ -157,11 +157,12 @@ def show_limits(session: Session, motion: Motion, said: list[str], halt: Halt) -
 def _lay_over(session: Session, view: View, lines: list[exact.Curve], marks: list[exact.Curve]) -> None:
     if not session.belongs(overlay_of(view)):  # the view has changed since the computation began
         return
+    unit = view.measure(view.quantity).of(1.0)
     for source, curves in ((session.page.lines, lines), (session.page.marks, marks)):
         looks = zip(*(LOOKS[c.kind] for c in curves), strict=True) if curves else ((), (), ())
         source.data = {
             "x": [place(c.x, view.scale) for c in curves],
-            "y": [place(c.y, LINEAR) for c in curves],
+            "y": [place(c.y * unit, LINEAR) for c in curves],
             "A": [repr(c.x) if isinstance(c.x, float) else "" for c in curves],
             "kind": [c.kind for c in curves],
             "period": [c.period for c in curves],

@@ -21,9 +21,9 @@ from vibrodrive.explorer.numbers import number_of
 from vibrodrive.model import config, drawing
 from vibrodrive.model.choices import ACTS_ON, Method
 from vibrodrive.model.drawing import MAP, check_range, choose_drawing
-from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
+from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, TURN
 from vibrodrive.model.parameters import bad, check, unknown
-from vibrodrive.model.physical import Scene, check_scene, incline
+from vibrodrive.model.physical import Measure, Scene, check_scene, incline, measure
 from vibrodrive.model.plan import Plan, idle
 from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 
@@ -210,6 +210,18 @@ class View:
         return replace(self, columns=self.columns or columns, rows=self.rows or rows)
 
     @property
+    def machine(self) -> tuple[str, ...]:
+        """Quantities of the machine in SI units that are fields."""
+        return tuple(
+            name for name in SCENE if name != "frequency" and not (name == "omega0" and "frequency" in self.axes)
+        )
+
+    def measure(self, quantity: str) -> Measure:
+        """Return the conversion of a quantity to SI units if no quantity of the machine is an axis."""
+        known = {name: getattr(self, name) for name in self.machine if name not in self.axes}
+        return measure(quantity, known if self.scene == SI else {})
+
+    @property
     def incline(self) -> float:
         """Value of B if B is not an axis."""
         return incline(self.mu, self.alpha) if self.scene == SI else self.B
@@ -265,7 +277,7 @@ class View:
         def numbers(names: Iterable[str]) -> list[str]:
             return [f"{name} = {getattr(self, name)!r}" for name in names if name not in over]
 
-        model, scene = config.HOMES["model"], tuple(SCENE) if self.scene == SI else ()
+        model, scene = config.HOMES["model"], self.machine if self.scene == SI else ()
         if scene:
             scene = tuple(name for name in scene if name != "a0" or "A" not in over)
             model = tuple(name for name in model if name != "B" and (name != "A" or "a0" not in scene))
@@ -308,9 +320,11 @@ def view_of(settings: config.Config) -> View:
         if name not in RANGES:
             raise ValueError(bad("axis", name, "one of " + ", ".join(RANGES) + " in the explorer"))
     values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in (*PARAMETERS, *SCENE)}
-    if {*plan.axes} & {*SCENE_AXES}:
-        values["scene"] = SI
-        if "A" in values:
+    if "frequency" in values:
+        values["omega0"] = TURN * values.pop("frequency")
+    if {*plan.axes} & {*SCENE_AXES} or ("mu" in values and ("a0" in values or "A" in plan.axes)):
+        values = {"mass": 1.0} | values | {"scene": SI}
+        if "A" in values and "a0" not in {*values, *plan.axes}:
             raise ValueError(bad("A", values["A"], "an axis, or left out (A then follows from a0), in the explorer"))
     values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
     if math.isnan(values["dtau"]):
@@ -327,7 +341,7 @@ def view_of(settings: config.Config) -> View:
     quantity = settings.figure.get("quantity")
     shows = {"quantity": drawing.DIAGRAM_QUANTITIES, "shade": OF_MAPS}
     values |= {key: quantity for key, known in shows.items() if quantity in known}
-    if "limits" in settings.figure:
+    if "limits" in settings.figure and settings.figure.get("units") != drawing.DIMENSIONLESS:
         limits = settings.figure["limits"]
         of = quantity or choose_drawing(plan, settings.figure.get("kind"))[1]
         check_range("limits", limits, of)

@@ -32,6 +32,7 @@ from vibrodrive.figures.style import (
 )
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width, check_range
+from vibrodrive.model.names import COORDINATES
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
 
@@ -79,7 +80,7 @@ def bifurcation(
         axis of the abscissa; by default the longest axis. It may also be one of the parameters that change together
         along the axis `point`.
     limits : (float, float), optional
-        range of the ordinate; by default the range of all values.
+        range of the ordinate, with a scene in SI units; by default the range of all values.
 
     Raises
     ------
@@ -96,7 +97,8 @@ def bifurcation(
     (2, '$A$')
     """
     check_range("limits", limits, quantity)
-    visited = _visited(results, quantity)
+    unit = results.measure(quantity)
+    visited, limits = unit.shown_of(_visited(results, quantity)), unit.ends(limits)
     names = list(results.axes)
     if not names:
         raise ValueError(bad_axes((), "at least one axis for a bifurcation diagram (for one motion, draw its section)"))
@@ -123,8 +125,8 @@ def bifurcation(
         if limits is not None:
             ax.set_ylim(limits)
         mark_statuses(ax, values, status[index])
-        name_axes(ax, x, None if quantity in LABELS else quantity)
-        label_axes(ax, None, LABELS.get(quantity))
+        name_axes(ax, x, None)
+        name_quantities(ax, results, None, quantity)
         if len(rows) > 1:
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
@@ -148,6 +150,25 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
     if quantity in IMPACT_QUANTITIES:
         return np.asarray(getattr(results, quantity))
     return np.asarray(results.section)[..., quantity_index(quantity)]
+
+
+def coordinates(source: Any, section: np.ndarray) -> np.ndarray:
+    """Return section points (…, 2) of a Results or a Trajectory in the units of figures."""
+    return np.stack([source.measure(n).shown_of(section[..., k]) for k, n in enumerate(QUANTITIES)], axis=-1)
+
+
+def name_quantities(ax: Axes, source: Any, x: str | None, y: str | None) -> None:
+    """Label the axes with two quantities of a Results or a Trajectory (None: no change): by their symbols or, with a
+    scene, by words and units."""
+    for across, quantity in ((True, x), (False, y)):
+        if quantity is None:
+            continue
+        unit = source.measure(quantity)
+        if quantity not in LABELS and unit.si == "1" and not unit.apart:
+            name_axes(ax, *((quantity, None) if across else (None, quantity)))
+        else:
+            words = unit.label(LABELS[quantity] if quantity in LABELS else COORDINATES[quantity].meaning)
+            label_axes(ax, *((words, None) if across else (None, words)))
 
 
 def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:

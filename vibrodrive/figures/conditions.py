@@ -9,7 +9,7 @@ from vibrodrive.figures.style import equation
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import STARTS
 
-ALWAYS_SAID = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
+ALWAYS_SAID = ("A", "B", "a0", "omega0", "frequency", "mu", "alpha", "mass", "eps")
 PANELS = 6  # largest number of panels of one figure
 
 STATUS_WORDS = {
@@ -35,7 +35,7 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
         said.append(method.name.lower())
         if method != Method.CERTIFIED and "dtau" not in apart:
             said.append(equation("dtau", known["dtau"]))
-    if "periods" in known:
+    if {"transient", "periods"} <= known.keys():
         said.append(f"periods {known['transient'] + 1}–{known['transient'] + known['periods']}")
     last = [*(["section_phase"] if section else []), *STARTS]
     return said + [equation(n, known[n]) for n in last if n in known and n not in apart]

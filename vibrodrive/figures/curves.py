@@ -12,10 +12,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.bifurcation import add_image, quantity_index, swatches
+from vibrodrive.figures.bifurcation import (
+    QUANTITIES,
+    add_image,
+    coordinates,
+    name_quantities,
+    quantity_index,
+    swatches,
+)
 from vibrodrive.figures.conditions import STATUS_WORDS, conditions
 from vibrodrive.figures.ink import FAINTEST
-from vibrodrive.figures.style import explain, given_axes, label_axes, letter, look, name_axes, narrow, new, note, styled
+from vibrodrive.figures.style import explain, given_axes, label_axes, letter, look, narrow, new, note, styled
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.parameters import bad, check_count
@@ -132,16 +139,23 @@ def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
     many = len(motion.section) > LINE and different > CYCLE
     if many:
         fast = round(FAST * motion.arguments["eta"]) if motion.arguments["eps"] > 0.0 else 0
-        drawn = curve(motion, max(POINTS, fast))
+        drawn = _shown(motion, curve(motion, max(POINTS, fast)))
         draw_passes(ax, drawn.tau, drawn.xi, drawn.dxi)
         key = {str(handle.get_label()): handle for handle in passes_key(len(motion.section))}
     else:
-        drawn = first(curve(motion), max(1, different))
+        drawn = _shown(motion, first(curve(motion), max(1, different)))
         ax.plot(drawn.xi, drawn.dxi, color=look().main)
-    ax.plot(*_joined(drawn.jumps[:, :, 1:]), color=look().support, lw=0.25 if many else 0.5, zorder=0.5, label=JUMP)
+    thin: dict[str, Any] = {"color": look().support, "lw": 0.25 if many else 0.5, "zorder": 0.5}
+    ax.plot(*_joined(drawn.jumps[:, :, 1:]), **thin, label=motion.measure("dxi").words(JUMP))
     ax.axhline(0.0, color=look().support, lw=0.4, zorder=0.5)
-    name_axes(ax, "xi", "dxi")
+    name_quantities(ax, motion, "xi", "dxi")
     return key
+
+
+def _shown(motion: Trajectory, drawn: Curve) -> Curve:
+    """Return ξ and ξ' of a curve in the units of figures."""
+    x, v = (motion.measure(name).shown_of(1.0) for name in QUANTITIES)
+    return Curve(drawn.tau, drawn.xi * x, drawn.dxi * v, drawn.jumps * (1.0, x, v))
 
 
 def first(drawn: Curve, periods: int) -> Curve:
@@ -158,26 +172,34 @@ def draw_time(
     titles: Sequence[str] | None = None,
     shown: int | None = None,
 ) -> None:
-    """Draw ξ or ξ' over τ, and sin τ, with τ counted in excitation periods.
+    """Draw ξ or ξ' over τ, and sin τ, with τ counted in excitation periods or, with a scene, over the time in ms.
 
     Only the first `shown` periods are drawn, or all periods if `shown` is None.
     """
     column = 1 + quantity_index(quantity)
-    low, high = math.inf, -math.inf
-    for k, motion in enumerate(motions):
-        drawn = curve(motion)
-        if shown is not None:
-            drawn = first(drawn, shown)
-        low, high = min(low, drawn.tau[0]), max(high, drawn.tau[-1])
+    curves = [_shown(motion, curve(motion)) for motion in motions]
+    curves = curves if shown is None else [first(drawn, shown) for drawn in curves]
+    low, high = min(drawn.tau[0] for drawn in curves), max(drawn.tau[-1] for drawn in curves)
+    clock = motions[0].measure("tau")
+    begin, unit = (0.0, 1.0) if clock.si == "1" else (low, clock.shown_of(1.0))
+    for k, drawn in enumerate(curves):
         colour, pattern = look().lines[k % len(look().lines)]
         line: dict[str, Any] = {"color": colour, "ls": pattern}
-        ax.plot(drawn.tau, drawn[column], **line, label=titles[k] if titles else None)
-        ax.plot(*_joined(drawn.jumps[:, :, [0, column]]), **line, lw=0.5)
+        ax.plot((drawn.tau - begin) * unit, drawn[column], **line, label=titles[k] if titles else None)
+        across, up = _joined(drawn.jumps[:, :, [0, column]])
+        ax.plot((across - begin) * unit, up, **line, lw=0.5)
     fine = np.linspace(low, high, max(2, round((high - low) * 30)))
-    ax.plot(fine, np.sin(fine), color=look().support, lw=0.7, zorder=0, label=r"$\sin\tau$")
+    name, height = r"$\sin\tau$", 1.0
+    if clock.si != "1":
+        name, height = "excitation, not to scale", max(np.nanmax(np.abs(drawn[column])) for drawn in curves)
+    ax.plot((fine - begin) * unit, height * np.sin(fine), color=look().support, lw=0.7, zorder=0, label=name)
     ax.axhline(0.0, color=look().support, lw=0.4, zorder=0)
-    periods_ticks(ax, low, high)
-    name_axes(ax, None, quantity)
+    if clock.si == "1":
+        periods_ticks(ax, low, high)
+    else:
+        ax.set_xlim(0.0, (high - low) * unit)
+        ax.set_xlabel(clock.label("time") + " from the beginning of the record")
+    name_quantities(ax, motions[0], None, quantity)
 
 
 @styled
@@ -198,8 +220,8 @@ def trajectory_figure(
         if name == "phase":
             key |= draw_phase(ax, trajectory)
         elif name == "section":
-            ax.plot(*np.asarray(trajectory.section).T, ".", ms=2, mew=0, color=look().main)
-            name_axes(ax, "xi", "dxi")
+            ax.plot(*coordinates(trajectory, trajectory.section).T, ".", ms=2, mew=0, color=look().main)
+            name_quantities(ax, trajectory, "xi", "dxi")
         else:
             quantity = "xi" if name == "time" else "dxi"
             draw_time(ax, [trajectory], quantity, shown=shown)
@@ -213,8 +235,9 @@ def trajectory_figure(
 
 def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]:
     """Return the conditions common to all motions, and the statuses other than OK."""
-    known = motions[0].arguments
-    apart = [n for n in known if any(m.arguments[n] != known[n] for m in motions)]
+    told = [m.arguments | (m.scene.given if m.scene else {}) for m in motions]
+    known = told[0]
+    apart = [n for n in known if any(other.get(n) != known[n] for other in told)]
     common = {n: value for n, value in known.items() if n not in apart}
     statuses = [STATUS_WORDS[Status(m.status)] for m in motions if m.status != Status.OK]
     return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
@@ -238,8 +261,10 @@ def check_titles(titles: Sequence[str], panels: int) -> Sequence[str]:
 
 
 def as_motions(source: Any) -> list[Trajectory]:
-    """Return one trajectory or a sequence of trajectories as a list."""
-    return [source] if hasattr(source, "sample") else list(source)
+    """Return one trajectory or a sequence of trajectories as a list; without their scenes unless all have one."""
+    motions = [source] if hasattr(source, "sample") else list(source)
+    alike = all(m.scene is not None for m in motions)
+    return [m if alike or m.scene is None else m.dimensionless() for m in motions]
 
 
 def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,5 @@
 """Diagrams of a Results or a Trajectory as Matplotlib figures; no window is opened. Quantities are dimensionless and
-have the symbols of the paper. Only axes that are quantities of a machine (a0, Ω0, μ, α) are in physical units.
+have the symbols of the paper or, with a scene, are in SI units.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
+from vibrodrive.figures.bifurcation import bifurcation, computed, coordinates, name_quantities, place_of
 from vibrodrive.figures.conditions import choice, conditions, of_sweep, rest_phrases, some, status_phrases
 from vibrodrive.figures.curves import as_motions, check_titles, phase_curve, shared_by, trajectory_figure
 from vibrodrive.figures.limits import limits_figure
 from vibrodrive.figures.map import map_figure
-from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, name_axes, narrow, new, note, styled
+from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, narrow, new, note, styled
 from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 
@@ -45,7 +45,7 @@ def poincare(
     titles : sequence of str, optional
         titles of the panels. By default a panel of a Results has the values of the axes as its title.
     reference : float64 (n, 2), optional
-        section points of the undisturbed orbit, drawn as open circles.
+        dimensionless section points of the undisturbed orbit, drawn as open circles.
 
     Examples
     --------
@@ -55,7 +55,8 @@ def poincare(
     >>> len(figure.axes)
     2
     """
-    sections, named, shared, more = _sections(source)
+    sections, circled, named, shared, more = _sections(source, reference)
+    alike = source if hasattr(source, "axes") else as_motions(source)[0]
     asked = titles is not None
     titles = named if titles is None else check_titles(titles, len(sections))
     cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 2 if narrow() else 3)
@@ -71,12 +72,12 @@ def poincare(
         ax.plot(points[:, 0], points[:, 1], ".", ms=size, mew=0, color=look().main, rasterized=len(points) > 5000)
         if reference is not None:
             circles = {"ms": 7, "mfc": "none", "mec": look().other, "mew": 0.6, "label": "undisturbed orbit"}
-            ax.plot(reference[:, 0], reference[:, 1], "o", **circles)
+            ax.plot(*circled[k].T, "o", **circles)
         letter(ax, k if len(sections) > 1 else None, titles[k], asked)
         if not given_axes():
             ax.margins(0.12)
             ax.tick_params(labelbottom=k >= len(sections) - cols)
-        name_axes(ax, "xi", "dxi")
+        name_quantities(ax, alike, "xi", "dxi")
     for ax in flat[len(sections) :]:
         ax.set_axis_off()
     note(axes[0, -1], [*shared, *more])
@@ -110,18 +111,20 @@ def from_results(
     return bifurcation(results, quantity, x, limits) if kind == BIFURCATION else poincare(results)
 
 
-def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str], list[str]]:
-    """Return the sections, their titles, the conditions common to all sections, and further phrases."""
+def _sections(
+    source: Any, reference: np.ndarray | None
+) -> tuple[list[np.ndarray], list[np.ndarray], list[str], list[str], list[str]]:
+    """Return the sections and the reference of each, in the units of figures, their titles, the conditions common to
+    all sections, and further phrases."""
+    marks = np.empty((0, 2)) if reference is None else np.asarray(reference)
     if not hasattr(source, "axes"):
         motions = as_motions(source)
-        sections = [np.asarray(m.section) for m in motions]
-        return (
-            sections,
-            [""] * len(motions),
-            shared_by(motions, section=True),
-            _rests(sections, [m.status for m in motions]),
-        )
-    section, done = np.asarray(source.section), computed(source.status)
+        sections = [coordinates(m, np.asarray(m.section)) for m in motions]
+        circled = [coordinates(m, marks) for m in motions]
+        rests = _rests(sections, [m.status for m in motions])
+        return sections, circled, [""] * len(motions), shared_by(motions, section=True), rests
+    section, done = coordinates(source, np.asarray(source.section)), computed(source.status)
+    around = coordinates(source, np.broadcast_to(marks, (*done.shape, *marks.shape)))
     points = list(np.ndindex(section.shape[:-2]))
     shown = some(points)
     titles = [place_of(source, dict(zip(source.axes, index, strict=True))) for index in shown]
@@ -129,7 +132,7 @@ def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str], list
     sections = [np.where(done[index], section[index], np.nan) for index in shown]
     more = [*choice(len(shown), len(points), "points"), *status_phrases(status)]
     more += _rests(sections, [status[index] for index in shown])
-    return sections, titles, conditions(of_sweep(source), source.axes), more
+    return sections, [around[index] for index in shown], titles, conditions(of_sweep(source), source.axes), more
 
 
 def _rests(sections: Sequence[np.ndarray], status: Sequence[Any]) -> list[str]:

@@ -39,7 +39,6 @@ from vibrodrive.figures.style import (
 from vibrodrive.model.drawing import IMPACT_POWER, KEPT, MAP, OF_CLASSES, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.results import Results
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ LABELS = {
     "last_xi": r"$\xi$ at the last section",
     "last_dxi": r"$\xi\mathrm{′}$ at the last section",
     "margin": "distance of the closest decision",
-    IMPACT_POWER: "power of the impacts in W",
+    IMPACT_POWER: "power of the impacts",
     "gaps": "periods between main impacts",
     "sequence": "cycle of states: Up, Down, Stick, Rest, Impact",
     "period": "period of the motion",
@@ -102,9 +101,9 @@ def map_figure(
         sweep with at least one axis. If it has more than two axes, the map shows the motions at the first value of each
         axis that is not drawn, and the figure names these values.
     quantity : str
-        a quantity of the summary, "status" or "margin". "impact_power" is the quantity `energy` in W, for a scene with
-        a mass. "kept" shows whether `gaps`, the numbers of periods between main impacts, are those of the undisturbed
-        motion.
+        a quantity of the summary, "status" or "margin"; with a scene it is in SI units. "impact_power" is the quantity
+        `energy` as a power in W, or in W/kg without a mass. "kept" shows whether `gaps`, the numbers of periods between
+        main impacts, are those of the undisturbed motion.
     x, y : str, optional
         axes to the right and upwards; by default the two longest axes, in the order of the sweep.
     over : list of Bifurcation, or Results with the record "limit", or a list with both, optional
@@ -112,9 +111,9 @@ def map_figure(
         axes of the map must be A and B, or axes of a scene that determine A and B. Limits over one axis need a map over
         this axis and ε or Δτ.
     limits : (float, float), optional
-        range of the colours of a continuous quantity; by default the range of all values or, if there are at least
-        1000 values, of 99 % of them. Values below and above the range have their own colours, which the ends of the
-        colour bar show.
+        range of the colours of a continuous quantity, with a scene in SI units; by default the range of all values or,
+        if there are at least 1000 values, of 99 % of them. Values below and above the range have their own colours,
+        which the ends of the colour bar show.
     undisturbed : int array, optional
         `gaps` of the undisturbed motions, needed for "kept". The dimensions of the array are the axes of the sweep;
         along ε and Δτ its length is 1.
@@ -141,12 +140,13 @@ def map_figure(
     status = np.asarray(results.status)[index]
     if undisturbed is not None and quantity != KEPT:
         raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT} needs it"))
-    values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
+    unit = results.measure(quantity)
+    values = _kept(results, undisturbed) if quantity == KEPT else unit.shown_of(recorded(results, quantity))
     several: list[Any] = [over] if isinstance(over, Results) else list(over)
     limited = [one for one in several if isinstance(one, Results)]
     exact = [one if isinstance(one, Exact) else Exact.of(one) for one in several if not isinstance(one, Results)]
     lines = placed(exact, results, x, y) if exact else []
-    painted = paint(quantity, values[index], status, limits)
+    painted = paint(quantity, values[index], status, unit.ends(limits))
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
@@ -154,9 +154,8 @@ def map_figure(
     alone = y is not None or quantity in OF_CLASSES  # such a figure hides others, or has its own ordinate
     shows = None if alone else (x, quantity)
     more = TALLER if lines else 0.0
-    fig, ax = draw_map(
-        results.axes, x, y, painted, values[index], label_of(results, quantity), more, shows=shows, said=said
-    )
+    label = unit.label(label_of(results, quantity))
+    fig, ax = draw_map(results.axes, x, y, painted, values[index], label, more, shows=shows, said=said)
     said += rest_phrases(values[index], status) if quantity == "last_dxi" else []
     note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left")
     if lines:
@@ -212,21 +211,14 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
 
 
 def recorded(results: Any, quantity: str) -> np.ndarray:
-    """Return a quantity over all axes.
+    """Return a quantity over all axes, dimensionless; for the power of the impacts their energy.
 
     The array is float64, with NaN for an undefined value. For gaps and sequences it is int64, with -1 for an undefined
     value.
     """
-    if quantity == IMPACT_POWER:
-        names = list(results.axes)
-        along = np.meshgrid(*results.axes.values(), indexing="ij", sparse=True)
-        known = {"g": Scene.g, **results.scalars, **dict(zip(names, along, strict=True))}
-        shape = tuple(len(a) for a in results.axes.values())
-        scene = (np.broadcast_to(known[n], shape).ravel() for n in ("omega0", "mu", "alpha", "mass", "g"))
-        return power(np.asarray(results.energy, float).ravel(), *scene).reshape(shape)
     if quantity in OF_SECTION:
         return np.asarray(results.section, float)[..., -1, OF_SECTION.index(quantity)]
-    values = np.asarray(getattr(results, quantity))
+    values = np.asarray(getattr(results, "energy" if quantity == IMPACT_POWER else quantity))
     return values.astype(np.int64) if values.dtype.kind == "i" else values.astype(float)
 
 

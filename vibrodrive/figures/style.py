@@ -78,6 +78,7 @@ COMMON: dict[str, Any] = {
 
 SYMBOLS = {name: row.mathtext for name, row in NAMES.items() if row.mathtext}
 UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
+WORDS = {"frequency": "Excitation frequency "}  # before a symbol that the paper does not have
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _CHOSEN: ContextVar[tuple[Style, Width]] = ContextVar("chosen", default=("screen", "double"))
@@ -316,7 +317,7 @@ def new(
 
 def name_axes(ax: Axes, x: str | None, y: str | None) -> None:
     """Label the axes with the symbols of two quantities, with their units (None: no change)."""
-    across, up = (None if name is None else symbol(name) + _in_unit(name) for name in (x, y))
+    across, up = (None if name is None else WORDS.get(name, "") + symbol(name) + _in_unit(name) for name in (x, y))
     label_axes(ax, across, up, upright=0.0 if y in UNITS else 9.0)
 
 

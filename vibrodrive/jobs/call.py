@@ -18,6 +18,7 @@ from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.records import several_motions
 from vibrodrive.model.results import Results
@@ -48,6 +49,14 @@ def sweep(
     budget: int = 100_000,
     record: str | Callable[[Any], Any] | Sequence[str | Callable[[Any], Any]] = "section",
     points: Points | None = None,
+    scene: Scene | None = None,
+    a0: Axis | None = None,
+    omega0: Axis | None = None,
+    frequency: Axis | None = None,
+    mu: Axis | None = None,
+    alpha: Axis | None = None,
+    mass: Axis | None = None,
+    g: float | None = None,
     path: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     threads: int | None = None,
@@ -71,6 +80,11 @@ def sweep(
     points : mapping of str to sequences of one length, optional
         parameters that change together, by name, for example a pandas.DataFrame. Point k has the k-th value of each
         parameter. The points form one axis, `point`, with the values 0, 1, ….
+    scene : Scene, optional
+        machine in SI units, which gives A and B. If its a0 is 0, it gives only B and the units.
+    a0, omega0, frequency, mu, alpha, mass, g : float or sequence of float, optional
+        quantities of `Scene`, which may be axes, apart from `g`. Each replaces the value of `scene`, or all that are
+        needed are given without a scene.
     path : str or path, optional
         result file (.h5 or .nc) to write. Without a path all results are kept in memory. An existing file of the same
         sweep is resumed, even if `vibrodrive sweep` has written it. The file contains these arguments as a
@@ -132,6 +146,13 @@ def sweep(
     >>> several = vd.sweep(A=3.04, points=starts, transient=50, periods=20)
     >>> several.shape, list(several.points)
     ((5,), ['xi0', 'dxi0'])
+
+    A machine in SI units, over its frequency in hertz. Its impact speeds in the Dataset are in m/s:
+
+    >>> machine = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+    >>> over = vd.sweep(scene=machine, frequency=[20.0, 22.0], transient=50, periods=64, record="summary")
+    >>> over.to_xarray().impact_speed_max.values.round(4), over.impact_speed_max.round(4)
+    (array([0.0798, 0.0601]), array([1.7064, 1.4142]))
 
     The first sweep again, written to a file. A repeated call would resume this file:
 

@@ -2,18 +2,18 @@
 
     title = "…"            # any text
     [model]                # numbers: A, B, eps, … (names.py gives the table of each parameter and setting)
-    [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s), mu, alpha (degrees),
+    [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s) or frequency (Hz), mu, alpha (degrees),
                            # optional mass (kg), g (m/s²). If a0 is left out, another table gives A, and this
                            # table gives only B and the units
     [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log"}. An axis of a0, omega0, mu, alpha
-                           # or mass replaces the entry of [physical]; A and B are then computed for each point
+                           # or {start, stop, num, scale = "linear" | "log"}. An axis of a0, omega0, frequency, mu,
+                           # alpha or mass replaces the entry of [physical]; A and B are then computed for each point
     [sweep.points]         # lists or ranges of equal length, of parameters that change together: one axis, `point`
     [switching]            # method and its parameters
     [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
                            # a list of several of these names
-    [figure]               # kind, quantity, x, y, limits: the figure of `plot`; style ("screen", "print") and width
-                           # ("double", "single" columns of a page) of the figures of all commands
+    [figure]               # kind, quantity, x, y, limits: the figure of `plot`; units ("SI", "dimensionless") of a
+                           # scene, style ("screen", "print") and width ("double", "single" columns of a page) of all
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
     [orbits]               # max_period: longest period of the orbits that `orbits` finds
 
@@ -34,10 +34,18 @@ import numpy as np
 
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import ACTS_ON
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANTITIES, STYLES, WIDTHS, check_limits
+from vibrodrive.model.drawing import (
+    DIAGRAM_QUANTITIES,
+    FIGURE_KINDS,
+    FIGURE_UNITS,
+    MAP_QUANTITIES,
+    STYLES,
+    WIDTHS,
+    check_limits,
+)
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
-from vibrodrive.model.physical import Scene, check_scene
+from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, scene_of
 from vibrodrive.model.plan import POINT, Plan, check_at, make_plan
 from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
@@ -72,8 +80,6 @@ class Config:
     text : contents of the file, verbatim.
     overrides : options KEY=VALUE that replaced values of the file.
     arguments : arguments of `plan.make_plan`.
-    physical : the scene in SI units, with a0 = 0 if the configuration gives A. It is None without [physical], or if a
-        quantity of the scene is an axis. If a quantity of the scene is an axis, `arguments` contains the scene.
     figure, trajectory, orbits : checked values of the tables with these names, by key.
     """
 
@@ -81,10 +87,14 @@ class Config:
     overrides: tuple[str, ...]
     arguments: dict[str, Any]
     title: str
-    physical: Scene | None
     figure: dict[str, Any]
     trajectory: dict[str, Any]
     orbits: dict[str, Any]
+
+    @property
+    def physical(self) -> Scene | None:
+        """The scene in SI units; None without a scene, or if one of its quantities is an axis."""
+        return scene_of(self.arguments | {"g": self.arguments.get("g", Scene.g)})
 
     @property
     def look(self) -> dict[str, Any]:
@@ -170,9 +180,10 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
                 raise ValueError(bad(f"{name}.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
             at[key] = name
             arguments[key] = _argument(name, key, value, at)
-    physical = _take_scene(tables.get("physical", {}), arguments) if scene else None
+    if scene:
+        _take_scene(tables.get("physical", {}), arguments)
     extras = {name: {k: _extra(name, k, v) for k, v in tables.get(name, {}).items()} for name in _EXTRAS}
-    return Config(text, overrides, arguments, title, physical, **extras)
+    return Config(text, overrides, arguments, title, **extras)
 
 
 def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
@@ -195,32 +206,14 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
     return [*tables.get("physical", {}), "B", *(["A"] if "a0" in scene else [])]
 
 
-def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> Scene | None:
-    """Add A and B of the scene to the arguments, and return the scene.
-
-    If a quantity of the scene is an axis, add all values of [physical] to the arguments instead, and return None.
-    """
-    swept = {key: arguments[key] for key in SCENE_AXES if key in arguments}
-    for key in ("omega0", "mu", "alpha"):
-        if key not in table and key not in swept:
-            needed = "omega0, mu and alpha, and a0 unless A is given"
-            raise ValueError(f"physical.{key} is missing: must be given, because [physical] needs {needed}")
+def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> None:
+    """Add the quantities in [physical] to the arguments, checked, and refuse a scene that is not complete."""
     for key, value in table.items():
         try:
             arguments[key] = check_scene(key, value)
         except (TypeError, ValueError) as error:
             raise type(error)(f"physical.{error}") from None
-    if any(isinstance(value, np.ndarray) for value in swept.values()):
-        if "a0" not in arguments and isinstance(swept.get("omega0"), np.ndarray):
-            raise ValueError(
-                "physical.a0 is missing: must be given if omega0 is an axis, because A is computed from both"
-            )
-        return None
-    scene = {key: arguments.pop(key) for key in SCENE if key in arguments}
-    physical = Scene.quiet(**scene)
-    for name in ("A", "B") if "a0" in scene else ("B",):
-        arguments[name] = check(name, getattr(physical, name))
-    return physical
+    refuse_incomplete(arguments, [key for key, value in arguments.items() if isinstance(value, np.ndarray)], "physical")
 
 
 def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
@@ -296,6 +289,7 @@ _EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
         "limits": check_limits,
         "style": STYLES,
         "width": WIDTHS,
+        "units": FIGURE_UNITS,
     },
     "trajectory": {"periods": _count, "curves": _curves},
     "orbits": {"max_period": _count},
@@ -329,9 +323,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     if path[0] not in _TABLES and path != ["title"]:
         path = [_home(tables, path[0], value["value"]), *path]
     if len(path) > 1 and path[0] in (*HOMES, "physical"):
-        for name in (*HOMES, "physical"):
-            if name != path[0] and isinstance(tables.get(name), dict):
-                tables[name].pop(path[1], None)  # a key may be in one table only
+        _take_out(tables, path[0], path[1])
     table = tables
     for name in path[:-1]:
         table = table.setdefault(name, {})
@@ -342,6 +334,15 @@ def _override(tables: dict[str, Any], option: str) -> None:
     table[path[-1]] = value["value"]
     if path[-1] == "method":
         _leave_out_idle(table)
+
+
+def _take_out(tables: Mapping[str, Any], home: str, key: str) -> None:
+    """Remove a key from all tables but its new home. A key, and the frequency of a scene, may be in one table only."""
+    keys = PACES if key in PACES else {key}
+    for name in (*HOMES, "physical"):
+        if isinstance(tables.get(name), dict):
+            for other in keys if name != home else keys - {key}:
+                tables[name].pop(other, None)
 
 
 def _leave_out_idle(switching: dict[str, Any]) -> None:

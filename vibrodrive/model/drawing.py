@@ -5,6 +5,7 @@ from numbers import Real
 from typing import Any, Literal, get_args
 
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.physical import has_units
 from vibrodrive.model.records import ERRORS, FAILURE_COUNTS, IMPACTS, LIMIT, LIMITS, SECTION, SUMMARIES, SUMMARY
 
 BIFURCATION, POINCARE, MAP, BANDS = "bifurcation", "poincare", "map", "bands"
@@ -19,6 +20,8 @@ Width = Literal["double", "single"]  # width of a figure in columns of a page
 STYLES: tuple[Style, ...] = get_args(Style)
 WIDTHS: tuple[Width, ...] = get_args(Width)
 
+FIGURE_UNITS = SI, DIMENSIONLESS = "SI", "dimensionless"  # units of quantities in figures of a scene
+
 FORMATS = (".png", ".pdf", ".svg")
 
 SECTION_QUANTITIES = ("dxi", "xi")
@@ -29,14 +32,11 @@ OF_EVERY_SWEEP = ("status", "margin")
 OF_SECTION = ("last_xi", "last_dxi")
 """ξ and ξ' at the last section point. A map over starts shows which of the coexisting motions each start reaches."""
 
-IMPACT_POWER = "impact_power"  # power of the impacts in W, from `energy` and the scene of the sweep
+IMPACT_POWER = "impact_power"  # `energy` as a power in W, with the scene of the sweep
 
 STARTS = ("xi0", "dxi0", "tau0")  # coordinates of the start
 
 KEPT = "kept"  # 1 if `gaps` equal those of the undisturbed motion, 0 if they differ, -1 if the undisturbed one has none
-
-SCENE_OF_POWER = ("omega0", "mu", "alpha", "mass")
-"""Quantities of the scene that a power needs. Each quantity is an axis or one number."""
 
 OF_CLASSES = ("period", "gaps", "sequence", "status", "orbit_period", "how", KEPT)
 """Quantities of maps with one colour for each value, hence without a range."""
@@ -140,10 +140,8 @@ def _map_quantity(swept: Any, quantity: str | None) -> str:
         first = known[1] if FAILURE_COUNTS[0] in swept.quantities else known[0]  # `judged` says nothing of failures
         quantity = "last_dxi" if SECTION in record and SUMMARY not in record else first
     if quantity == IMPACT_POWER and SUMMARY in record:
-        missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
-        if missing:
-            needed = f"impact_power needs {', '.join(missing)} (give a scene in SI units, with one quantity as an axis)"
-            raise ValueError(bad("quantity", quantity, f"energy, because {needed}"))
+        if not has_units({**swept.scalars, **swept.axes}):
+            raise ValueError(bad("quantity", quantity, "energy, because impact_power needs a scene in SI units"))
     elif quantity not in known:
         if quantity in (*OF_SUMMARY, KEPT, IMPACT_POWER) and SUMMARY not in record:
             recorded += f', and {quantity} needs record = "{SUMMARY}"'
@@ -181,16 +179,17 @@ def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]
     """Return the drawing options of a configuration (`wanted`), replaced by the kind and quantity of the call (`now`).
 
     If the call gives a kind, or a quantity and thereby a kind, options of the configuration without effect on this kind
-    are left out. A range that belongs to another quantity is left out, too.
+    are left out. A range that belongs to another quantity or to other units is left out, too.
     """
     kind = now.get("kind")
     if kind is None and "quantity" in now:
         kind = MAP if now["quantity"] in MAP_QUANTITIES else BIFURCATION
     kept = dict(wanted)
     if kind is not None:
-        acting = {key: value for key, value in wanted.items() if key in OPTIONS[kind] or (key, value) == ("kind", kind)}
+        acts = (*OPTIONS[kind], "units")
+        acting = {key: value for key, value in wanted.items() if key in acts or (key, value) == ("kind", kind)}
         kept = {key: value for key, value in acting.items() if key != "quantity" or value in SUITS[kind]}
     merged = kept | now
-    if merged.get("quantity") != wanted.get("quantity"):
+    if merged.get("quantity") != wanted.get("quantity") or merged.get("units", SI) != wanted.get("units", SI):
         merged.pop("limits", None)
     return merged

@@ -18,6 +18,7 @@ import numpy as np
 
 from vibrodrive.model.names import PARAMETERS, SCENE
 from vibrodrive.model.parameters import bad, unknown
+from vibrodrive.model.physical import Scene
 
 Axis: TypeAlias = (
     float | Sequence[float] | np.ndarray
@@ -43,6 +44,9 @@ def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Call
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        for name, value in [*zip(["A"] * len(args), args, strict=True), *kwargs.items()] if "scene" in known else ():
+            if isinstance(value, Scene) and name != "scene":
+                raise TypeError(bad(name, value, "given by name, as scene=…"))
         if len(args) > most:
             by_name = f"none; give each by name, such as {names[0]} = …"
             allowed = f"at most {most} ({', '.join(names[:most])}); give the others by name" if most else by_name

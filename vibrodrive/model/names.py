@@ -92,14 +92,16 @@ SCENE: dict[str, Name] = {
                unit="m", shown="mm", scale=1e3),
     "omega0": Name("angular frequency Ω0 of the excitation", "Ω₀", r"\Omega_0", "physical", axis=(80.0, 200.0, LINEAR),
                    unit="rad s-1", shown="rad/s"),
+    "frequency": Name("frequency f = Ω0/2π of the excitation", "f", "f", "physical", axis=(12.0, 32.0, LINEAR),
+                      unit="Hz", shown="Hz"),
     "mu": Name("coefficient of friction μ", "μ", r"\mu", "physical", axis=(0.2, 1.0, LINEAR)),
     "alpha": Name("angle α of the incline", "α", r"\alpha", "physical", axis=(0.5, 12.0, LINEAR),
                   unit="degree", shown="°"),
-    "mass": Name("mass m", "mass", "m", "physical", 1.0, axis=(50.0, 500.0, LINEAR), unit="kg", shown="kg"),
+    "mass": Name("mass m", "mass", "m", "physical", axis=(50.0, 500.0, LINEAR), unit="kg", shown="kg"),
     "g": Name("acceleration of gravity", "g", "g", "physical", 9.80665, unit="m s-2", shown="m/s²"),
 }  # fmt: skip
 """Quantities of the scene in SI units. A quantity with `axis` may be an axis of a sweep; A and B are then computed for
-each point."""
+each point. Exactly one of `omega0` and `frequency` is given."""
 
 SETTINGS: dict[str, Name] = {
     "method": Name("method of finding switches", "method", "", "switching", Method.CERTIFIED, choices=Method),

@@ -6,11 +6,12 @@ The messages of errors are sentences of the function `bad` in parameters.py: "KE
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vibrodrive.model.names import SCENE
+from vibrodrive.model.names import SCENE, TURN
 from vibrodrive.model.notebook import html_table
 from vibrodrive.model.parameters import bad, real_array, real_number
 from vibrodrive.model.slips import OfScene, slip, warn
@@ -23,19 +24,37 @@ TINY = 5e-324
 """The smallest positive number. It replaces a positive result that underflows to 0."""
 
 
-def check_scene(key: str, value: object) -> float:
-    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`."""
+def check_scene(key: str, value: object, at: str = "") -> float:
+    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`, where `at`
+    follows the key."""
     if key == "alpha":
         allowed = "an angle in degrees >= 0 and < 90"
-        x = real_number(key, value, allowed)
+        x = real_number(key + at, value, allowed)
         if not 0 <= x < 90:
-            raise ValueError(bad(key, value, allowed))
+            raise ValueError(bad(key + at, value, allowed))
         return x + 0.0  # -0.0 becomes 0.0
     allowed = f"a finite number {'>=' if key == 'a0' else '>'} 0"
-    x = real_number(key, value, allowed)
+    x = real_number(key + at, value, allowed)
     if not 0.0 < x < math.inf and not (key == "a0" and x == 0.0):
-        raise ValueError(bad(key, value, allowed))
+        raise ValueError(bad(key + at, value, allowed))
     return x
+
+
+PACES = {"omega0", "frequency"}  # a scene has exactly one of them
+
+
+def refuse_incomplete(names: Collection[str], axes: Collection[str], table: str = "") -> None:
+    """Refuse a scene without one of its quantities. `table` gives it in a configuration. Raises ValueError."""
+    place, what = (f"{table}.", f"[{table}]") if table else ("", "a scene")
+    for key in ("omega0", "mu", "alpha"):
+        if key not in names and not (key in PACES and "frequency" in names):
+            needed = "omega0, mu and alpha, and a0 unless A is given (frequency may replace omega0)"
+            raise ValueError(f"{place}{key} is missing: must be given, because {what} needs {needed}")
+    for key in PACES.intersection(axes):
+        if "a0" not in names:
+            raise ValueError(
+                f"{place}a0 is missing: must be given if {key} is an axis, because A is computed from both"
+            )
 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
@@ -53,33 +72,138 @@ def incline(mu: Any, alpha: Any) -> Any:
     return _each(_tangent, alpha) / mu
 
 
-def power(work: Any, omega0: Any, mu: Any, alpha: Any, mass: Any, g: Any) -> Any:
-    """Return the mean power (W) from a dimensionless energy per excitation period, for numbers or arrays of one length.
+def omega0_of(known: Mapping[str, Any]) -> Any:
+    """Return Ω0 (rad/s) of a scene by names, which contains it or the frequency (Hz)."""
+    return known["omega0"] if "omega0" in known else TURN * known["frequency"]
 
-    The unit of energy is m (μ g cos α / Ω0)²; the excitation period is 2π/Ω0.
+
+def has_units(known: Mapping[str, Any]) -> bool:
+    """Return True if values by name contain a scene, apart from a0 and mass, which the units do not need."""
+    return {"mu", "alpha", "g"} <= known.keys() and not PACES.isdisjoint(known)
+
+
+class Unit(NamedTuple):
+    """A unit in SI. `si` is its name in files and tables (UDUNITS), `shown` its name in figures after multiplication by
+    `scale`, `one` the value of the dimensionless 1 as a function of μ g cos α, Ω0 and the mass, and `names` contains
+    the quantities that have this unit."""
+
+    si: str
+    shown: str
+    scale: float
+    one: Callable[[Any, Any, Any], Any]
+    names: str = ""
+
+
+UNITS = {
+    "length": Unit("m", "mm", 1e3, lambda f, w, m: f / w / w, "xi section_xi last_xi xi_max error_xi"),
+    "velocity": Unit("m s-1", "m/s", 1.0, lambda f, w, m: f / w,
+                     "dxi section_dxi last_dxi dxi_min dxi_max error_dxi "
+                     "speed impact_speed impact_speed_max impact_speed_mean"),
+    "time": Unit("s", "ms", 1e3, lambda f, w, m: 1.0 / w, "tau"),
+    "rate": Unit("s-1", "", 1.0, lambda f, w, m: w / TURN, "impacts lyapunov"),  # of numbers per excitation period
+    "force": Unit("N", "N", 1.0, lambda f, w, m: m * f),
+    "momentum": Unit("N s", "N s", 1.0, lambda f, w, m: m * f / w, "momentum"),
+    "energy": Unit("J", "J", 1.0, lambda f, w, m: m * (f / w) * (f / w), "energy friction_loss drive_work"),
+    "power": Unit("W", "W", 1.0, lambda f, w, m: m * (f / w) * (f / w) * w / TURN, "impact_power"),  # of `energy`
+}  # fmt: skip
+"""How each quantity scales with the scene. A quantity that is in no row has no unit in SI."""
+
+UNIT_OF = {name: key for key, unit in UNITS.items() for name in unit.names.split()}
+
+PER_KG = ("force", "momentum", "energy", "power")  # without a mass: per kilogram
+
+
+class Measure(NamedTuple):
+    """Conversion of a dimensionless quantity. `one` is the value of the dimensionless 1 in the unit `si`, a number or
+    an array over axes; by default the quantity stays dimensionless. `shown` and `scale` are those of `Unit`. `apart` is
+    True for a quantity that stays dimensionless although there is a scene; its words say so."""
+
+    one: Any = 1.0
+    si: str = "1"
+    shown: str = ""
+    scale: float = 1.0
+    apart: bool = False
+
+    def of(self, values: Any) -> Any:
+        """Return dimensionless values in the unit `si`. Their first dimensions are those of `one`."""
+        if self.si == "1":
+            return values
+        lacking = getattr(values, "ndim", 0) - getattr(self.one, "ndim", 0)
+        return values * (self.one[(..., *[None] * lacking)] if hasattr(self.one, "ndim") else self.one)
+
+    def shown_of(self, values: Any) -> Any:
+        """Return dimensionless values in the unit of figures."""
+        return self.of(values) if self.scale == 1.0 else self.of(values) * self.scale
+
+    def ends(self, limits: tuple[float, float] | None) -> tuple[float, float] | None:
+        """Return limits in the unit `si` in the unit of figures."""
+        return limits and (limits[0] * self.scale, limits[1] * self.scale)
+
+    def words(self, meaning: str) -> str:
+        """Return the words for a dimensionless quantity as those for the quantity in SI: x for ξ, and per second."""
+        if self.si == "1":
+            return meaning + ", dimensionless" * self.apart
+        text = re.sub(r",? (\$\\sum.*?\$|sum of \S+)", "", meaning)
+        for greek, latin in ((r"$|\xi\mathrm{′}|$", "|dx/dt|"), (r"$\xi\mathrm{′}$", "dx/dt"), (r"$\xi$", "x"),
+                             ("ξ'", "dx/dt"), ("ξ", "x")):  # fmt: skip
+            text = text.replace(greek, latin)
+        return re.sub("per (excitation )?period", "per second", text) if self.si == UNITS["rate"].si else text
+
+    def label(self, meaning: str) -> str:
+        """Return the label of an axis of a figure: the words of a quantity and its unit."""
+        return self.words(meaning) + (f" in {self.shown}" if self.shown else "")
+
+
+def measure(quantity: str, known: Mapping[str, Any], dimensionless: bool = False) -> Measure:
+    """Return the conversion of a quantity, if the values `known` by name contain a scene.
+
+    If `dimensionless`, only a power, which is no other quantity without a scene, is converted.
     """
-    return work * mass * (friction(mu, alpha, g) / omega0) ** 2 * omega0 / (2.0 * math.pi)
+    key = UNIT_OF.get(quantity)
+    if key is None or not has_units(known):
+        return Measure()
+    return Measure(apart=True) if dimensionless and key != "power" else _measure(key, known)
+
+
+def _measure(key: str, known: Mapping[str, Any]) -> Measure:
+    unit, mass = UNITS[key], known.get("mass")
+    one = unit.one(friction(known["mu"], known["alpha"], known["g"]), omega0_of(known), 1.0 if mass is None else mass)
+    if key in PER_KG and mass is None:
+        return Measure(one, f"{unit.si} kg-1", f"{unit.shown}/kg", unit.scale)
+    return Measure(one, unit.si, unit.shown, unit.scale)
+
+
+def scene_of(known: Mapping[str, Any]) -> Scene | None:
+    """Return the scene in values by name; None if there is none, or arrays. An a0 that is missing follows from A."""
+    own = {name: known[name] for name in SCENE if name in known}
+    if not has_units(own) or any(getattr(value, "ndim", 0) for value in own.values()):
+        return None
+    if "a0" not in own and isinstance(known.get("A"), float):
+        own["a0"] = amplitude_axis("a0", known["A"], own)
+    return Scene.quiet(**own)
 
 
 def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values by name, for one or many points. Add A and B if the values contain the scene that gives them."""
     known = dict(values)
-    if "A" not in known and {"a0", "omega0", "mu", "alpha", "g"} <= known.keys():
-        known["A"] = amplitude(*(known[name] for name in ("a0", "omega0", "mu", "alpha", "g")))
+    if "A" not in known and "a0" in known and has_units(known):
+        known["A"] = amplitude(known["a0"], omega0_of(known), *(known[name] for name in ("mu", "alpha", "g")))
     if "B" not in known and {"mu", "alpha"} <= known.keys():
         known["B"] = incline(known["mu"], known["alpha"])
     return known
 
 
 def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
-    """Return the value of `name` ("A", "a0" or "omega0") that gives the amplitude A.
+    """Return the value of `name` ("A", "a0", "omega0" or "frequency") that gives the amplitude A.
 
     `known` contains the other quantities of the scene by name.
     """
     if name == "A":
         return A
     unit = friction(known["mu"], known["alpha"], known["g"])
-    return A * unit / _each(_square, known["omega0"]) if name == "a0" else (A * unit / known["a0"]) ** 0.5
+    if name == "a0":
+        return A * unit / _each(_square, omega0_of(known))
+    return (A * unit / known["a0"]) ** 0.5 / (TURN if name == "frequency" else 1.0)
 
 
 def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
@@ -101,7 +225,7 @@ def _each(function: Callable[[float], float], x: Any) -> Any:
     import numpy as np
 
     values, where = np.unique(x, return_inverse=True)  # each value is computed once; few values are distinct
-    return np.array([function(v) for v in values.tolist()])[where]
+    return np.array([function(v) for v in values.tolist()])[where].reshape(np.shape(x))
 
 
 def _square(x: float) -> float:
@@ -134,8 +258,8 @@ class Scene:
         coefficient of friction.
     alpha : float
         angle of the incline in degrees, 0 <= α < 90.
-    mass : float
-        mass in kg. It scales forces and powers only.
+    mass : float, optional
+        mass in kg. It scales forces, momenta, energies and powers only. Without it these are per kilogram.
     g : float
         acceleration of gravity in m/s².
 
@@ -165,8 +289,9 @@ class Scene:
     omega0: float
     mu: float
     alpha: float
-    mass: float = 1.0
+    mass: float | None = None
     g: float = 9.80665
+    _frequency: float | None = field(default=None, init=False, repr=False, compare=False)
 
     def __init__(
         self,
@@ -174,7 +299,7 @@ class Scene:
         omega0: float | None = None,
         mu: float | None = None,
         alpha: float | None = None,
-        mass: float = mass,
+        mass: float | None = mass,
         g: float = g,
         *,
         frequency: float | None = None,
@@ -183,11 +308,10 @@ class Scene:
             raise TypeError(
                 "omega0 is missing: must be given, a finite number > 0 in rad/s (or give frequency in hertz)"
             )
-        if frequency is not None:
-            if omega0 is not None:
-                raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
-            omega0 = 2.0 * math.pi * check_scene("frequency", frequency)
-        self._take({"a0": a0, "omega0": omega0, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
+        if frequency is not None and omega0 is not None:
+            raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
+        pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
+        self._take({"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         if self.a0 > 0.0 and math.isfinite(self.A):  # a scene with a0 = 0 gives only B and the units
             warn(slip([(self.A, self.B, 0.0, 1.0)]))
 
@@ -195,23 +319,35 @@ class Scene:
     def quiet(cls, **values: float) -> Scene:
         """Return a scene without a warning of likely mistakes, as needed for the ends of axes. By default a0 is 0."""
         scene = cls.__new__(cls)
-        scene._take({"a0": 0.0, "mass": cls.mass, "g": cls.g} | values)
+        scene._take({"a0": 0.0, "g": cls.g} | values)
         return scene
 
     def _take(self, values: Mapping[str, object]) -> None:
         for key, value in values.items():
-            object.__setattr__(self, key, check_scene(key, value))
+            if key == "mass" and value is None:
+                continue
+            x = check_scene(key, value)
+            if key == "frequency":
+                object.__setattr__(self, "_frequency", x)
+                key, x = "omega0", TURN * x
+            object.__setattr__(self, key, x)
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The quantities by name as they were given: `frequency` or `omega0`, and `mass` only if it is known."""
+        pace = {"omega0": self.omega0} if self._frequency is None else {"frequency": self._frequency}
+        mass = {} if self.mass is None else {"mass": self.mass}
+        return {"a0": self.a0, **pace, "mu": self.mu, "alpha": self.alpha, **mass, "g": self.g}
 
     def _repr_html_(self) -> str:
-        values = {name: (getattr(self, name, None), row) for name, row in SCENE.items()}
-        rows = {name: f"{x * row.scale:.6g} {row.shown}".strip() for name, (x, row) in values.items() if x}
+        rows = {name: f"{x * SCENE[name].scale:.6g} {SCENE[name].shown}".strip() for name, x in self.given.items() if x}
         rows |= {"frequency": f"{self.frequency:.6g} Hz", "B": f"{self.B:.6g}"}
         return html_table("Scene", (rows | ({"A": f"{self.A:.6g}"} if self.a0 else {})).items())
 
     @property
     def frequency(self) -> float:
         """Frequency of the excitation in hertz."""
-        return self.omega0 / (2.0 * math.pi)
+        return self.omega0 / TURN if self._frequency is None else self._frequency
 
     @property
     def friction(self) -> float:
@@ -233,29 +369,32 @@ class Scene:
 
         Raises TypeError for any other type.
         """
-        return _numbers("xi", xi) * self.friction / _square(self.omega0)
+        return self._in_si("length", "xi", xi)
 
     def velocity(self, dxi: ArrayLike) -> Any:
         """Return the velocity dx/dt in m/s from ξ', a number or an array. Raises TypeError as `length` does."""
-        return _numbers("dxi", dxi) * self.friction / self.omega0
+        return self._in_si("velocity", "dxi", dxi)
 
     def time(self, tau: ArrayLike) -> Any:
         """Return the time t in s from τ = Ω0 t, a number or an array. Raises TypeError as `length` does."""
-        return _numbers("tau", tau) / self.omega0
+        return self._in_si("time", "tau", tau)
 
     def power(self, work: ArrayLike) -> Any:
         """Return the mean power in W from a dimensionless energy per excitation period, a number or an array.
 
-        Raises TypeError as `length` does.
+        Without a mass the power is in W/kg. Raises TypeError as `length` does.
         """
-        return power(_numbers("work", work), self.omega0, self.mu, self.alpha, self.mass, self.g)
+        return self._in_si("power", "work", work)
 
     def force(self, h: ArrayLike) -> Any:
         """Return the adhesive force F_H in N from H = F_H / (m μ g cos α), a number or an array.
 
-        Raises TypeError as `length` does.
+        Without a mass the force is in N/kg. Raises TypeError as `length` does.
         """
-        return _numbers("h", h) * self.mass * self.friction
+        return self._in_si("force", "h", h)
+
+    def _in_si(self, unit: str, key: str, value: object) -> Any:
+        return _numbers(key, value) * _measure(unit, vars(self)).one
 
 
 def _numbers(key: str, value: object) -> Any:

@@ -7,16 +7,16 @@ written only once.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from vibrodrive.model.choices import ACTS_ON, Method, Scan, used_by
-from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
+from vibrodrive.model.names import AXES, PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
-from vibrodrive.model.physical import Scene, check_scene, with_A_and_B
+from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, with_A_and_B
 from vibrodrive.model.records import (
     ERROR,
     FAILURES,
@@ -69,8 +69,8 @@ class Plan:
 
     axes : values of each axis, in the order of the call or of the configuration. Quantities of the scene (SCENE_AXES)
         may be axes.
-    scalars : parameters with one value. If a quantity of the scene is an axis, the rest of the scene is in `scalars`.
-        Then A, or A and B, are neither axes nor scalars, but are computed for each point.
+    scalars : parameters with one value, and the quantities of the scene, if any, that are not axes. If A or B depends
+        on an axis of the scene, it is neither axis nor scalar, but is computed for each point.
     record : names of the records (records.py).
     together : values of the parameters that change together along the axis POINT.
     tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
@@ -132,6 +132,14 @@ class Plan:
         which = np.ravel_multi_index(np.ix_(*some), self.shape).reshape(-1) if some else np.zeros(1, int)
         columns = [COLUMNS.index(name) for name in ("A", "B", "eps", "eta")]
         return [tuple(row) for row in self.rows(which)[:, columns].tolist()]
+
+    def single(self, at: int) -> "Plan":
+        """Return the plan of the one point with the number `at`, with its scene, if any, and without axes."""
+        index = dict(zip(self.axes, np.unravel_index(at, self.shape), strict=True)) if self.axes else {}
+        along = {name: float(self.axes[name][k]) for name, k in index.items() if name in SCENE}
+        point = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
+        scene = {name: value for name, value in self.scalars.items() if name in SCENE}
+        return replace(self, axes={}, together={}, scalars=point | scene | along, tiling=None)
 
     def arguments(self, at: int) -> dict[str, Any]:
         """Return the arguments of `simulate` for the point with the number `at`."""
@@ -237,10 +245,11 @@ def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
 def make_plan(arguments: Mapping[str, object]) -> Plan:
     """Check all arguments of a sweep and return its plan.
 
-    The keys are the names of the arguments of `simulate`. Sequences become axes. The quantities of a scene (see
-    `Scene`) may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with a message that gives
-    the argument, its value and the allowed values (`bad`).
+    The keys are the names of the arguments of `sweep`. Sequences become axes. The quantities of a scene (see `Scene`)
+    may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with a message that gives the
+    argument, its value and the allowed values (`bad`).
     """
+    arguments = _with_scene(arguments)
     known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}
     record: tuple[str, ...] = (SECTION,)
@@ -263,7 +272,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     if not {"A", "a0"} & given:
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     if {*SCENE} & given:
-        _follow_scene(axes, scalars)
+        _follow_scene(axes, scalars, {**arguments, **together})
     scalars = {name: value for name, value in scalars.items() if name not in together}
     for one in PERIODS.keys() & {*record}:
         chosen.setdefault("periods", PERIODS[one])
@@ -298,11 +307,28 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
         if PARAMETERS[key].default is None:
             raise TypeError(bad(key, value, PARAMETERS[key].allowed))
         return
+    if key in SCENE and key not in AXES and np.ndim(value):  # type: ignore[arg-type]
+        check_scene(key, value)  # g is no axis: refused, because it is no number
     values = _checked(key, value)
     if values.ndim:
         axes[key] = values
     else:
         scalars[key] = float(values)
+
+
+def _with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments with the quantities of `scene` instead of it, apart from an a0 of 0, which A replaces. Another
+    argument replaces a quantity of the scene. Raises TypeError."""
+    given = {name: value for name, value in arguments.items() if value is not None or name not in (*SCENE, "scene")}
+    scene = given.pop("scene", None)
+    if scene is None:
+        return given
+    if not isinstance(scene, Scene):
+        raise TypeError(bad("scene", scene, "a Scene"))
+    if given.get("A", 0.0) is None:  # as in the signature
+        del given["A"]
+    replaced = {*given, *(PACES if PACES & given.keys() else ()), *([] if scene.a0 else ["a0"])}
+    return {name: value for name, value in scene.given.items() if name not in replaced} | given
 
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
@@ -339,14 +365,25 @@ def _labels(values: Any) -> Any:
     return index if hasattr(index, "equals") else None
 
 
-def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> None:
-    """Check A and B of a scene. Add A or B to the scalars if it is the same at all points. Raises ValueError."""
+def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float], written: Mapping[str, Any]) -> None:
+    """Check a scene. Add A or B to the scalars if it is the same at all points. Raises ValueError.
+
+    `written` contains the arguments of the call, in which a scene replaces A and B.
+    """
     scalars.setdefault("g", Scene.g)
+    known = {**scalars, **axes}
+    refuse_incomplete(known, axes)
+    if known.keys() >= PACES:
+        raise ValueError(bad("frequency", np.asarray(known["frequency"]).tolist(), "left out if omega0 is given"))
+    for name, source in (("A", "a0"), ("B", "alpha")):
+        if source in known and written.get(name) is not None:
+            raise ValueError(bad(name, written[name], "left out, because it follows from the scene"))
     scene = {name: value for name, value in scalars.items() if name in SCENE}
     # A and B are largest where friction is least
     ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in axes.items() if name in SCENE}
     extreme = Scene.quiet(**(scene | ends))
-    for name, sources in (("A", ("a0", "omega0", "mu", "alpha")), ("B", ("mu", "alpha"))):
+    pace = "frequency" if "frequency" in known else "omega0"
+    for name, sources in (("A", ("a0", pace, "mu", "alpha")), ("B", ("mu", "alpha"))):
         if name == "A" and "a0" not in scene | ends:
             continue
         try:
@@ -358,6 +395,9 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float]) -> 
             scalars.pop(name, None)
         else:
             scalars[name] = value
+    for name in (*SCENE, "A"):  # in an order that does not depend on the call
+        if name in scalars:
+            scalars[name] = scalars.pop(name)
 
 
 def _checked(key: str, value: object, place: str = "") -> np.ndarray:

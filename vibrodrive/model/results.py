@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,7 +16,7 @@ from vibrodrive.model.described import numbers, share_computed, span
 from vibrodrive.model.names import Settings
 from vibrodrive.model.notebook import html_table
 from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
-from vibrodrive.model.physical import with_A_and_B
+from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, Quantity, quantities
 from vibrodrive.model.size import refuse_large_results
@@ -64,12 +65,13 @@ class Results:
     axes : dict[str, float64 array]
         the swept parameters, in order. They are dimensionless, or quantities of a `[physical]` scene in SI units
         (alpha in degrees). If an axis is in SI units, A, or A and B, are computed for each point. The axis "point"
-        counts the values of parameters that change together.
+        counts the values of parameters that change together. Arrays are dimensionless, also with a scene; figures and
+        `to_xarray` are then in SI units, and those of `dimensionless()` are not.
     points : dict[str, float64 array]
         the parameters that change together along the axis "point", each with one value for each point; empty without
         this axis.
     scalars : dict[str, float]
-        the parameters with one value. If an axis is in SI units, they include the rest of the scene.
+        the parameters with one value, and the quantities of the scene, if any, that are not axes.
     settings : Settings
         the settings common to all points, as attributes, such as `settings.transient`.
     record : tuple of str
@@ -110,6 +112,8 @@ class Results:
     >>> one.section.shape, int(one.switches[vd.State.IMPACT])
     ((4, 2), 4)
     """
+
+    _dimensionless = False
 
     def __init__(
         self,
@@ -332,14 +336,28 @@ class Results:
             axes, with_A_and_B(scalars), self.settings, functools.partial(_read_part, self._source, at), self.title,
             record=self.record, points=points, stored=self.quantities,
         )  # fmt: skip
+        part._dimensionless = self._dimensionless
         part._arrays.update({name: array[at] for name, array in self._arrays.items()})
         return part
+
+    def dimensionless(self) -> Results:
+        """Return the same results, whose figures and tables have dimensionless quantities also with a scene."""
+        other = copy.copy(self)
+        other._dimensionless = True
+        return other
+
+    def measure(self, quantity: str) -> Measure:
+        """Return the conversion of a quantity to SI units over the axes; one that changes nothing without a scene."""
+        known = self.scalars | dict(zip(self.axes, np.ix_(*self.axes.values()), strict=True))
+        return measure(quantity, known, self._dimensionless)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all arrays as an `xarray.Dataset`, named as in the files. This needs the extra `data`.
 
-        The axes are coordinates; the parameters with one value and the settings are attributes. Each variable has
-        `units` and a `long_name`, and the status has `flag_values` and `flag_meanings`, too. Arrays are not copied.
+        With a scene the quantities are in SI units, unlike in files and attributes; those of `dimensionless()` are not.
+        Without a mass, momenta and energies are per kilogram. The axes are coordinates; the parameters with one value
+        and the settings are attributes. Each variable has `units` and a `long_name`, and the status has `flag_values`
+        and `flag_meanings`, too.
 
         Returns
         -------

@@ -6,6 +6,7 @@ import textwrap
 import numpy as np
 
 from vibrodrive.model.config import HOMES
+from vibrodrive.model.names import SCENE
 from vibrodrive.model.plan import POINT, Plan, idle
 from vibrodrive.model.records import RECORDS
 
@@ -15,16 +16,18 @@ WIDTH = 110
 
 
 def as_toml(plan: Plan) -> str:
-    """Return the configuration of a plan without a scene in SI units.
+    """Return the configuration of a plan.
 
     The text contains all settings in use, so that a later version with other defaults reads the same plan.
     """
-    s = plan.settings
-    left = {*plan.axes, *idle(s.method)}
+    s, scene = plan.settings, {*SCENE} & {*plan.scalars, *plan.axes}
+    follows = {"B", *(["A"] if "a0" in scene else [])} if scene else set()
+    left = {*plan.axes, *follows, *idle(s.method)}
     numbers = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
     known = [name for name in plan.record if name in RECORDS]
     said = numbers | s.words | ({"record": known} if known else {})
-    tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in HOMES.items()}
+    homes = ({"physical": tuple(SCENE)} if scene else {}) | HOMES
+    tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in homes.items()}
     together = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
     tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items() if name != POINT}
     if POINT in plan.axes:

@@ -27,6 +27,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, size
 from vibrodrive.model.choices import Status
 from vibrodrive.model.parameters import bad, check
+from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.records import How
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
@@ -108,6 +109,8 @@ class Limit(Found):
         the loss as a `How` (model/records.py), -1 without a search.
     status : Status
         OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
+    scene : Scene or None
+        machine in SI units, if it was given.
     """
 
     criterion: str
@@ -122,9 +125,11 @@ class Limit(Found):
     how: str = ""
     code: int = -1
     status: Status = Status.OK
+    scene: Scene | None = None
 
     def __repr__(self) -> str:
-        found = f"k2 = {self.k2:.6g} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
+        si = f" ({1e3 * self.velocity_si:.4g} mm/s)" if self.scene is not None else ""
+        found = f"k2 = {self.k2:.6g}{si} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
         how = f"{self.how}; kept up to {self.kept_below:.6g}" if math.isfinite(self.k2) else self.how
         return f"<Limit {found}: {how}; period {self.n}, {self.method}, criterion {self.criterion}>"
 
@@ -135,6 +140,11 @@ class Limit(Found):
         In this unit limits in ε and in Δτ can be compared.
         """
         return self.as_velocity(self.k2)
+
+    @property
+    def velocity_si(self) -> float:
+        """`velocity` in m/s; NaN without a scene."""
+        return math.nan if self.scene is None else float(self.scene.velocity(self.velocity))
 
     @property
     def velocity_last(self) -> float:
@@ -175,8 +185,9 @@ def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: obje
     """Return the plan of `limit` from the arguments of the call. `hint` is added to the message that refuses axes."""
     if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
         raise TypeError(bad(disturbance, written[disturbance], "left out, because its limit is computed"))
-    if not hasattr(written["A"], "__len__"):
-        check("A", written["A"])
+    A = written.get("A")
+    if A is not None and not hasattr(A, "__len__"):
+        check("A", A)
     own = ("disturbance", "method", "criterion", "threads")
     arguments = {name: value for name, value in written.items() if name not in own}
     plan = plan_disturbed(arguments, disturbance, method, (), hint)
@@ -310,4 +321,5 @@ class LimitSearch:
         """Return the Limit at a point of the plan."""
         at = self.plan.arguments(index)
         method = self.plan.settings.method_name
-        return Limit(at["A"], at["B"], at["eta"], self.disturbance, method, self.wanted.text, **found)
+        scene = scene_of(self.plan.scalars)
+        return Limit(at["A"], at["B"], at["eta"], self.disturbance, method, self.wanted.text, scene=scene, **found)

@@ -12,6 +12,7 @@ from vibrodrive.model.above import above
 from vibrodrive.model.choices import MethodLike, ScanLike
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
+from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.limit import PERIODS, Disturbance, Limit, LimitSearch, plan_at_one_point
@@ -23,11 +24,12 @@ T = TypeVar("T")
 def limit(
     written: Mapping[str, Any],
     /,
-    A: float,
+    A: float | None = None,
     disturbance: Disturbance = "eps",
     method: MethodLike | None = None,
     criterion: str = IMPACTS,
     *,
+    scene: Scene | None = None,
     B: float = 0.1,
     eps: float = 0.0,
     eta: float = ETA,
@@ -50,7 +52,7 @@ def limit(
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless like all parameters.
+        excitation amplitude, dimensionless like all parameters. Required without a scene.
     disturbance : "eps" or "dtau"
         the quantity whose limit is computed: the physical disturbance ε, eq. (9), or the step Δτ of the numerical
         disturbance (§5).
@@ -62,6 +64,8 @@ def limit(
         condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
         (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
         the orbit. Both conditions may be joined by "and".
+    scene : Scene, optional
+        machine in SI units, which gives A and B, as in `simulate`.
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
@@ -80,6 +84,7 @@ def limit(
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
         `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
+        `velocity_si` is the limit as a velocity in m/s, if there is a scene.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Conversion of results to an xarray.Dataset with the names, units and long names of the files."""
+"""Conversion of results to an xarray.Dataset with the names of the files, and their units unless there is a scene."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibrodrive.model.drawing import IMPACT_POWER
 from vibrodrive.model.plan import POINT
+from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.results import Results
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
@@ -32,8 +34,13 @@ def dataset(results: Results) -> xarray.Dataset:
     for v in layout.variables_of(plan):
         if v.name != "checksum":
             dims = (*plan.axes, *([v.extra] if v.extra else []))
-            about = {"units": v.units, "long_name": v.long_name}
-            variables[v.name] = xarray.Variable(dims, _array(results, v.name), about)
+            unit = results.measure(v.name)
+            about = {"units": v.units if unit.si == "1" else unit.si, "long_name": unit.words(v.long_name)}
+            variables[v.name] = xarray.Variable(dims, unit.of(_array(results, v.name)), about)
+    if SUMMARY in plan.record and results.measure("energy").si != "1":
+        power = results.measure(IMPACT_POWER)
+        about = {"units": power.si, "long_name": "power of the impacts"}
+        variables[IMPACT_POWER] = xarray.Variable(tuple(plan.axes), power.of(np.asarray(results.energy)), about)
     for name, flags in layout.flags_of(plan).items():
         variables[name].attrs |= flags
     return xarray.Dataset(variables, coords, {"title": results.title, **plain(plan)})
