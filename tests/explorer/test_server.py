@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from http.client import HTTPConnection
 
 import click
 import numba
@@ -47,6 +48,12 @@ def answer(address, **headers):
     except urllib.error.HTTPError as error:
         with error:
             return error.code, error.read().decode()
+
+
+UPGRADE = {
+    "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+    "Sec-WebSocket-Version": "13",
+}  # fmt: skip
 
 
 def test_page_is_served_with_the_token(explorer):
@@ -139,6 +146,41 @@ def test_foreign_hosts_and_origins_are_refused_even_with_the_token(explorer, hea
     assert answer(explorer.address.split("?")[0] + "static/js/bokeh.min.js", **sent)[0] == 403
 
 
+def test_tunnel_with_another_port_is_refused_with_the_reason(explorer):
+    port = port_of(explorer)
+    status, text = answer(explorer.address, Host=f"localhost:{port + 1}")
+    assert status == 403
+    assert text == (
+        f"refused: Host = 'localhost:{port + 1}': must be 127.0.0.1:{port} or localhost:{port}; "
+        f"a tunnel must have the same port at both ends: ssh -L {port}:127.0.0.1:{port} NAME\n"
+    )
+    assert f"ssh -L {port}:127.0.0.1:{port} NAME" in explorer._repr_html_()
+
+
+def test_page_is_reachable_through_a_jupyterhub(monkeypatch):
+    """jupyter-server-proxy serves it below the path of the user, and passes on the headers of the browser."""
+    monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", "/user/name/")
+    with closing(vd.explore(threads=1)) as explorer:
+        path, _, page = explorer.address.partition("/?")
+        place, _, port = path.rpartition("/")
+        assert place == "/user/name/proxy"
+        assert f'src="{explorer.address}"' in explorer._repr_html_()
+        assert "jupyter-server-proxy" in explorer._repr_html_()
+        here, hub = f"http://127.0.0.1:{port}/?{page}", "hub.example.org"
+        status, text = answer(here, Host=hub)
+        assert status == 200
+        assert re.findall(r'src="([^"]*)static/js', text) == ["./"]
+        assert answer(here, Host=hub, Origin=f"https://{hub}")[0] == 200
+        assert answer(here, Host=hub, Origin="https://evil.example")[0] == 403
+        assert answer(here.partition("?")[0], Host=hub)[0] == 403
+        session = re.search(r'"token":"([^"]+)"', text)[1]
+        socket = {**UPGRADE, "Sec-WebSocket-Protocol": f"bokeh, {session}", "Host": hub}
+        for origin, code in ((f"https://{hub}", 101), ("https://evil.example", 403)):
+            with closing(HTTPConnection("127.0.0.1", int(port), timeout=LIMIT)) as connection:  # urllib upgrades none
+                connection.request("GET", f"/ws?{page}", headers={**socket, "Origin": origin})
+                assert connection.getresponse().status == code
+
+
 def test_localhost_is_accepted(explorer):
     assert answer(explorer.address.replace("127.0.0.1", "localhost"))[0] == 200
 
@@ -146,10 +188,7 @@ def test_localhost_is_accepted(explorer):
 @pytest.mark.parametrize(("origin", "token"), [("http://evil.example", ""), (None, ""), ("own", "e30.forged")])
 def test_websocket_needs_the_session_of_a_page(explorer, origin, token):
     base = explorer.address.split("/?")[0]
-    headers = {
-        "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
-        "Sec-WebSocket-Version": "13", "Sec-WebSocket-Protocol": f"bokeh, {token}",
-    }  # fmt: skip
+    headers = {**UPGRADE, "Sec-WebSocket-Protocol": f"bokeh, {token}"}
     if origin:
         headers["Origin"] = base if origin == "own" else origin
     assert answer(base + "/ws", **headers)[0] == 403

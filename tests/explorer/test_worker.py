@@ -230,6 +230,16 @@ def aside():
     found.close()
 
 
+def test_frozen_program_does_not_start_itself_again(monkeypatch):
+    """`sys.executable` is then the program, so each copy would start the next."""
+    monkeypatch.setattr("vibrodrive.explorer.aside.FROZEN", True)
+    aside = SeparateProcess(os.getpid)
+    aside.start()
+    assert aside._process is None
+    with pytest.raises(RuntimeError, match="which a frozen program cannot start"):
+        aside.call(Halt(), os.getpid)
+
+
 def test_process_returns_results_and_errors(aside):
     assert aside.call(Halt(), divmod, 7, 2) == (3, 1)
     with pytest.raises(ValueError, match="B = -1"):

@@ -21,6 +21,7 @@ from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.toml import as_toml
 from vibrodrive.store.compare import compare
+from vibrodrive.store.layout import Origin
 from vibrodrive.store.lock import Lock
 from vibrodrive.store.reader import verify
 
@@ -148,6 +149,16 @@ def test_ctrl_c_leaves_a_file_that_resumes(quick, monkeypatch):
     assert vd.load("x.h5").computed == pytest.approx(1 / 3)
     vd.sweep(**SWEEP, path="x.h5")
     assert quick == [1, 2]
+
+
+def test_sweep_of_another_version_is_continued_with_a_word(quick, monkeypatch, capsys):
+    Path("c.toml").write_text(as_toml(make_plan(SWEEP)))
+    with monkeypatch.context() as m:
+        m.setattr("vibrodrive.store.layout.__version__", "0.0.9")
+        fake.write(Path("c.h5"), make_plan(SWEEP), Origin(Path("c.toml").read_text()), [0])
+    command("c.toml")
+    assert quick == [1, 2]
+    assert f"c.h5: begun by vibrodrive 0.0.9, continued by {vd.__version__}\n" in capsys.readouterr().err
 
 
 def test_busy_file_is_refused_at_once(quick):

@@ -7,8 +7,10 @@ import pickle
 import shutil
 import weakref
 from dataclasses import replace
+from importlib import metadata
 
 import h5py
+import numba
 import numpy as np
 import pytest
 import xarray as xr
@@ -257,6 +259,17 @@ def test_attributes_give_the_origin(finished):
         assert "created" not in file.attrs  # a date would make files of equal runs different
         assert "numba" in json.loads(file.attrs["versions"])
         assert all(file[v.name].fletcher32 for v in variables_of(make()))
+
+
+def test_frozen_program_without_metadata_names_its_versions(path, monkeypatch):
+    def lacking(package):
+        raise metadata.PackageNotFoundError(package)
+
+    monkeypatch.setattr(metadata, "version", lacking)
+    write(path, make())
+    with h5py.File(path) as file:
+        found = json.loads(file.attrs["versions"])
+    assert (found["numpy"], found["numba"], found["h5py"]) == (np.__version__, numba.__version__, h5py.__version__)
 
 
 def test_shared_parameters_are_attributes(finished):

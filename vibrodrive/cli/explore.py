@@ -65,7 +65,9 @@ def explore(
         why = (error.strerror or str(error)).partition(" (")[0]
         raise click.ClickException(f"{'no free port' if port is None else f'--port {port}'}: {why}") from None
     click.echo(explorer.address)
-    if not no_browser:
+    if explorer.hub:
+        click.echo(f"open this path on the hub; {explorer.advice}", err=True)
+    elif not no_browser:
         import webbrowser
 
         webbrowser.open(explorer.address)

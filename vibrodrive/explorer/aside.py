@@ -19,6 +19,8 @@ from typing import Any
 
 from vibrodrive.jit.slices import Halt, Halted
 
+FROZEN = getattr(sys, "frozen", False)  # then `sys.executable` is not Python, but the program, which would start again
+
 LOOK_SECONDS = 0.02  # interval between checks of `halt` while the other process computes
 
 
@@ -36,6 +38,8 @@ class SeparateProcess:
 
         If the function raises an exception, this exception is raised here. Raises Halted as soon as `halt` is set.
         """
+        if FROZEN:
+            raise RuntimeError("exact results need Python in a separate process, which a frozen program cannot start")
         self.start()
         if self._warming:
             self._answer(halt)
@@ -69,7 +73,7 @@ class SeparateProcess:
         """Start the process, unless it is running, and call `warm` in it."""
         if self._process is not None and self._process.poll() is not None:
             self._kill()
-        if self._process is None and not self._closed:
+        if self._process is None and not self._closed and not FROZEN:
             self._pipe, other = Pipe()
             self._process = subprocess.Popen(
                 [sys.executable, "-c", f"from {__name__} import serve; serve({other.fileno()})"],

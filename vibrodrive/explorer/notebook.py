@@ -18,8 +18,14 @@ if TYPE_CHECKING:
     from vibrodrive.explorer.server import Explorer
 
 
+FRAME = 'allow="fullscreen; clipboard-write" style="border: 0"'
+
+
 class Explored:
-    """Running explorer. A notebook shows its page in a frame. A browser opens its `address`, a URL on this machine."""
+    """Running explorer. A notebook shows its page in a frame. A browser opens its `address`.
+
+    The address is a URL on this machine or, on a JupyterHub, the path of the page on the hub.
+    """
 
     def __init__(self, view: View, threads: int) -> None:
         started: Future[Explorer] = Future()
@@ -34,8 +40,11 @@ class Explored:
         self._thread.join(2.0)
 
     def _repr_html_(self) -> str:
-        allowed = 'allow="fullscreen; clipboard-write" style="border: 0"'
-        return f'<iframe src="{html.escape(self.address)}" width="100%" height="860" {allowed}></iframe>'
+        address = html.escape(self.address)
+        frame = f'<iframe src="{address}" width="100%" height="860" {FRAME}></iframe>'
+        return (
+            f'{frame}<p><a href="{address}" target="_blank">Page in a tab</a>; {html.escape(self._explorer.advice)}</p>'
+        )
 
     def __repr__(self) -> str:
         return f"<explorer at {self.address}>"
@@ -54,8 +63,8 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     Returns
     -------
     Explored
-        the running explorer, with `address` and `close`. The page is reachable from this machine only, until `close` is
-        called or the process ends.
+        the running explorer, with `address` and `close`. The page is reachable from this machine only, and on a
+        JupyterHub through the hub (with jupyter-server-proxy), until `close` is called or the process ends.
 
     Raises
     ------

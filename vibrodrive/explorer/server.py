@@ -5,6 +5,8 @@ Bokeh checks only the origin of a websocket. This server checks every request be
 - The Host header must be a name of this machine. Otherwise a foreign page could gain access through a foreign host
   name that resolves to this machine.
 - The Origin header, if there is one, must name this server.
+- On a JupyterHub these two headers must agree, because the name of the hub is unknown. The requests come from the hub,
+  which has asked for the login of the user.
 - Every request except those for static files must contain the token. A websocket must also present the signed
   session that the page with the token has received.
 """
@@ -35,6 +37,7 @@ from tornado.web import OutputTransform, RequestHandler
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.session import Session
 from vibrodrive.explorer.view import View
+from vibrodrive.model.parameters import bad
 
 ADDRESS = "127.0.0.1"
 HOST_NAMES = (ADDRESS, "localhost")
@@ -63,7 +66,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     # frames are allowed in a notebook on this machine, at any port, and in the web view of an editor
     "Content-Security-Policy": "frame-ancestors http://localhost:* http://127.0.0.1:* vscode-webview: "
-    "https://*.vscode-cdn.net",
+    "https://*.vscode-cdn.net 'self'",  # 'self': in a notebook of a JupyterHub
 }
 
 
@@ -87,10 +90,11 @@ class Headers(OutputTransform):
 class Guarded(BokehTornado):
     """Bokeh application that checks every request."""
 
-    def __init__(self, applications: Any, token: str, port: int, **options: Any) -> None:
-        self.token = token
-        self.hosts = {f"{name}:{port}" for name in HOST_NAMES}
-        super().__init__(applications, **options)
+    def __init__(self, applications: Any, token: str, port: int, hub: str, **options: Any) -> None:
+        self.token, self.port, self.hub = token, port, hub
+        self.hosts = [f"{name}:{port}" for name in HOST_NAMES]
+        origins = ["*"] if hub else self.hosts  # `refusal` has compared the origin before
+        super().__init__(applications, extra_websocket_origins=origins, **options)
         self.add_transform(Headers)
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> Any:
@@ -100,15 +104,20 @@ class Guarded(BokehTornado):
         return super().find_handler(request, **kwargs)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """Return the scripts of the page. They omit Bokeh's widgets, tables, formulas and WebGL."""
-        return super().resources(absolute_url).clone(components=["bokeh"])
+        """Return the scripts of the page. They omit Bokeh's widgets, tables, formulas and WebGL.
+
+        Their addresses are relative to the page, because a hub serves both below its own path.
+        """
+        return super().resources(absolute_url or "./").clone(components=["bokeh"])
 
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return the reason to refuse a request, or "" to accept it."""
-        if request.host not in self.hosts:
-            return "refused: wrong Host header; open the address that vibrodrive explore has printed"
+        hosts = [request.host] if self.hub else self.hosts
+        if request.host not in hosts:
+            return "refused: " + bad("Host", request.host, f"{' or '.join(hosts)}; {tunnel(self.port)}")
         origin = request.headers.get("Origin") or request.headers.get("Sec-WebSocket-Origin")
-        if origin is not None and origin.removeprefix("http://") not in self.hosts:
+        schemes = ("http", "https") if self.hub else ("http",)
+        if origin is not None and origin not in [f"{scheme}://{host}" for scheme in schemes for host in hosts]:
             return "refused: the request comes from a page of another origin"
         if request.path.startswith("/static/") or request.path == "/favicon.ico":
             return ""
@@ -116,6 +125,11 @@ class Guarded(BokehTornado):
         if not hmac.compare_digest(given, self.token.encode()):
             return "refused: wrong or missing token; use the token of the address that vibrodrive explore has printed"
         return ""
+
+
+def tunnel(port: int) -> str:
+    """Return the advice for a browser on another machine."""
+    return f"a tunnel must have the same port at both ends: ssh -L {port}:{ADDRESS}:{port} NAME"
 
 
 class Prompt(HTTPServer):
@@ -163,6 +177,7 @@ class Explorer:
         self.engine = Engine(threads, _tasks)
         self.token = secrets.token_urlsafe(24)
         self.view = view
+        self.hub = os.environ.get("JUPYTERHUB_SERVICE_PREFIX", "")
         application = Application(FunctionHandler(self._open))
         listening.setblocking(False)
         self.port: int = listening.getsockname()[1]
@@ -170,7 +185,7 @@ class Explorer:
             {"/": application},
             self.token,
             self.port,
-            extra_websocket_origins=[f"{name}:{self.port}" for name in HOST_NAMES],
+            self.hub,
             secret_key=secrets.token_bytes(32),
             sign_sessions=True,
             generate_session_ids=True,
@@ -185,8 +200,16 @@ class Explorer:
 
     @property
     def address(self) -> str:
-        """Address of the page, including the token."""
-        return f"http://{ADDRESS}:{self.port}/?token={self.token}"
+        """Address of the page, including the token. On a JupyterHub it begins with the path on the hub."""
+        place = f"{self.hub}proxy/{self.port}" if self.hub else f"http://{ADDRESS}:{self.port}"
+        return f"{place}/?token={self.token}"
+
+    @property
+    def advice(self) -> str:
+        """What to do if the browser cannot show the page at `address`."""
+        if self.hub:
+            return "the page needs the package jupyter-server-proxy beside the Jupyter server of this JupyterHub"
+        return f"if the browser runs on another machine, {tunnel(self.port)}"
 
     def _open(self, document: Document) -> None:
         context = document.session_context

@@ -33,6 +33,7 @@ from vibrodrive.model.records import several_motions
 from vibrodrive.model.size import file_bytes, human
 from vibrodrive.store.layout import Origin, Progress
 from vibrodrive.store.writer import Writer, open_writer
+from vibrodrive.version import __version__
 
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
@@ -197,6 +198,8 @@ class _Work:
         path, done, blocks = self.job.path, writer.done.sum(), len(writer.done)
         for k, fault in sorted(writer.repaired.items()):
             self._news.append(f"{path}: block {k} is damaged ({fault}) and is computed again")
+        if done < blocks and writer.made_by != __version__:
+            self._news.append(f"{path}: begun by vibrodrive {writer.made_by}, continued by {__version__}")
         if 0 < done < blocks:
             share = 100 * done / blocks
             self._news.append(f"{path}: resumed with {done} of {blocks} blocks ({share:.1f} %)")

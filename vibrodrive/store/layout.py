@@ -16,7 +16,7 @@ import math
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
-from importlib import metadata
+from importlib import import_module, metadata
 from typing import Any, NamedTuple
 
 import h5py
@@ -276,10 +276,17 @@ def digests(arrays: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 def versions() -> dict[str, str]:
     """Return the versions of this package and of the packages that may affect a result."""
-    packages = {name: metadata.version(name) for name in ("numpy", "numba", "h5py")}
     return {
         "vibrodrive": __version__,
         "python": platform.python_version(),
-        **packages,
+        **{name: _version(name) for name in ("numpy", "numba", "h5py")},
         "hdf5": h5py.version.hdf5_version,
     }
+
+
+def _version(package: str) -> str:
+    """Return the version of a package. Its metadata are read first, because the import of Numba takes half a second."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:  # a frozen program has no metadata
+        return str(import_module(package).__version__)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import json
 import math
 import time
 from collections.abc import Callable
@@ -78,6 +79,11 @@ class Writer:
         points = math.prod(plan.chunk)
         sections = 8 * points * plan.settings.periods if SECTION in plan.record else 0
         self._chunk = np.empty(sections + 4, np.uint8)
+
+    @property
+    def made_by(self) -> str:
+        """Version of the program that has laid out the file."""
+        return str(json.loads(self._file.attrs["versions"])["vibrodrive"])
 
     def missing(self) -> list[int]:
         """Return the indices into plan.blocks() of the missing blocks."""
