@@ -351,7 +351,7 @@ def test_structure_is_kept_if_the_gaps_equal_the_undisturbed_gaps(disturbed):
     by_A = np.transpose(cells(fig)[2]).tolist()
     assert by_A == [[HOLDS, HOLDS, BROKEN], [HOLDS, BROKEN, HOLDS], [to_hex(SCREEN.lacking)] * 3]
     assert [t.get_text() for t in fig.axes[1].get_yticklabels()] == ["kept", "lost"]
-    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no structure to keep"]
+    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no structure to compare"]
     with pytest.raises(ValueError, match="undisturbed = None: must be"):
         map_figure(disturbed, "kept")
 

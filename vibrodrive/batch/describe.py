@@ -17,16 +17,16 @@ from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import SECTION, SUMMARY
+from vibrodrive.model.records import LONGEST, SECTION, SUMMARY, period_words
 from vibrodrive.model.states import states
 
-LEAST = 256
-"""Least number of excitation periods from which the summary is computed. They suffice to find motions of period 64."""
+LEAST = 4 * LONGEST
+"""Least number of excitation periods from which the summary is computed. They suffice to find the longest period."""
 
 STEP = 0.01
-SETTLING, LONGEST = 8.0, 100_000
+SETTLING, LONGEST_TRANSIENT = 8.0, 100_000
 """Without an obstacle the velocity approaches its mean as exp(-4 n/A) or faster, with n the number of periods. The
-transient is SETTLING A periods, but at most LONGEST."""
+transient is SETTLING A periods, but at most LONGEST_TRANSIENT."""
 
 AVERAGED = 2048  # periods of the mean velocity; at η = 10·√102 the disturbance beats with the excitation in 200 periods
 SETTLED = {False: 1e-6, True: 1e-4}
@@ -170,7 +170,7 @@ def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     record differ. The motions begin with the mean for A >> 1, -A sin(πB/2), where friction balances B.
     """
     eps, eta, n = plan.scalars["eps"], plan.scalars["eta"], AVERAGED
-    transient = max(plan.settings.transient, math.ceil(min(SETTLING * A.max(), LONGEST)))
+    transient = max(plan.settings.transient, math.ceil(min(SETTLING * A.max(), LONGEST_TRANSIENT)))
     # the velocity down never exceeds 2 A (1 + ε η), so that a mass at this gap does not reach the obstacle
     far = 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + n)
     known = (B <= 1.0) & (far <= PARAMETERS["xi0"].high)
@@ -202,14 +202,14 @@ def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Pla
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]
-    cycle = f"period {period}" if period > 0 else "no period up to 64"
-    if scene is None:
-        said.append(f"{cycle}; impacts per excitation period: {impacts:.4g}")
-    else:
-        lasts = f" ({1e3 * period / scene.frequency:.4g} ms)" if period > 0 else ""
-        said.append(
-            f"{cycle}{lasts}; impacts per excitation period: {impacts:.4g} ({impacts * scene.frequency:.4g} per second)"
-        )
+    cycle = period_words(period)
+    if scene is not None and period > 0:
+        cycle += f" ({1e3 * period / scene.frequency:.4g} ms)"
+    if math.isnan(impacts):
+        return [*said, f"{cycle}; the record is too short for means, which need two main impacts"]
+    rate = "" if scene is None else f" ({impacts * scene.frequency:.4g} per second)"
+    over = "" if period > 0 else ", a mean of the record"
+    said.append(f"{cycle}; impacts per excitation period: {impacts:.4g}{rate}{over}")
     if found["sequence"] > 0:
         said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
     mean, most = found["impact_speed_mean"], found["impact_speed_max"]

@@ -29,7 +29,10 @@ LEAST = 1e-9
 below the scale. An example is the energy of an impact that exists only because of rounding."""
 
 STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
-LACKS = {KEPT: "no structure to keep", **dict.fromkeys((q.name for q in LIMITS), "no limit")}
+UNKNOWN = dict.fromkeys(("period", "gaps", "sequence"), "record too short")
+"""Name of the value UNSEEN (model/records.py) of a quantity."""
+
+LACKS = {KEPT: "no structure to compare", **dict.fromkeys((q.name for q in LIMITS), "no limit"), **UNKNOWN}
 
 
 class Painted(NamedTuple):

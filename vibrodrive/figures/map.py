@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from vibrodrive.figures.bifurcation import add_image, is_geometric
-from vibrodrive.figures.colours import SHADES, Painted, paint
+from vibrodrive.figures.colours import SHADES, UNKNOWN, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
 from vibrodrive.figures.given import Shows
 from vibrodrive.figures.looks import HATCHED
@@ -39,6 +39,7 @@ from vibrodrive.figures.style import (
 from vibrodrive.model.drawing import IMPACT_POWER, KEPT, MAP, OF_CLASSES, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.records import UNSEEN
 from vibrodrive.model.results import Results
 
 if TYPE_CHECKING:
@@ -157,6 +158,8 @@ def map_figure(
     label = unit.label(label_of(results, quantity))
     fig, ax = draw_map(results.axes, x, y, painted, values[index], label, more, shows=shows, said=said)
     said += rest_phrases(values[index], status) if quantity == "last_dxi" else []
+    unseen = np.count_nonzero(values[index] == UNSEEN) if quantity in UNKNOWN else 0
+    said += [f"{UNKNOWN[quantity]}: {unseen} of {status.size} points"] if unseen else []
     note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left")
     if lines:
         draw_lines(ax, lines)
@@ -224,10 +227,11 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
 
 def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
     """Return for each point 1 if its gaps equal those of the undisturbed motion, 0 if they differ, and -1 if the
-    undisturbed motion has no gaps."""
+    undisturbed motion has no gaps, or if a record is too short to show the gaps."""
     if undisturbed is None:
         raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT}"))
-    return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
+    gaps = np.asarray(results.gaps)
+    return np.where((undisturbed > 0) & (gaps != UNSEEN), (gaps == undisturbed).astype(np.int64), -1)
 
 
 def borders_of(values: np.ndarray) -> np.ndarray:
