@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 from vibrodrive.stability.limits import CURVES
-from vibrodrive.store.every_kind import load
+from vibrodrive.store.load import load
 
 import vibrodrive as vd
 from vibrodrive.model.parameters import bad

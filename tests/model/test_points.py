@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from vibrodrive.store.every_kind import load
+from vibrodrive.store.load import load
 
 import vibrodrive as vd
 from tests.support import fake

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from vibrodrive.store.every_kind import load
+from vibrodrive.store.load import load
 
 from tests.support import fake
 from vibrodrive.model.config import parse

@@ -9,7 +9,7 @@ import warnings
 
 import h5py
 import pytest
-from vibrodrive.store.every_kind import load, summary
+from vibrodrive.store.load import load, summary
 
 from tests.support import fake
 from tests.support.process import python

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from vibrodrive.store.every_kind import load
+from vibrodrive.store.load import load
 
 from tests.support import fake
 from tests.support.process import python

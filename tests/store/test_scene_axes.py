@@ -3,7 +3,7 @@
 import h5py
 import pytest
 import xarray as xr
-from vibrodrive.store.every_kind import load
+from vibrodrive.store.load import load
 
 from tests.support import fake
 from vibrodrive.errors import Different

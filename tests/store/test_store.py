@@ -14,7 +14,7 @@ import numba
 import numpy as np
 import pytest
 import xarray as xr
-from vibrodrive.store.every_kind import load
+from vibrodrive.store.load import load
 
 from tests.support import fake
 from tests.support.process import python

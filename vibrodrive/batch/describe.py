@@ -218,6 +218,6 @@ def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Pla
     else:
         said.append(f"mean impact speed {scene.velocity(mean):.4g} m/s, largest {scene.velocity(most):.4g} m/s")
     if math.isfinite(found["lyapunov"]):
-        rate, per = (1.0, "excitation period") if scene is None else (scene.frequency, "second")
-        said.append(f"Lyapunov exponent {rate * found['lyapunov']:.4g} per {per}")
+        a_unit, per = (1.0, "excitation period") if scene is None else (scene.frequency, "second")
+        said.append(f"Lyapunov exponent {a_unit * found['lyapunov']:.4g} per {per}")
     return said
