@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from vibrodrive.store.load import load
 
 from tests.support import fake
 from vibrodrive.model.config import parse
@@ -17,6 +16,7 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import RECORDS, quantities
 from vibrodrive.model.results import Results
 from vibrodrive.store.layout import Origin
+from vibrodrive.store.load import load
 from vibrodrive.store.reader import verify
 from vibrodrive.store.writer import open_writer
 

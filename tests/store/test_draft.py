@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
-from vibrodrive.store.file import new_file
 
-from vibrodrive.errors import Busy, NoResult
+from vibrodrive.errors import Busy
 from vibrodrive.figures.style import save
+from vibrodrive.jobs.tables import write_table
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store import draft as drafts
 from vibrodrive.store import lock as locks
@@ -18,9 +18,8 @@ from vibrodrive.store.lock import Lock
 from vibrodrive.store.writer import open_writer
 
 
-def hdf5(path):
-    with new_file(path) as file:
-        file["x"] = 1.0
+def a_table(path):
+    write_table(path, ["A"], [(1.0,)])
 
 
 def a_sweep(path):
@@ -33,7 +32,7 @@ def a_figure(path):
     save(figure, path.with_suffix(".png"))
 
 
-@pytest.mark.parametrize("write", [hdf5, a_sweep, a_figure])
+@pytest.mark.parametrize("write", [a_table, a_sweep, a_figure])
 def test_every_writer_uses_a_draft(write, tmp_path, monkeypatch):
     """Every file is written to a temporary file, which is renamed once. If the renaming fails, no file remains."""
     renamed = []
@@ -53,15 +52,6 @@ def test_every_writer_uses_a_draft(write, tmp_path, monkeypatch):
     monkeypatch.setattr(drafts.os, "replace", replace)
     write(tmp_path / "x.h5")
     assert list(tmp_path.iterdir()) == [target]
-
-
-def test_file_is_synced_before_it_is_renamed(tmp_path, monkeypatch):
-    """In another order a loss of power could replace an older file by an empty file."""
-    order, replace = [], os.replace
-    monkeypatch.setattr(os, "fsync", lambda fd: order.append(os.fstat(fd).st_size))
-    monkeypatch.setattr(os, "replace", lambda source, target: order.append("name") or replace(source, target))
-    hdf5(tmp_path / "x.h5")
-    assert order == [(tmp_path / "x.h5").stat().st_size, "name"]
 
 
 def test_failure_keeps_the_older_file_and_links(tmp_path):
@@ -95,20 +85,6 @@ def test_draft_is_removed_after_an_error(error, tmp_path):
     with pytest.raises(error):
         half_a_file()
     assert list(tmp_path.iterdir()) == []
-
-
-def test_foreign_file_created_during_a_computation_is_not_replaced(tmp_path):
-    """A computation may take hours, so the path of the result is checked again at its end."""
-    path = tmp_path / "x.h5"
-
-    def meanwhile():
-        with new_file(path) as file:
-            file["x"] = 1.0
-            path.write_text("precious")
-
-    with pytest.raises(NoResult, match="replaces only result files"):
-        meanwhile()
-    assert path.read_text() == "precious"
 
 
 def test_lock_may_be_released_twice(tmp_path):

@@ -9,11 +9,11 @@ import warnings
 
 import h5py
 import pytest
-from vibrodrive.store.load import load, summary
 
 from tests.support import fake
 from tests.support.process import python
 from vibrodrive.errors import Busy
+from vibrodrive.store.load import load, summary
 from vibrodrive.store.lock import UNKNOWN, Unlocked
 from vibrodrive.store.reader import verify
 

@@ -38,7 +38,7 @@ def foreign(name):
 def refused(output, words, overwrite=(False, True), config="c.toml", figures=()):
     for each in overwrite:
         with pytest.raises((ConfigError, NoResult)) as caught:
-            check_output(Path(output), Path(config), "sweep", overwrite=each, figures=figures)
+            check_output(Path(output), Path(config), overwrite=each, figures=figures)
         assert [w for w in words if w not in str(caught.value)] == [], str(caught.value)
 
 
@@ -73,7 +73,7 @@ def test_ending_of_a_result_is_h5_or_nc(name):
     picture = f"plot FILE.h5 -o {name}" if name.lower().endswith(FORMATS) else ""
     refused(name, ["output", name, "must be a result file (.h5 or .nc)", picture])
     for allowed in ("x.h5", "x.H5", "x.nc"):
-        check_output(Path(allowed), None, "sweep", overwrite=False)
+        check_output(Path(allowed), None, overwrite=False)
 
 
 def test_only_result_files_are_replaced():
@@ -86,10 +86,8 @@ def test_only_result_files_are_replaced():
     refused(
         "cut.h5", ["cut.h5", "only result files"], overwrite=[True]
     )  # without `overwrite` the file may be a damaged result file
-    check_output(a_sweep("s.h5"), None, "sweep", overwrite=False)
-    check_output(a_sweep("s.h5"), None, "limits", overwrite=True)
-    with pytest.raises(ConfigError, match="but contains a sweep; choose another file with -o"):
-        check_output(a_sweep("s.h5"), None, "limits", overwrite=False)
+    for overwrite in (False, True):
+        check_output(a_sweep("s.h5"), None, overwrite=overwrite)
 
 
 def test_impossible_paths_are_refused(tmp_path):

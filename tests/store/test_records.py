@@ -7,7 +7,6 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from vibrodrive.store.load import load
 
 from tests.support import fake
 from vibrodrive.errors import NoResult
@@ -15,6 +14,7 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import OF_RECORD, SUMMARIES, quantities
 from vibrodrive.model.size import file_bytes
 from vibrodrive.store.layout import Origin, digest, variable_name, variables_of
+from vibrodrive.store.load import load
 from vibrodrive.store.reader import DamagedBlock, look, verify
 from vibrodrive.store.writer import open_writer
 

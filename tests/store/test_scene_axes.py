@@ -3,13 +3,13 @@
 import h5py
 import pytest
 import xarray as xr
-from vibrodrive.store.load import load
 
 from tests.support import fake
 from vibrodrive.errors import Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.physical import Scene
 from vibrodrive.store.layout import Origin
+from vibrodrive.store.load import load
 from vibrodrive.store.reader import look
 from vibrodrive.store.writer import open_writer
 

@@ -14,7 +14,6 @@ import numba
 import numpy as np
 import pytest
 import xarray as xr
-from vibrodrive.store.load import load
 
 from tests.support import fake
 from tests.support.process import python
@@ -27,6 +26,7 @@ from vibrodrive.model.states import State
 from vibrodrive.store import header
 from vibrodrive.store import writer as writer_module
 from vibrodrive.store.layout import Origin, tiles, variables_of
+from vibrodrive.store.load import load
 from vibrodrive.store.reader import DamagedBlock, look, place, verify
 from vibrodrive.store.writer import Writer, open_writer
 
