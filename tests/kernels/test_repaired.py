@@ -173,7 +173,7 @@ def test_tiny_gaps_land_at_once():
         assert motion.evaluations < 2 * seen.evaluations + 200
         assert np.array_equal(motion.switches["after"], seen.switches["after"])
         assert np.allclose(motion.switches["phase"], seen.switches["phase"], atol=1e-6)
-        together = vd.sweep(**scene, xi0=[gap, gap], transient=0, periods=2)
+        together = vd.sweep(**scene, points={"xi0": [gap, gap]}, transient=0, periods=2)
         assert np.array_equal(together.section[0], motion.section)
         assert (together.status == vd.Status.OK).all()
 

@@ -91,7 +91,7 @@ def test_each_point_has_the_full_budget(scene):
     """A sweep computes many points in the same memory. Each point begins with the full budget, which just suffices."""
     run = dict(transient=0, periods=2)
     enough = next(b for b in range(1, 200) if vd.simulate(**scene, **run, budget=b).status == Status.OK)
-    swept = vd.sweep(**(scene | {"A": [scene["A"]] * 200}), **run, budget=enough, threads=1)
+    swept = vd.sweep(**scene, points={"xi0": [0.0] * 200}, **run, budget=enough, threads=1)
     assert (swept.status == Status.OK).all()
 
 

@@ -42,9 +42,8 @@ def unlikely(plan: Any) -> list[str]:
         values, counts = np.unique(axis, return_counts=True)
         if len(values) < len(axis):
             said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
-        start, stop, num = axis.tolist() if len(axis) == 3 else (0.0, 0.0, 0.0)
-        if start < stop and num >= 20 and num == round(num) and num - stop > 20 * (stop - start):
-            ends = f"{start:g}, {stop:g}, {num:g}"
+        if len(axis) == 3 and _is_range(*axis.tolist()):
+            ends = ", ".join(f"{value:g}" for value in axis)
             meant = f"numpy.linspace({ends}) or, in a configuration, {{start, stop, num}}"
             said.append(f"{name} = {ends}: these are three values (is a range meant, {meant}?)")
     given: dict[str, Any] = {**plan.scalars, **plan.together, **plan.axes}
@@ -58,6 +57,12 @@ def unlikely(plan: Any) -> list[str]:
     if eps > 1.0:
         said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
     return said
+
+
+def _is_range(start: float, stop: float, num: float) -> bool:
+    """Return True if three values are probably meant as the ends and the number of values, and not as decades."""
+    decades = 0 < start * num <= 2 * stop**2
+    return start < stop and num >= 20 and num == round(num) and num - stop > 20 * (stop - start) and not decades
 
 
 class OfScene(float):
