@@ -15,7 +15,10 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import vibrodrive as vd
+from tests.support import fake
 from vibrodrive.figures.style import save
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.results import Results
 from vibrodrive.model.states import State
 from vibrodrive.periodic.family import family
 
@@ -37,20 +40,9 @@ def orbits():
     return family(np.linspace(2.5, 2.7, 5), 0.1, 1)
 
 
-def limits():
-    return limits_of({"B": np.array([0.1, 0.2])}, np.full((3, 2), 1e-3))
-
-
-def limits_over_two():
-    return limits_of({"A": np.array([2.0, 3.0]), "B": np.array([0.1, 0.2])}, np.full((3, 2, 2), 1e-3))
-
-
-def failures():
-    A, other = np.array([3.0, 3.1]), np.array([0.01, 0.1])
-    judged = np.ones((2, 2, 2), np.int64)
-    counts = {kind: judged for kind in ("missed", "late", "wrong")}
-    settings = {"method": 1, "transient": 20, "periods": 30}
-    return FailureMap(A, "dtau", other, judged, counts, np.full((2, 2), 0.05), {"eps": 0.0}, settings)
+def limits(**axes):
+    plan = make_plan({"record": "limit", **axes})
+    return Results.collect(plan, fake.run_blocks(plan))
 
 
 FIGURES = {
@@ -65,10 +57,8 @@ FIGURES = {
     "orbits": (1, lambda s, m, o, ax: vd.plot.orbits(o, ax=ax)),
     "multipliers": (1, lambda s, m, o, ax: vd.plot.multipliers(o, ax=ax)),
     "cobweb": (1, lambda s, m, o, ax: vd.plot.cobweb(3.04, ax=ax)),
-    "curves": (1, lambda s, m, o, ax: vd.plot.curves([], (1.0, 2.0), (0.0, 1.0), 2, [(1.5, 0.5)], ax=ax)),
-    "limits_map": (1, lambda s, m, o, ax: limits_over_two().plot("map", ax=ax)),
-    "limits": (2, lambda s, m, o, ax: vd.plot.limits(limits(), ax=ax)),
-    "failures": (6, lambda s, m, o, ax: vd.plot.failures(failures(), ax=ax)),
+    "map of limits": (1, lambda s, m, o, ax: limits(A=[2.0, 3.0], B=[0.1, 0.2]).plot("map", ax=ax)),
+    "limits": (1, lambda s, m, o, ax: vd.plot.limits(limits(A=1.5, B=[0.1, 0.2]), ax=ax)),
 }
 """Number of panels of each figure, and a function of (sweep, motion, orbits, axes) that draws it into the axes."""
 

@@ -10,21 +10,22 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
-from vibrodrive.periodic.curve import Curve
-from vibrodrive.store.limits import Limits
 
 import vibrodrive as vd
+from tests.support import fake
 from tests.support.fake import UNITLESS
 from vibrodrive.figures.colours import APART, MANY, digits, paint, states
-from vibrodrive.figures.limits import limits_map
 from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import borders_of, map_figure
+from vibrodrive.figures.plane import Exact, joined
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, measure
+from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import SUMMARIES, quantities
+from vibrodrive.model.results import Results
 
 SCREEN = LOOKS["screen"]
 PALETTE = SCREEN.classes
@@ -110,10 +111,10 @@ def test_print_is_black_and_white(plane, quantity, tmp_path):
     plane.status[:2, 1] = Status.TOO_CLOSE, Status.NEVER_LEAVES
     plane.gaps = plane.period
     plane.energy = plane.lyapunov = np.array([[1e-3, -1.0], [0.5, 1.0], [7.0, np.nan]])
-    curve = Curve("fold", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.1, 0.2]), ("edge", "edge"), ())
+    curve = [Exact("fold", 1, 1, 1.0, 0.1), Exact("fold", 1, 1, 2.5, 0.2)]
     limits = (0.1, 2.0) if quantity == "energy" else None
     gaps = np.array([[1, 1]] * 2 + [[0, 1]]) if quantity == "kept" else None
-    known = {"undisturbed": gaps, "curves": [curve], "limits": limits}
+    known = {"undisturbed": gaps, "over": curve, "limits": limits}
     for style, coloured in (("print", False), ("screen", True)):
         path = save(map_figure(plane, quantity, style=style, **known), tmp_path / "x.png", 60)
         seen = matplotlib.image.imread(path)[..., :3]
@@ -275,16 +276,25 @@ def test_one_axis_has_marks_and_a_third_is_named():
     assert np.shape(cells(fig)[2]) == (3, 4)
 
 
-def test_curves_are_drawn_over_a_map_of_a_and_b(plane):
-    curve = Curve("border", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.1, 0.2]), ("edge", "edge"), ())
-    for x in ("A", "B"):
-        fig = map_figure(plane, x=x, curves=[curve])
+def test_bifurcations_are_joined_over_a_map_of_a_and_b(plane):
+    exact = [Exact("border", 1, 1, A, B) for A, B in ((1.0, 0.1), (1.5, 0.15), (2.0, 0.2))]
+    for x, order in (("A", slice(None)), ("B", slice(None, None, -1))):
+        fig = map_figure(plane, x=x, over=exact)
         line = fig.axes[0].lines[-1]
-        assert np.array_equal(line.get_xdata(), getattr(curve, x))
+        assert line.get_xydata()[:, order].tolist() == [[1.0, 0.1], [1.5, 0.15], [2.0, 0.2]]
         assert [t.get_text() for t in fig.legends[0].get_texts()] == ["border collision"]
     other = results({"tau0": np.array([1.0, 2.0]), "eps": np.array([0.1, 0.2])}, period=np.ones((2, 2), int))
-    with pytest.raises(ValueError, match="curves"):
-        map_figure(other, curves=[curve])
+    with pytest.raises(ValueError, match="over = bifurcations"):
+        map_figure(other, over=exact)
+
+
+def test_only_neighbours_of_one_orbit_are_joined():
+    """Two branches that meet and end, an orbit with another period, and a jump too steep to be one curve."""
+    rows = [(1.0, 0.1), (3.0, 0.1), (1.5, 0.2), (2.5, 0.2)]
+    branches = joined([Exact("fold", 1, 1, A, B) for A, B in rows])
+    assert [[(e.A, e.B) for e in line] for line in branches] == [[(1.0, 0.1), (1.5, 0.2)], [(3.0, 0.1), (2.5, 0.2)]]
+    apart = joined([Exact("fold", 1, 1, 1.0, 0.1), Exact("fold", 2, 1, 1.0, 0.2), Exact("fold", 1, 1, 5.0, 0.2)])
+    assert [len(line) for line in apart] == [1, 1, 1]
 
 
 def scene(x, y):
@@ -303,23 +313,16 @@ def scene(x, y):
     return swept
 
 
-class Straight(Curve):
-    """Curve whose A is a known function of B."""
-
-    def at(self, B):
-        return np.array([1.0 + 20.0 * B])
-
-
 @pytest.mark.parametrize(
     ("x", "y"),
     [("omega0", "a0"), ("a0", "omega0"), ("alpha", "a0"), ("mu", "a0"), ("omega0", "alpha"), ("alpha", "A"),
      ("frequency", "a0"), ("alpha", "frequency")],
 )  # fmt: skip
-def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
-    B = np.linspace(0.0, 0.5, 201)
-    curve = Straight("border", 1, 1, (), 1, 1.0 + 20.0 * B, B, ("edge", "edge"), ())
+def test_bifurcations_are_drawn_over_a_map_of_scene_axes(x, y):
     swept = scene(x, y)
-    fig = map_figure(swept, x=x, y=y, curves=[curve])
+    B = [swept.scalars["B"]] if "B" in swept.scalars else np.linspace(0.0, 0.5, 201)
+    exact = [Exact("border", 1, 1, 1.0 + 10.0 * b, b) for b in B]
+    fig = map_figure(swept, x=x, y=y, over=exact)
     ax = fig.axes[0]
     line = ax.lines[-1]
     assert ax.get_xlabel().endswith({"omega0": "rad/s", "a0": "mm", "alpha": "°", "mu": "$", "frequency": "Hz"}[x])
@@ -328,16 +331,16 @@ def test_curves_are_drawn_over_a_map_of_scene_axes(x, y):
         if "a0" in shown:
             shown["a0"] *= 1e-3
         here = Scene.quiet(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
-        assert shown.get("A", here.A) == pytest.approx(1.0 + 20.0 * here.B, rel=1e-9)
-    assert "numbers on curves: period" in note_texts(fig)
+        assert shown.get("A", here.A) == pytest.approx(1.0 + 10.0 * here.B, rel=1e-9)
+    assert "numbers on lines: period" in note_texts(fig)
 
 
-def test_curves_outside_the_map_are_refused():
-    far = Curve("border", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.3, 0.4]), ("edge", "edge"), ())
-    with pytest.raises(ValueError, match=r"^curves: must reach B = 0\.099"):
-        map_figure(scene("omega0", "a0"), curves=[far])
-    with pytest.raises(ValueError, match="this map is over alpha, mu"):
-        map_figure(scene("alpha", "mu"), x="alpha", curves=[far])
+def test_bifurcations_outside_the_map_are_refused():
+    far = [Exact("border", 1, 1, 1.0, 0.3)]
+    with pytest.raises(ValueError, match=r"^over = bifurcations: must contain B = 0\.099"):
+        map_figure(scene("omega0", "a0"), over=far)
+    with pytest.raises(ValueError, match="axes of this map, alpha, mu"):
+        map_figure(scene("alpha", "mu"), x="alpha", over=far)
 
 
 @pytest.fixture
@@ -356,47 +359,42 @@ def test_structure_is_kept_if_the_gaps_equal_the_undisturbed_gaps(disturbed):
         map_figure(disturbed, "kept")
 
 
-def limits_over(axes, k2, **fixed):
-    k2 = np.array(k2)
-    return Limits(
-        axes=axes, fixed=fixed, numbers={"k2": k2}, n=np.ones(k2.shape, int), done=np.ones(k2.shape, bool),
-        how=np.full(k2.shape, ""), criterion="impacts", title="",
-    )  # fmt: skip
+def limits_over(k2, **parameters):
+    """Return results with the record "limit" and the given k2."""
+    plan = make_plan({"record": "limit", "eta": 101.0, **parameters})
+    found = Results.collect(plan, fake.run_blocks(plan))
+    found.k2[...] = k2
+    found.status[...] = Status.OK
+    return found
 
 
 def test_limit_is_a_line_over_the_map(disturbed):
-    found = limits_over(
-        {"A": np.array([1.0, 2.5, 3.0])}, [[1e-5, 2e-5, np.inf], [1.0] * 3, [1.0] * 3], B=0.1, eta=101.0
-    )
+    found = limits_over([1e-5, 2e-5, np.inf], A=[1.0, 2.5, 3.0])
     for x, order in (("A", slice(None)), ("eps", slice(None, None, -1))):
-        fig = map_figure(disturbed, "gaps", x=x, k2=found)
+        fig = map_figure(disturbed, "gaps", x=x, over=found)
         line = fig.axes[0].lines[-1]
         assert line.get_xydata()[:2, order].tolist() == [[1.0, 1e-5], [2.5, 2e-5]]
         assert np.isnan(line.get_xydata()[2]).any()
         assert any("k_2" in t.get_text() for t in fig.legends[0].get_texts())
     for other in (
-        limits_over({"A": np.array([1.0, 2.0])}, np.ones((3, 2)), B=0.2, eta=101.0),
-        limits_over({"B": np.array([0.1, 0.2])}, np.ones((3, 2)), A=2.0, eta=101.0),
+        limits_over(1.0, A=[1.0, 2.0], B=0.2),
+        limits_over(1.0, A=2.0, B=[0.1, 0.2]),
+        limits_over(1.0, A=[1.0, 2.0], method="fixed"),
     ):
         with pytest.raises(ValueError, match="limits "):
-            map_figure(disturbed, "gaps", k2=other)
+            map_figure(disturbed, "gaps", over=other)
 
 
 def test_limits_over_two_axes_are_a_map_of_k2():
-    axes = {"A": np.array([1.0, 2.0, 3.0]), "B": np.array([0.1, 0.2])}
-    k2 = np.ones((3, 3, 2))
-    k2[0] = [[1e-6, 1e-3], [np.inf, np.nan], [1e-4, 1e-5]]
-    found = limits_over(axes, k2, eta=101.0)
-    found.done[0, 2, 1] = False
-    fig = limits_map(found)
+    found = limits_over([[1e-6, 1e-3], [np.inf, np.nan], [1e-4, 1e-5]], A=[1.0, 2.0, 3.0], B=[0.1, 0.2])
+    found.status[1, 1], found.status[2, 1] = Status.NO_ORBIT, Status.NOT_COMPUTED
+    fig = found.plot()
     colours = cells(fig)[2]
-    assert (colours[0][1], colours[1][1], colours[1][2]) == (to_hex(APART), to_hex(SCREEN.lacking), "none")
+    assert (colours[0][1], colours[1][1], colours[1][2]) == (OVER, to_hex(SCREEN.lacking), "none")
     assert len({c for row in colours for c in row}) == 6
     named = {t.get_text() for t in fig.legends[0].get_texts()}
     assert named == {"no limit found", "no periodic motion", "not computed"}
     assert fig.axes[1].get_yscale() == "log"
-    with pytest.raises(ValueError, match="kind"):
-        limits_map(limits_over({"A": axes["A"]}, np.ones((3, 3)), B=0.1, eta=101.0))
 
 
 def test_power_is_half_m_v_squared_times_the_frequency():
@@ -440,7 +438,8 @@ def test_default_drawing_follows_from_the_record(record, wish, found):
     ],
 )
 def test_kind_of_a_figure_does_not_depend_on_the_number_of_values(axes, found, count):
-    swept = SimpleNamespace(axes={name: np.ones(count) for name in axes}, scalars={}, record=("section",))
+    recorded = {"record": ("section",), "quantities": quantities(("section",))}
+    swept = SimpleNamespace(axes={name: np.ones(count) for name in axes}, scalars={}, **recorded)
     assert choose_drawing(swept) == found
 
 

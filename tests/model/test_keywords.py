@@ -27,7 +27,7 @@ from vibrodrive.model.results import Results
 
 ROOT = Path(__file__).parent.parent.parent
 CHOICES = {"method": Method, "scan": Scan}
-FUNCTIONS = [vd.simulate, vd.sweep, vd.limit, vd.limits]
+FUNCTIONS = [vd.simulate, vd.sweep, vd.limit]
 OWN = {
     vd.simulate: {"A": None, "scene": None},
     vd.sweep: {
@@ -45,12 +45,7 @@ OWN = {
         "criterion": "impacts",
         "periods": 1500,
     },
-    vd.limits: {"disturbance": None, "criterion": "impacts", "periods": 1500, "threads": None},
 }
-LEFT_OUT = {
-    vd.limits: ("method", "dtau", "scan"),
-}
-"""By function: the arguments of `make_plan` that the function does not accept."""
 
 
 def defaults_of_the_model():
@@ -68,9 +63,8 @@ def defaults_of_the_model():
 def test_signatures_show_every_keyword_and_its_default(function):
     shown = inspect.signature(function).parameters
     assert {name: p.default for name, p in shown.items()} == {
-        name: default
-        for name, default in (defaults_of_the_model() | OWN[function]).items()
-        if name not in LEFT_OUT.get(function, ())
+        **defaults_of_the_model(),
+        **OWN[function],
     }
     assert not [name for name, p in shown.items() if p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
     assert all(p.annotation is not p.empty for p in shown.values())
@@ -122,7 +116,6 @@ def test_positional_arguments_are_limited_by_the_signature():
 
 HINTS = [
     (lambda: vd.simulate(a0=1e-3), "argument = 'a0': must be given by a scene, as scene = vd.Scene(a0=…, …)"),
-    (lambda: vd.start_limit(A=3.04), "axis is missing: must be given, one of xi0, dxi0, tau0"),
     (lambda: vd.sweep(A=3.0, record="sections"), "Did you mean section?"),
     (lambda: vd.sweep(A=3.0, record=["section", "sumary"]), "Did you mean summary?"),
     (lambda: vd.sweep(A=3.0, record="section,impacts"), "write ['section', 'impacts']"),
@@ -170,11 +163,9 @@ part.plot("poincare").savefig("figure.png")
 vd.plot.bifurcation(r, "xi", ax=None).savefig("figure.png")
 lengths: list[int] = list(r.to_xarray().sizes.values()) + [len(motion.to_dataframe("impacts"))]
 motion.plot(("phase", "time"))
-vd.load("limits.h5", kind="limits").plot("map", ax=None).savefig("figure.png")
-vd.load("orbits.h5", kind="orbits").plot("multipliers", quantity="xi")
-vd.load("limits.h5", kind="limits").plot("bars")  # wrong: argument 1
-vd.load("orbits.h5", kind="orbits").plot(quantity="eta")  # wrong: quantity
-vd.load("curves.h5", kind="curves").plot(ax="left")  # wrong: "ax"
+vd.plot.limits([vd.load("limits.h5"), r], ax=None).savefig("figure.png")
+vd.load("limits.h5").plot("bars")  # wrong: argument 1
+vd.load("limits.h5", kind="limits")  # wrong: kind
 vd.simulate(A=3.04, periods="many")  # wrong: periods
 vd.simulate(A=3.04, bogus=3)  # wrong: bogus
 vd.simulate(A=[3.0, 3.1])  # wrong: "A"

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ from hypothesis import strategies as st
 
 import vibrodrive as vd
 from vibrodrive.batch.trajectory import simulate
-from vibrodrive.stability import structure
-from vibrodrive.stability.evaluate import Motion, _describe_gaps
+from vibrodrive.model.records import How
+from vibrodrive.stability import evaluate, structure
+from vibrodrive.stability.criterion import Criterion
+from vibrodrive.stability.evaluate import Motion
 from vibrodrive.stability.limit import each_limit
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
 from vibrodrive.stability.questions import limit
@@ -104,15 +107,20 @@ def test_first_subharmonic_in_epsilon():
 
 
 @pytest.mark.parametrize(
-    ("usual", "now", "said"),
+    ("usual", "now", "code", "said"),
     [
-        ([2], [1, 2], "gaps 2 became 1, 2"),
-        ([1, 2, 2], [1, 2], "gaps 1, 2, 2 became 1, 2 in another order"),
-        ([2], [2], "gaps 2 became 2, of fewer impacts"),
+        ([2], [1, 2], How.GAPS, "gaps 2 became 1, 2"),
+        ([1, 2, 2], [1, 2], How.GAPS_IN_ANOTHER_ORDER, "gaps 1, 2, 2 became 1, 2 in another order"),
+        ([2], [2], How.FEWER_IMPACTS, "gaps 2 became 2, of fewer impacts"),
     ],
 )
-def test_change_of_gaps_is_described(usual, now, said):
-    assert _describe_gaps(usual, now) == said
+def test_change_of_gaps_is_described(usual, now, code, said, monkeypatch):
+    monkeypatch.setattr(evaluate, "fastest", lambda cycle, impacts, periods: impacts)
+    monkeypatch.setattr(evaluate, "impact_gaps", lambda impacts: impacts)
+    base = SimpleNamespace(cycle=SimpleNamespace(gaps=np.array(usual)))
+    motion = SimpleNamespace(complete=True, impacts=now, section=())
+    lost = structure.Structure(2, False, False, True, None, 0.0, 0)
+    assert evaluate.explain_loss(Criterion("impacts"), base, motion, lost) == (code, said)
 
 
 @pytest.mark.jit
@@ -207,21 +215,16 @@ def test_axes_and_velocity_of_limits():
         each_limit({"A": 2.0, "xi0": [0.0, 1.0]})
 
 
-@pytest.mark.jit
-def test_limits_return_the_object_of_a_file():
-    found = vd.limits([1.5, 2.0], "eps", transient=50, periods=50)
-    one = vd.limit(2.0, "eps", transient=50, periods=50)
-    assert (found.numbers["k2"][0, 1], found.n[0, 1], found.how[0, 1]) == (one.k2, one.n, one.how)
-    assert found.done[0].all()
-    assert not found.done[1:].any()
-    assert np.isnan(found.numbers["k2"][1:]).all()
-    assert found.diagram.shape == (len(found.fine), 120)
-    with pytest.raises(TypeError, match=r"A = array of length 2: .*\(for axes use `limits`\)"):
-        vd.limit([1.5, 2.0])
-    with pytest.raises(ValueError, match="axes = none"):
-        vd.limits(1.5)
-    with pytest.raises(ValueError, match="disturbance = 'xi0': must be one of eps, dtau"):
-        vd.limits([1.5, 2.0], "xi0")
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: vd.limit([1.5, 2.0]), "A = array of length 2: must be one number"),
+        (lambda: vd.limit(1.5, "xi0"), "disturbance = 'xi0': must be one of eps, dtau"),
+    ],
+)
+def test_limit_is_of_one_point_and_one_disturbance(call, told):
+    with pytest.raises((TypeError, ValueError), match=told):
+        call()
 
 
 @pytest.mark.jit

@@ -13,9 +13,9 @@ import pytest
 from tests.support import fake
 from tests.support.process import python
 from vibrodrive.errors import Busy
-from vibrodrive.store.load import load, summary
+from vibrodrive.store.load import load
 from vibrodrive.store.lock import UNKNOWN, Unlocked
-from vibrodrive.store.reader import verify
+from vibrodrive.store.reader import look, verify
 
 CONFIG = "[sweep]\nA = [3.0, 3.1]\n[run]\nperiods = 3\n"
 
@@ -65,7 +65,7 @@ def test_refused_lock_gives_the_words_of_the_system(tmp_path, part, monkeypatch,
     monkeypatch.setattr(fcntl, "fcntl", refuse)
     monkeypatch.setattr(fcntl, "flock", refuse)
     assert load(part).computed == 0.0
-    assert summary(part, thorough=True).faults == []
+    assert verify(part).complaints() == []
     for path in (tmp_path / "new.h5", part):
         assert_right(number, path, *write(path))
     if number != errno.EAGAIN:
@@ -103,7 +103,7 @@ def test_file_that_another_program_has_open_is_read(part):
         for locking in (None, True, False, "best-effort"):
             with h5py.File(part, mode, locking=locking):
                 assert load(part).computed == 0.0
-                assert summary(part).share == 0.0
+                assert look(part).share == 0.0
                 if locking is not False:
                     with pytest.raises(Busy, match=r"part.h5: open for (reading|writing) in this process"):
                         fake.write(part, CONFIG)
