@@ -239,7 +239,7 @@ def spoil_settings():
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("name", ["bifurcation", "poincare", "map", "trajectory", "phase_curve", "cobweb", "scheme"])
+@pytest.mark.parametrize("name", ["bifurcation", "poincare", "map", "trajectory", "phase_curve", "cobweb"])
 def test_settings_of_the_user_do_not_change_a_figure(name, swept, motion, orbits, tmp_path):
     """They have no effect when the figure is made, drawn, and saved by its own method or by the command line."""
 

@@ -165,7 +165,7 @@ def test_scene_has_the_defaults_of_its_table():
 @pytest.mark.parametrize(
     ("option", "table"),
     [("periods=3", "run"), ("scan=literal", "switching"), ("mu=0.5", "physical"), ("x=eps", "figure"),
-     ("curves=['time']", "trajectory"), ("criterion=word", "limits"), ("max_period=2", "orbits"),
+     ("curves=['time']", "trajectory"), ("max_period=2", "orbits"),
      ("A=[1, 2]", "sweep"), ("mu=[0.5, 0.6]", "sweep")],
 )  # fmt: skip
 def test_key_without_a_table_is_assigned_to_its_table(option, table):

@@ -121,7 +121,8 @@ def test_refusal_names_the_key_the_value_and_the_allowed_values(name):
 
 @pytest.mark.integration
 def test_refusal_shows_the_given_value_and_public_names_only():
-    with pytest.raises(TypeError, match=r"^A = array of length 2: must be one number \(for axes use `limits`\)$"):
+    told = r'^A = array of length 2: must be one number \(for axes use `sweep` with record = "limit"\)$'
+    with pytest.raises(TypeError, match=told):
         vd.limit([3, 3.1])
     with pytest.raises(TypeError, match=r"^B = array of length 2: must be one number \(for axes"):
         vd.limit(3.04, B=[0.1, 0.2])

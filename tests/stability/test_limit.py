@@ -120,7 +120,7 @@ def test_change_of_gaps_is_described(usual, now, code, said, monkeypatch):
     base = SimpleNamespace(cycle=SimpleNamespace(gaps=np.array(usual)))
     motion = SimpleNamespace(complete=True, impacts=now, section=())
     lost = structure.Structure(2, False, False, True, None, 0.0, 0)
-    assert evaluate.explain_loss(Criterion("impacts"), base, motion, lost) == (code, said)
+    assert evaluate.explain_loss(Criterion("impacts", ("impacts",)), base, motion, lost) == (code, said)
 
 
 @pytest.mark.jit

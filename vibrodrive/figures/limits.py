@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from vibrodrive.figures.conditions import conditions, of_sweep
-from vibrodrive.figures.style import explain, look, new, note, styled, symbol
+from vibrodrive.figures.style import explain, label_axes, look, new, note, styled, symbol
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.parameters import bad, bad_axes
@@ -71,7 +71,7 @@ def limits_figure(
     bands = [_band(ax, one, c, x) for c, one in enumerate(several)]
     _logarithmic(ax, np.array([_known(one, values) for one in several for values in _ends(one)]), (1e-3, 1.0))
     _plain_numbers(ax.yaxis, *ax.get_ylim())
-    ax.set_ylabel("$V$", rotation=0, labelpad=9, va="center")
+    label_axes(ax, None, "$V$", upright=9)
     _name_periods(ax, values, np.max([one.orbit_period for one in several], axis=0))
     _abscissa(ax, x, values)
     apart = {x, "eps", "dtau", "method"}

@@ -191,7 +191,7 @@ class Settings:
         if eps > 0.0:
             rest, slow = 1.5 * eps * eta**2, 0.35 * eps * eta
             share = (1.0 if A < 2.0 + 6.0 * B else 0.125) * rest / (1.0 + rest) + slow / (1.0 + 2.0 * slow)
-            instants = TURN / dtau if self.method == Method.FIXED else math.inf  # each has one switch
+            instants = TURN / dtau if self.method == Method.FIXED and dtau > 0.0 else math.inf  # each has one switch
             switches = min(5.0 + 4.0 * eta * share, instants, self.budget)
             price = (0.15 if self.method == Method.MULLER else 0.1) * (6.0 if alone else 1.0)
             period += price * switches + (0.06 * (switches + eta) if summary else 0.0)
