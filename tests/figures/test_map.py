@@ -393,7 +393,7 @@ def test_limits_over_two_axes_are_a_map_of_k2():
     assert (colours[0][1], colours[1][1], colours[1][2]) == (to_hex(APART), to_hex(SCREEN.lacking), "none")
     assert len({c for row in colours for c in row}) == 6
     named = {t.get_text() for t in fig.legends[0].get_texts()}
-    assert named == {"no limit found", "no periodic motion", "not computed"}
+    assert named == {"no limit found", "no periodic motion, or record too short", "not computed"}
     assert fig.axes[1].get_yscale() == "log"
 
 

@@ -32,7 +32,8 @@ STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # 
 UNKNOWN = dict.fromkeys(("period", "gaps", "sequence"), "record too short")
 """Name of the value UNSEEN (model/records.py) of a quantity."""
 
-LACKS = {KEPT: "no structure to compare", **dict.fromkeys((q.name for q in LIMITS), "no limit"), **UNKNOWN}
+NO_PERIOD = "no periodic motion, or record too short"
+LACKS = {KEPT: "no structure to compare", **dict.fromkeys((q.name for q in LIMITS), NO_PERIOD), **UNKNOWN}
 
 
 class Painted(NamedTuple):
