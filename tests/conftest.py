@@ -73,7 +73,7 @@ def _orbits() -> None:
 
 
 UNIT = (
-    "benchmarks/", "cli/test_curves.py", "cli/test_files.py", "explorer/test_view.py",
+    "benchmarks/", "cli/test_files.py", "explorer/test_view.py",
     "explorer/test_work.py", "figures/test_curves.py", "figures/test_failures.py", "figures/test_plane.py",
     "jobs/test_maps.py", "jobs/test_refusals.py", "kernels/test_lane.py", "kernels/test_scheme.py", "model/",
     "periodic/test_curves.py", "stability/", "store/test_curves.py", "store/test_draft.py", "store/test_limits.py",
