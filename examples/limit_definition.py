@@ -72,7 +72,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
     found = np.full(plan.n_points, np.nan)
     with Evaluator(plan, "eps", check_threads(None)) as evaluator:
         orbits = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
-        searches = {i: search_band(GRIDS["eps"]) for i, base in enumerate(orbits) if base is not None}
+        searches = {i: search_band(GRIDS["eps"]) for i, base in enumerate(orbits) if isinstance(base, ReferenceOrbit)}
         wanted = {i: next(search) for i, search in searches.items()}
         while wanted:
             requests = [(i, orbits[i], values) for i, values in wanted.items()]

@@ -3,19 +3,11 @@
 import doctest
 import inspect
 import re
-from pathlib import Path
 
 import pytest
-from vibrodrive.store.failures import lay_out
-from vibrodrive.store.file import new_file
-from vibrodrive.store.limits import create
-from vibrodrive.store.orbits import save
 
 import vibrodrive as vd
 from vibrodrive.cli import cli
-from vibrodrive.model import config
-from vibrodrive.periodic.family import family
-from vibrodrive.store.layout import Origin
 
 CONSTANTS = {"ETA"}
 """Public names that are neither functions nor classes."""
@@ -23,20 +15,8 @@ CONSTANTS = {"ETA"}
 NAMES = {name: getattr(vd, name) for name in vd.__all__ if name not in CONSTANTS} | {}
 NAMES |= {f"plot.{name}": getattr(vd.plot, name) for name in vd.plot.__all__}
 
-PLAIN = {"plot.cobweb", "plot.failures", "plot.limits"}
-"""Figures that need no simulation."""
-
-LONG = {
-    "bifurcations",
-    "curves",
-    "explore",
-    "limit",
-    "limits",
-    "plot",
-    "Results",
-    "simulate",
-    "sweep",
-} | {name for name in NAMES if name.startswith("plot.") and name not in PLAIN}
+LONG = {"bifurcations", "explore", "limit", "plot", "Results", "simulate", "sweep"}
+LONG |= {name for name in NAMES if name.startswith("plot.") and name != "plot.cobweb"}
 """Names with examples that take minutes without compiled kernels."""
 
 
@@ -45,8 +25,8 @@ def test_examples_give_the_shown_output(name, tmp_path, monkeypatch):
     if name == "explore":
         pytest.importorskip("bokeh")
     monkeypatch.chdir(tmp_path)
-    for path, write in FILES.get(name, {}).items():
-        write(path)
+    if name == "load":
+        _write_sweep("fig07.h5")
     found = doctest.DocTestFinder().find(NAMES[name], name, globs={})
     assert any(test.examples for test in found), f"{name} has no example"
     runner = doctest.DocTestRunner()
@@ -66,34 +46,6 @@ def _write_sweep(path):
     with open("fig07.toml", "w") as file:
         file.write("[sweep]\nA = 3.0\neps = [0.0, 2e-4]\n")
     cli.main(["sweep", "fig07.toml", "-o", path, *(w for s in few for w in ("--set", s))], standalone_mode=False)
-
-
-def _write_limits(path):
-    """Write a file of limits without results."""
-    found = config.parse("[sweep]\nA = 2.0\nB = [0.1, 0.2]\n")
-    create(Path(path), found, found.plan().axes, "impacts")
-
-
-def _write_failures(path):
-    """Write a failure map without compared switches."""
-    found = config.parse("[sweep]\nA = [2.0, 3.0]\ndtau = [0.01, 0.1]\n[switching]\nmethod = 'fixed'\n")
-    with new_file(Path(path)) as file:
-        lay_out(file, found)
-
-
-def _write_orbits(path):
-    found = family([2.5, 2.6, 2.7], 0.1, 1)
-    save(Path(path), found, Origin("[sweep]\nA = [2.5, 2.6, 2.7]\n", [], ""), 0.0)
-
-
-FILES = {
-    "load": {"fig07.h5": _write_sweep},
-    "plot.failures": {"failures.h5": _write_failures},
-    "plot.limits": {"limits.h5": _write_limits},
-    "plot.multipliers": {"orbits.h5": _write_orbits},
-    "plot.orbits": {"orbits.h5": _write_orbits},
-}
-"""Files used in examples, and the functions that write them."""
 
 
 def section_of(thing, title):

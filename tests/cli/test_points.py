@@ -26,7 +26,7 @@ def test_commands_compute_describe_draw_or_refuse(run):
     assert "nothing to compute" in run("sweep", "p.toml")[2]
     told = run("info", "p.h5")[1]
     assert "axis      point = 0 to 13, 14 values\npoint     A between 3 and 3.2\npoint     xi0 between " in told
-    assert run("verify", "p.h5")[0] == 0
+    assert run("info", "--check", "p.h5")[0] == 0
     assert run("sweep", "p.toml", "--dry-run")[0] == 0
     code, _, err = run("trajectory", "p.toml")
     assert code == 2

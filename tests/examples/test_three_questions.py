@@ -14,6 +14,7 @@ from examples.three_questions import (
     chaos,
     chaos_table,
     distance,
+    limit_table,
     rank_correlation,
     surroundings,
     what_sets_limit,
@@ -107,6 +108,19 @@ def test_correlation_of_limits():
     assert what_sets_limit(A, [np.nan, np.inf, 1, 2, 3])["multiplier"] == (1.0, 3)
     with pytest.raises(ValueError, match="k2"):
         what_sets_limit(A, [1.0])
+
+
+@pytest.mark.jit
+def test_table_of_limits_has_a_row_for_each_file(tmp_path):
+    A, files = [1.3, 1.5, 2.4, 2.5], [tmp_path / "eps.h5", tmp_path / "dtau.h5"]
+    for file, method in zip(files, ("certified", "fixed"), strict=True):
+        vd.sweep(A=A, record="limit", method=method, transient=50, periods=50, path=file)
+    titles, _, *rows = limit_table(files)
+    assert [row.split(" | ")[0] for row in rows] == ["| eps, certified", "| dtau, fixed"]
+    k2 = vd.sweep(A=A, record="limit", transient=50, periods=50).k2
+    correlation, count = what_sets_limit(A, k2)["border"]
+    assert f" {correlation:.2f} ({count}) " in rows[0]
+    assert {row.count("|") for row in rows} == {titles.count("|")}
 
 
 def test_rank_correlation_and_distance():

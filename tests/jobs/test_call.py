@@ -265,7 +265,6 @@ def test_progress_of_a_sweep_in_memory_is_shown(monkeypatch):
     [
         ("batch.trajectory.follow", lambda: vd.simulate(3.0, transient=10**9)),
         ("stability.limit.LimitSearch.run", lambda: vd.limit(3.0, transient=10**9)),
-        ("periodic.curves._Collection.collect", lambda: vd.curves(max_period=1)),
     ],
 )
 def test_long_call_is_shown_as_under_way(monkeypatch, place, call):

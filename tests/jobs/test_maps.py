@@ -1,22 +1,25 @@
 """A map of `kept` shows where a motion has the gaps (periods between main impacts) of the undisturbed motion.
 
-Curves and limits can be drawn over a map.
+Limits and bifurcations can be drawn over a map.
 """
 
 import numpy as np
 import pytest
-from vibrodrive.store.limits import create
 
 import vibrodrive as vd
+from tests.support import fake
 from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.errors import ConfigError
 from vibrodrive.figures.map import map_figure
+from vibrodrive.jit.slices import Halt
+from vibrodrive.figures.plane import Exact
 from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
-from vibrodrive.model.config import parse
+from vibrodrive.jobs.orbits import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
+from vibrodrive.stability.structure import ReferenceOrbit
 
 
 @pytest.mark.jit
@@ -25,10 +28,10 @@ def test_undisturbed_gaps_equal_the_cycle_of_limits():
     swept = vd.sweep(A=A, eps=[1e-5, 1e-2], tau0=[0.0, 1.0], transient=10, periods=10, record="summary")
     found = undisturbed_gaps(swept)
     assert found.shape == (len(A), 1, 2)
-    with Evaluator(make_plan({"A": A}), "eps", 1) as evaluator:
+    with Evaluator(make_plan({"A": A}), "eps", 1, Halt()) as evaluator:
         orbits = evaluator.undisturbed(np.arange(len(A)), parse_criterion("impacts"))
     for gaps, orbit in zip(found[:, 0, 0].tolist(), orbits, strict=True):
-        if orbit is None or orbit.cycle is None:
+        if not isinstance(orbit, ReferenceOrbit) or orbit.cycle is None:
             assert gaps == 0
         else:
             cycle = orbit.cycle.gaps.tolist()
@@ -63,11 +66,16 @@ def test_nothing_is_lost_without_a_disturbance_on_axes_of_a_scene():
     assert len(np.unique(swept.gaps)) > 2
 
 
-def test_only_curves_and_limits_are_drawn_over_a_map(tmp_path):
-    config = parse("[sweep]\nA = [2.5, 2.8]\n")
-    for name in ("one.h5", "other.h5"):
-        create(tmp_path / name, config, config.plan().axes, "impacts")
-    assert list(read_overlays([tmp_path / "one.h5"])) == ["k2"]
-    with pytest.raises(ConfigError, match="one of each"):
-        read_overlays([tmp_path / "one.h5", tmp_path / "other.h5"])
-    assert read_overlays([]) == {}
+def test_only_limits_and_bifurcations_are_drawn_over_a_map(tmp_path):
+    fake.write(tmp_path / "limits.h5", "[sweep]\nA = [2.5, 2.8]\n[run]\nrecord = 'limit'\n")
+    fake.write(tmp_path / "summary.h5", "[sweep]\nA = [2.5, 2.8]\n[run]\nrecord = 'summary'\nperiods = 1\n")
+    orbit, fold = "stable orbit,2.5,0.1,1,1,-0.9,,,0.56,1.3,UP", "fold,3.19,0.1,3,2,,,,0.5,1.1,UP"
+    (tmp_path / "orbits.csv").write_text("\n".join([",".join(COLUMNS), orbit, fold]))
+    (tmp_path / "other.csv").write_text("A,B\n2.5,0.1\n")
+    limits, bifurcation = read_overlays([tmp_path / "limits.h5", tmp_path / "orbits.csv"])
+    assert limits.k2.shape == (2,)
+    assert bifurcation == Exact("fold", 3, 2, 3.19, 0.1)
+    for name, words in (("summary.h5", 'record = "limit"'), ("other.csv", "a table of `vibrodrive orbits")):
+        with pytest.raises(ConfigError, match=f"--over = '.*{name}': must be .*{words}"):
+            read_overlays([tmp_path / name])
+    assert read_overlays([]) == []

@@ -1,14 +1,15 @@
-"""The command for orbits lists, stores and draws orbits and their bifurcations. Simulated motions agree with them."""
+"""The command for orbits lists, writes and draws orbits and their bifurcations. Simulated motions agree with them."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibrodrive.jobs.runner import run
 
 import vibrodrive as vd
 from vibrodrive.figures.orbits import bifurcation_diagram, cobweb, multiplier_diagram
-from vibrodrive.jobs.orbits import table
+from vibrodrive.figures.plane import Exact
+from vibrodrive.jobs.orbits import COLUMNS, check, find, printed, read_bifurcations, rows
+from vibrodrive.jobs.tables import read_table, write_table
 from vibrodrive.model.config import parse
 from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import Family, family, section
@@ -16,50 +17,38 @@ from vibrodrive.periodic.search import orbits
 
 pytestmark = pytest.mark.jit  # these tests run hundreds of searches
 
-xr = pytest.importorskip("xarray")
-
-CONFIG = """
-title = "A few"
-[sweep]
-A = {start = 2.9, stop = 3.25, num = 36}
-[run]
-section_phase = 2.0
-transient = 300
-periods = 24
-"""
+CONFIG = "[sweep]\nA = {start = 2.9, stop = 3.25, num = 36}\n"
 
 A = np.linspace(2.9, 3.25, 36)
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    out = tmp_path_factory.mktemp("orbits") / "orbits.h5"
-    return run("orbits", parse(CONFIG), out)[0], out
+def found():
+    return find(*check(parse(CONFIG)))
 
 
-def test_table_lists_every_bifurcation(written):
-    found, _ = written
-    lines = table(found).splitlines()
+def test_every_bifurcation_is_printed(found):
+    lines = printed(found).splitlines()
     assert lines[-1].startswith("5 bifurcations; orbits of up to 3 periods")
     assert [line.split()[1] for line in lines[1:-1]] == ["border", "period", "fold", "border", "grazing"]
 
 
-def test_file_holds_every_orbit(written):
-    _, out = written
-    with xr.open_dataset(out, engine="h5netcdf") as file:
-        assert file.attrs["title"] == "A few"
-        assert file.attrs["config"] == CONFIG
-        assert set(file.sizes) == {"orbit", "impact", "bifurcation"}
-        assert set(A) <= set(file.A.values)
-        at = np.flatnonzero(file.A.values == A[14])
-        expected = orbits(float(A[14]))
-        assert file.period.values[at].tolist() == [o.period for o in expected]
-        assert file.multiplier.values[at].tolist() == [o.multiplier for o in expected]
-        assert file.word.values[at].tolist() == [o.word for o in expected]
-        for i, orbit in zip(at, expected, strict=True):
-            rows = slice(file.first_impact.values[i], file.first_impact.values[i] + orbit.impacts)
-            assert file.phase.values[rows].tolist() == orbit.phases.tolist()
-        assert file.bifurcation_kind.values.tolist()[1] == "period doubling"
+def test_table_holds_every_orbit_and_bifurcation(found, tmp_path):
+    write_table(tmp_path / "o.csv", COLUMNS, rows(found))
+    there = read_table(tmp_path / "o.csv")
+    assert set(A) <= {float(row["A"]) for row in there}
+    expected = [
+        (f"{o.kind} orbit", str(o.period), o.multiplier, o.phases[0], o.speeds[0], o.word) for o in orbits(float(A[14]))
+    ]
+    numbers = ("multiplier", "phase", "speed")
+    assert expected == [
+        (row["kind"], row["period"], *(float(row[name]) for name in numbers), row["word"])
+        for row in there
+        if float(row["A"]) == A[14]
+    ]
+    assert read_bifurcations(tmp_path / "o.csv") == [
+        Exact(b.kind, b.orbit.period, b.orbit.impacts, b.A, b.B) for b in found.bifurcations
+    ]
 
 
 def test_brute_force_agrees_with_the_stable_branches():
@@ -123,12 +112,12 @@ def test_dense_bifurcations_have_a_separate_panel():
         assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the legend must explain the shade"
 
 
-def test_orbits_on_the_level(tmp_path):
-    """Orbits at B = 0 are of the kind `touching` and have no multiplier. They are listed and written."""
-    config = parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])
-    found, computed = run("orbits", config, tmp_path / "level.h5")
-    assert computed
-    assert table(found).splitlines()[-1].endswith(" at 10 values of A: 9 touching")
-    with xr.open_dataset(tmp_path / "level.h5", engine="h5netcdf") as file:
-        assert set(file.kind.values) == {"touching"}
-        assert np.isnan(file.multiplier.values).all()
+def test_orbits_on_the_level():
+    """Orbits at B = 0 are of the kind `touching` and have no multiplier. Motion begins at A = 1 and changes at 1.862.
+
+    Beside each of these two there are two more values of A. The mass rests at 0.9 and just below 1.
+    """
+    found = find(*check(parse(CONFIG, ["A={start = 0.9, stop = 2.1, num = 7}", "B=0"])))
+    assert printed(found).splitlines()[-1].endswith(" at 11 values of A: 9 touching")
+    assert {row[0] for row in rows(found) if "orbit" in row[0]} == {"touching orbit"}
+    assert all(np.isnan(row[5]) for row in rows(found) if "orbit" in row[0])

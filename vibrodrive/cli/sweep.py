@@ -75,7 +75,8 @@ def sweep(
 ) -> None:
     """Compute the sweep of CONFIG and write a result file.
 
-    A sweep computes one motion for each combination of the values of the axes in CONFIG.
+    A sweep computes one motion for each combination of the values of the axes in CONFIG, or several motions for the
+    records limit and failures.
 
     An existing file of the same configuration is resumed. A file of another configuration is refused. Ctrl-C stops the
     sweep, and the same command resumes it.
@@ -131,6 +132,7 @@ def _check_threads(threads: int) -> None:
 def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     from vibrodrive.jobs.estimate import estimate
     from vibrodrive.jobs.progress import duration
+    from vibrodrive.model.records import several_motions
     from vibrodrive.model.size import BASE_MEMORY, file_bytes, human, refuse_large_file, working_bytes
 
     periods = plan.settings.transient + plan.settings.periods
@@ -139,6 +141,9 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"file     {human(file_bytes(plan))}")
     click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
+    if several_motions(plan.record):
+        click.echo(f"time     unknown, because the record {', '.join(plan.record)} needs several motions for each point")
+        return
     # a separate thread computes, because the main thread handles a signal only between two steps of this thread
     with common.working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()

@@ -54,7 +54,7 @@ def bifurcation_diagram(
     Parameters
     ----------
     found : Family
-        attribute `family` of a loaded file of `vibrodrive orbits` over A.
+        the orbits over A, computed by the function `family` of the example.
     brute : Results, optional
         sweep with A as its only axis, at the same section phase; drawn in grey below the orbits.
     quantity : str
@@ -70,7 +70,8 @@ def bifurcation_diagram(
     Examples
     --------
     >>> import vibrodrive as vd
-    >>> found = vd.load("orbits.h5", kind="orbits").family  # made by `vibrodrive orbits` over A
+    >>> from vibrodrive.periodic.family import family
+    >>> found = family([2.5, 2.6, 2.7], B=0.1, max_period=1)
     >>> figure = vd.plot.orbits(found, quantity="xi")
     >>> figure.axes[0].get_xlabel()
     '$A$'
@@ -159,12 +160,13 @@ def multiplier_diagram(
     Parameters
     ----------
     found : Family
-        attribute `family` of a loaded file of `vibrodrive orbits` over A.
+        the orbits over A, computed by the function `family` of the example.
 
     Examples
     --------
     >>> import vibrodrive as vd
-    >>> found = vd.load("orbits.h5", kind="orbits").family  # made by `vibrodrive orbits` over A
+    >>> from vibrodrive.periodic.family import family
+    >>> found = family([2.5, 2.6, 2.7], B=0.1, max_period=1)
     >>> figure = vd.plot.multipliers(found)
     >>> figure.axes[0].get_ylabel()
     'multiplier'

@@ -90,7 +90,7 @@ def sweep(
         sweep is resumed, even if `vibrodrive sweep` has written it. The file contains these arguments as a
         configuration, from which `vibrodrive sweep` can resume the file or write a bitwise equal file.
     overwrite : bool
-        replace an existing result file of any kind. Other files are never replaced.
+        replace an existing result file. Other files are never replaced.
     threads : int, optional
         number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
     executor : concurrent.futures.Executor, optional

@@ -205,7 +205,9 @@ def load_kernels(plan: Plan) -> None:
     """Load or compile the kernels of a plan, before its time is measured."""
     short = replace(plan.settings, transient=0, periods=1)
     if LIMIT not in plan.record:
-        motion_at(replace(plan, settings=short), 0)
+        motion = motion_at(replace(plan, settings=short), 0)
+        if FAILURES in plan.record:
+            count_failures(motion)
         return
     axes = {**plan.axes, plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])}
     sweep.load_kernels(replace(plan, axes=axes, settings=short, record=(SECTION, IMPACTS)))

@@ -67,7 +67,7 @@ class Refused(Exception):
 
 @contextlib.contextmanager
 def open_result(path: Path) -> Iterator[h5py.File]:
-    """Open a result file of any kind to read it, also while another process writes it.
+    """Open a result file to read it, also while another process writes it.
 
     Raises NoResult, Damaged if HDF5 cannot interpret the bytes, and OSError if the system refuses to read them.
     """
