@@ -8,7 +8,7 @@ the distance to the nearest unstable orbit, grazing or border collision?
 (c) `kinds_of`: which of the bifurcations that a diagram shows are period doublings, folds, border collisions, grazings?
 
     python -m examples.three_questions               # (a) and (c): some ten seconds; in the root of a clone
-    python -m examples.three_questions limits.h5     # and (b), from the file of `vibrodrive limits configs/limits.toml`
+    python -m examples.three_questions limits.h5     # and (b), from the file of `vibrodrive sweep configs/limits.toml`
     python -m examples.three_questions --num 40001   # (a) on a finer grid of A
 """
 
@@ -19,8 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from vibrodrive.stability.limits import CURVES
-from vibrodrive.store.load import load
 
 import vibrodrive as vd
 from vibrodrive.model.parameters import bad
@@ -193,15 +191,15 @@ def chaos_table(num: int) -> Iterator[str]:
     yield f"| {num} | {answer.A[1] - answer.A[0]:.1g} | {shares} | {largest:.2g} |"
 
 
-def limit_table(path: Path) -> Iterator[str]:
-    """Return the table of question (b) as lines of Markdown, for each curve of a file of limits."""
-    found = load(path)
+def limit_table(paths: Sequence[Path]) -> Iterator[str]:
+    """Return the table of question (b) as lines of Markdown, a row for each file: a sweep of limits over A."""
     yield "| k₂ in, switches | " + " | ".join(("period", *MEASURES)) + " |"
     yield "|---" * (2 + len(MEASURES)) + "|"
-    for (disturbance, method), k2 in zip(CURVES, found.numbers["k2"], strict=True):
-        answer = what_sets_limit(found.A, k2)
+    for path in paths:
+        found = vd.load(path)
+        answer = what_sets_limit(found.axes["A"], found.k2)
         cells = (f"{correlation:.2f} ({count})" for correlation, count in answer.values())
-        yield f"| {disturbance}, {method} | " + " | ".join(cells) + " |"
+        yield f"| {found.plan.sought}, {found.settings.method_name} | " + " | ".join(cells) + " |"
 
 
 def bifurcation_table(max_period: int = 6) -> Iterator[str]:
@@ -214,11 +212,11 @@ def bifurcation_table(max_period: int = 6) -> Iterator[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Print the tables of docs/orbits.md.")
-    parser.add_argument("limits", nargs="?", type=Path, help="a file of `vibrodrive limits`")
+    parser.add_argument("limits", nargs="*", type=Path, help='files of sweeps over A with record = "limit"')
     parser.add_argument("--num", type=int, default=4001, help="number of values of A in the search for chaos")
     arguments = parser.parse_args()
     print(*chaos_table(arguments.num), "", sep="\n")
-    if arguments.limits is not None:
+    if arguments.limits:
         print(*limit_table(arguments.limits), "", sep="\n")
     print(*bifurcation_table(), sep="\n")
 
