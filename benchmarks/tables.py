@@ -196,6 +196,13 @@ def pass_rates(level: int) -> Callable[[dict[str, Any]], str]:
     return lambda _: table(*passes.table(level))
 
 
+def hard_families(_: dict[str, Any]) -> str:
+    """Return the table of pass rates of the families of level 0 that most methods fail."""
+    head, rows = passes.table(0)
+    shown = [0, *(k for k, name in enumerate(head) if name.startswith(HARD))]
+    return table([head[k] for k in shown], [[row[k] for k in shown] for row in rows])
+
+
 def measured_switches(_: dict[str, Any]) -> str:
     """Return the sentence about the stored results: programs with versions, number of settings, and dates."""
     found = passes.methods()
@@ -230,7 +237,9 @@ CAUSES = {
     "its depth below the obstacle is {depth}",
     "drift": "errors of earlier times, up to {error}, have changed the motion",
 }
-"""Texts of the causes in `benchmarks.first_difference`."""
+"""Texts of the causes in `benchmarks.first_difference`, with links to the examples of EXAMPLES."""
+
+EXAMPLES = "../../docs/where_methods_fail.md"
 
 
 def extent(values: Iterable[float], show: Callable[[float], str] = number) -> str:
@@ -252,7 +261,8 @@ def first_differences(data: dict[str, Any]) -> str:
         periods = extent((r["period"] for r in found), lambda x: f"{math.floor(x)}")
         setting = f"{found[0]['setting']} {values}"
         rows.append([method, f"{eps:g}", setting, periods, "; ".join(switches), CAUSES[cause].format(**numbers)])
-    return table(["method", "ε", "wrong settings", "period", "true / reported switch", "cause"], rows)
+    head = ["method", "ε", "wrong settings", "period", "true / reported switch", "cause"]
+    return table(head, rows).replace("](#", f"]({EXAMPLES}#")
 
 
 class Place(NamedTuple):
@@ -265,6 +275,9 @@ class Place(NamedTuple):
 
 PAGE = ROOT / "docs" / "benchmarks.md"
 FAILURES = ROOT / "docs" / "where_methods_fail.md"
+RATES = ROOT / "benchmarks" / "switches" / "RATES.md"
+
+HARD = ("close pair", "large phases", "late", "ripple")
 
 TABLES = {
     "speed": Place(ROOT / "README.md", "throughput", speed),
@@ -276,13 +289,14 @@ TABLES = {
     "explorer": Place(ROOT / "docs" / "explorer.md", "explorer", explorer),
     "first_picture": Place(ROOT / "docs" / "explorer.md", "first_picture", first_picture),
     "failures": Place(FAILURES, "failures", failures),
-    "first_difference": Place(FAILURES, "first_difference", first_differences),
-    "switches_measured": Place(FAILURES, "", measured_switches),
-    "switches_grids": Place(FAILURES, "", lambda _: table(*passes.grids())),
-    "switches_level_0": Place(FAILURES, "", pass_rates(0)),
-    "switches_level_1": Place(FAILURES, "", pass_rates(1)),
-    "switches_level_2": Place(FAILURES, "", pass_rates(2)),
-    "switches_level_3": Place(FAILURES, "", pass_rates(3)),
+    "first_difference": Place(RATES, "first_difference", first_differences),
+    "switches_hard": Place(FAILURES, "", hard_families),
+    "switches_measured": Place(RATES, "", measured_switches),
+    "switches_grids": Place(RATES, "", lambda _: table(*passes.grids())),
+    "switches_level_0": Place(RATES, "", pass_rates(0)),
+    "switches_level_1": Place(RATES, "", pass_rates(1)),
+    "switches_level_2": Place(RATES, "", pass_rates(2)),
+    "switches_level_3": Place(RATES, "", pass_rates(3)),
 }
 
 

@@ -67,6 +67,7 @@ PAGES = {
         "RELEASING": "releasing",
         "benchmarks/paper/README": "claims",
         "benchmarks/switches/README": "switches",
+        "benchmarks/switches/RATES": "switches",
     }.items()
 }
 """Documents of the folder above, and the pages that include them."""

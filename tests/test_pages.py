@@ -11,6 +11,7 @@ import tomllib
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 from packaging.requirements import Requirement
 
@@ -162,10 +163,9 @@ def test_python_of_the_readme_gives_the_shown_values():
 def test_python_of_the_page_of_orbits_runs(tmp_path, monkeypatch):
     """The example runs with fewer values than the page names."""
     monkeypatch.chdir(tmp_path)
-    few = [word for s in ("A.num=3", "transient=20", "periods=20") for word in ("--set", s)]
-    arguments = [str(ROOT / "configs/limits.toml"), "-o", "limits.h5", "--set", "A.start=2.8", *few]
-    cli.main(["limits", *arguments], standalone_mode=False)
-    shorter = {"4001": "41", "A=(1, 4), B=(0, 1), max_period=2": "A=(1, 2), B=(0.08, 0.12), max_period=1"}
+    few = {"A": np.linspace(2.8, 3.25, 3), "transient": 20, "periods": 20}
+    vd.sweep(**few, record="limit", path="limits.h5")
+    shorter = {"4001": "41", "(1, 4), B=np.linspace(0.0, 0.5, 101)": "(2.5, 2.6), B=[0.1]", "400)": "4)", "300)": "3)"}
     for source in blocks((DOCS / "orbits.md").read_text(), "python"):
         for long, short in shorter.items():
             source = source.replace(long, short)

@@ -112,7 +112,7 @@ class Trajectory:
         or after it. Any other impact is a touch.
     status : Status
         OK, or another value that `status.advice` explains in a sentence. OK means that all decisions of the motion are
-        certain: the accumulated error was always too small to change a decision (`docs/certainty.md`). With "muller",
+        certain: the accumulated error was always too small to change a decision (`docs/certified.md`). With "muller",
         OK assumes that the grid misses no zero. With "fixed", OK considers only the error since the previous switch, as
         if the state at the previous switch were exact.
     margin : float
