@@ -19,7 +19,6 @@ from tests.support import fake
 from vibrodrive.figures.style import save
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
-from vibrodrive.model.states import State
 from vibrodrive.periodic.family import family
 
 AXES = {"A": np.linspace(3.0, 3.2, 15), "B": [0.1, 0.15]}

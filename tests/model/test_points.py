@@ -4,7 +4,6 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from vibrodrive.store.load import load
 
 import vibrodrive as vd
 from tests.support import fake
@@ -14,6 +13,7 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.store.layout import Origin
+from vibrodrive.store.load import load
 from vibrodrive.store.reader import verify
 from vibrodrive.store.writer import open_writer
 
