@@ -28,7 +28,7 @@ PLANS["limit"].pop("eps")
 
 
 def made(name, path):
-    fake.write(path, make_plan(PLANS[name]), Origin("[sweep]\nA = [1.0, 2.0]\n"))
+    fake.write(path, make_plan(PLANS[name]), Origin(""))
     return path
 
 
