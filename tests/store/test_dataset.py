@@ -98,6 +98,7 @@ def test_older_file_has_its_scene_in_its_text_only(tmp_path):
 def test_every_quantity_has_a_unit_or_none():
     """Who adds a quantity says in UNITS how it scales, or here that it does not."""
     unscaled = {"share_up", "share_down", "share_stick", "share_rest", "impact_phase", "certain_until"}
+    unscaled |= {"k2", "last_kept", "share_kept"}  # a disturbance is ε or Δτ
     numbers = {q.name for q in quantities(RECORDS) if q.dtype.startswith("<f")}
     assert numbers - UNIT_OF.keys() == unscaled
 

@@ -514,7 +514,7 @@ def test_truncated_file_is_refused(finished):
 def test_damaged_root_is_refused(finished):
     damaged(finished, finished.read_bytes().find(b"OHDR") + 20)
     for attempt in (load, look, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
-        with pytest.raises(Damaged, match=r"sweep.h5: too damaged to be read \(.*\); restore it, or replace it with"):
+        with pytest.raises(Damaged, match=r"sweep.h5: too damaged to be read \(.*\); restore or delete it"):
             attempt(finished)
 
 

@@ -21,7 +21,7 @@ def info(file: Path, check: bool, as_json: bool) -> None:
     libraries; on stderr the parts that are damaged, with what to do. An incomplete file is not an error.
     """
     from vibrodrive.model.size import human
-    from vibrodrive.store.reader import look, verify
+    from vibrodrive.store.reader import contradictions, look, verify
 
     if check:
         with working(file.name) as show:
@@ -31,6 +31,8 @@ def info(file: Path, check: bool, as_json: bool) -> None:
     size, versions = file.stat().st_size, found.header.versions
     written = datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="seconds")
     title, faults = found.header.origin.title, found.complaints()
+    if check:
+        faults += contradictions(found.header)
     if as_json:
         about = {"file": str(file), "title": title, "computed": found.share, **found.facts(), "versions": versions}
         put_json(about | {"damaged": faults, "bytes": size, "written": written})

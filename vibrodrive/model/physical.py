@@ -98,7 +98,7 @@ UNITS = {
     "length": Unit("m", "mm", 1e3, lambda f, w, m: f / w / w, "xi section_xi last_xi xi_max error_xi"),
     "velocity": Unit("m s-1", "m/s", 1.0, lambda f, w, m: f / w,
                      "dxi section_dxi last_dxi dxi_min dxi_max error_dxi "
-                     "speed impact_speed impact_speed_max impact_speed_mean"),
+                     "speed impact_speed impact_speed_max impact_speed_mean velocity"),
     "time": Unit("s", "ms", 1e3, lambda f, w, m: 1.0 / w, "tau"),
     "rate": Unit("s-1", "", 1.0, lambda f, w, m: w / TURN, "impacts lyapunov"),  # of numbers per excitation period
     "force": Unit("N", "N", 1.0, lambda f, w, m: m * f),

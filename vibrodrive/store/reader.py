@@ -4,7 +4,7 @@ import contextlib
 import functools
 import math
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 from vibrodrive.errors import ConfigError, Different
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, numbers
-from vibrodrive.model.names import SCENE_AXES
+from vibrodrive.model.names import SCENE, SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
@@ -40,8 +40,13 @@ def read(file: h5py.File) -> Results:
     An access raises Different if the file was replaced by the file of another sweep since.
     """
     header = read_header(file)
-    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), header.plan, {})
-    return Results.of(header.plan, source, header.origin.title)
+    plan = header.plan
+    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, {})
+    if "[physical]" in header.origin.config and not {*SCENE} & {*plan.scalars, *plan.axes}:  # an older file
+        with contextlib.suppress(ConfigError):
+            scene = header.origin.parsed().plan().scalars
+            plan = replace(plan, scalars=plan.scalars | {name: scene[name] for name in SCENE if name in scene})
+    return Results.of(plan, source, header.origin.title)
 
 
 class DamagedBlock(UserWarning):
@@ -206,7 +211,12 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
         plan = header.plan
         status, done, wrong = check_blocks(file, tiles(plan), plan, progress)
         general = [f"{name}: changed after it was written" for name in damaged_descriptions(file, plan)]
-    with contextlib.suppress(ConfigError):  # the configuration was written by another version
-        written = compare(plan, header.origin.parsed().plan())
-        general += [f"the configuration and the file differ: {what}" for what in written]
     return Report(header, done, count_statuses(status), wrong, general)
+
+
+def contradictions(header: Header) -> list[str]:
+    """Return in words what the configuration in a file says otherwise than its header."""
+    with contextlib.suppress(ConfigError):  # the configuration was written by another version
+        written = compare(header.plan, header.origin.parsed().plan())
+        return [f"the configuration and the file differ: {what}" for what in written]
+    return []
