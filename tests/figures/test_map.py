@@ -24,7 +24,7 @@ from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, measure
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.records import SUMMARIES, quantities
+from vibrodrive.model.records import SUMMARIES, UNSEEN, quantities
 from vibrodrive.model.results import Results
 
 SCREEN = LOOKS["screen"]
@@ -139,6 +139,20 @@ def test_missing_and_resting_points_have_no_class(plane):
     assert "at rest permanently: 1 of 6 points, not computed: 1" in note_texts(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
     assert [patch.get_hatch() for patch in fig.axes[0].patches] == [HATCHED["hatch"]]
+
+
+@pytest.mark.parametrize("style", ["screen", "print"])
+def test_unknown_period_is_named(plane, style):
+    plane.period[1, 1] = UNSEEN
+    fig = map_figure(plane, style=style)
+    assert cells(fig)[2][1][1] == (to_hex(SCREEN.lacking) if style == "screen" else "none")
+    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["record too short"]
+    assert "record too short: 1 of 6 points" in note_texts(fig)
+    plane.gaps = plane.period
+    fig = map_figure(plane, "kept", undisturbed=plane.gaps, style=style)
+    assert cells(fig)[2][1][1] == (to_hex(SCREEN.lacking) if style == "screen" else "none")
+    line = results({"A": plane.axes["A"]}, period=plane.period[:, 1])
+    assert "record too short: 1 of 3 points" in note_texts(map_figure(line, style=style))
 
 
 def test_gaps_and_sequences_are_named(plane):

@@ -286,10 +286,8 @@ def add_segment(rows, row0, row1, drive, totals):
     ahead = fastest(s, s, row0, rows, h, g0, cosine, drive, totals, max(ahead, s * v))
     if s * v < -LATE_SPEED:
         back = fastest(-s, s, row0, rows, h, g0, cosine, drive, totals, max(back, -s * v))
-        lower = (
-            drive.af == 0.0 and a1 < 0.0 and x1 - 1.5 * v * v / a1 <= totals[HIGHEST]
-        )  # by the last step of the head
-        if s > 0.0 and not lower:
+        # at ε = 0 the bound of the last step in the head, with ξ for f and time reversed, makes most searches needless
+        if s > 0.0 and (drive.af > 0.0 or a1 >= 0.0 or x1 - 1.5 * v * v / a1 > totals[HIGHEST]):
             totals[HIGHEST] = largest(True, s, s, row0, rows, h, g0, x0 + i0, drive, totals[HIGHEST])
     totals[MOST] = ahead if s > 0.0 else back
     totals[LEAST] = -back if s > 0.0 else -ahead
