@@ -1,8 +1,9 @@
 """Summary of a recorded motion in a few numbers, from its switches.
 
-The summary of a motion of period n covers one period, from an impact to the same impact n excitation periods later. The
-summary of any other motion covers the time from the first recorded switch to the last. Each segment in this time is
-complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
+The summary of a motion of period n covers one period. Of any other motion, the extremes cover all segments between
+recorded switches, and the sums extend from a main impact to a main impact. At both ends ξ = ξ' = 0, so the energy
+balance closes. Only complete flights count, so the means do not depend on the ends of the record. Without two main
+impacts there are no means. Each segment is complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
 
 * In each slide, friction dissipates the energy |Δξ|. An impact dissipates ½ξ'². Friction force and mass are 1 (§2).
 * The excitation F = A sin τ + A ε η² sin ητ does the work ∫ F ξ' dτ. Let G be the integral of F, and
@@ -22,8 +23,20 @@ complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
   from one impact to the next, give the derivative of the impact-phase map: the ratio of the delays of the two impacts.
   The mean of log |ratio| per period is the Lyapunov exponent (ε = 0).
 
-record.py defines main impacts. Here the first and the last main impact of a record are omitted, because an impact
-outside the record may be faster than one of these.
+record.py defines main impacts. Here a main impact counts only if switches more than half an excitation period before
+and after it are recorded, because an impact outside the record might be faster.
+
+**Extremes.** ξ is largest at a switch, unless a grid ends a slide late. In a slide of direction s, s ξ' is largest at
+the end or, at ε = 0, at a known phase. In all other cases the largest value of f (ξ, ξ' or -ξ') is searched for by
+steps over which f certainly nowhere exceeds the largest value so far. With the bounds |f''| <= M2 and |f'''| <= M3,
+each of the following steps is safe, and the longest is taken:
+
+* Up to the first positive root of f' + f''t - M3 t²/2, f increases, so its largest value is that at the end. The ends
+  of these steps converge quadratically to the next peak.
+* Up to the root of f + f't + M2 t²/2 = largest value so far. The same with the slow part of f, its smaller
+  bound of f'', and the amplitude of the fast part added.
+* Where f'' < 0, up to t = -2f''/M3 the third derivative adds at most -f''t²/3 to f. If then f + f't + f''t²/6 stays
+  below the largest value so far, the whole step is safe. This step leaves a peak.
 """
 
 import math
@@ -33,28 +46,35 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI, sincos
 from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
+from vibrodrive.model.records import LONGEST, UNSEEN
 
 PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
 """Columns of a row that stores a switch, in the order of `Trajectory.switches`."""
 
+SUMS = 10  # number of sums, the first of the totals
+
 (
-    # time in each of four states; of the impacts: number, largest |ξ'|, Σ|ξ'| and Σ½ξ'²; friction loss;
-    # work of the excitation; largest ξ, least ξ', largest ξ'
-    TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, FASTEST, MOMENTUM, ENERGY, FRICTION, DRIVE, HIGHEST, LEAST, MOST,
+    # the sums: time in each of four states; of the impacts: number, Σ|ξ'| and Σ½ξ'²; friction loss; work of the
+    # excitation; Σ log |δφ₁/δφ₀|
+    TIME_UP, TIME_DOWN, TIME_STICK, TIME_REST, LANDED, MOMENTUM, ENERGY, FRICTION, DRIVE, GROWTH,
+    # the same sums up to the last main impact, which a faster impact may still replace; up to the main impact before
+    SUMS_MAIN, _, _, _, _, _, _, _, _, _, SUMS_KNOWN, _, _, _, _, _, _, _, _, _,
+    # largest |ξ'| of an impact, largest ξ, least ξ', largest ξ'
+    FASTEST, HIGHEST, LEAST, MOST,
     # time of the last switch, and F, -G and -∫G at this time, if they are known
     AT, FORCE, FIRST_INTEGRAL, SECOND_INTEGRAL,
     # phase φ at which H falls to 1 (NaN if there is none), and A cos φ at this phase; the same two for H rising to -1
     TURN_UP, COSINE_UP, TURN_DOWN, COSINE_DOWN,
-    # Σ log |δφ₁/δφ₀|; δφ and δξ for the delay δφ = 1 of the last impact; times of the first and the last impact
-    GROWTH, LATE, OFF, FIRST, LAST,
-    # time and speed of the last main impact, which a faster impact may still replace; time of the main impact before;
-    # number of main impacts
-    MAIN_TIME, MAIN_SPEED, MAIN_BEFORE, MAINS,
+    # δφ and δξ for the delay δφ = 1 of the last impact
+    LATE, OFF,
+    # time of the first switch; time and speed of the last main impact; time of the main impact before; number of main
+    # impacts before the last one
+    BEGAN, MAIN_TIME, MAIN_SPEED, MAIN_BEFORE, MAINS,
     # the last GAPS gaps, that is numbers of periods between main impacts; for each number n up to GAPS, 1 if the gaps
     # repeat after n gaps, otherwise 0
     GAP, _, _, _, _, _, _, _, REPEATS, _, _, _, _, _, _, _,
     TOTALS,
-) = range(47)  # fmt: skip
+) = range(66)  # fmt: skip
 
 GAPS = 8
 """Number of gaps in the longest cycle that is searched for. A gap is the rounded number of excitation periods between
@@ -67,7 +87,6 @@ two successive main impacts."""
 ) = range(19)  # fmt: skip
 """Columns of a summary; model/records.py gives their meanings."""
 
-LONGEST = 64  # longest period of a motion that is searched for, in excitation periods
 REACH = 1024  # number of switches before the last one among which the period is searched for
 
 SAME = 1e-6
@@ -117,19 +136,10 @@ def clear_totals(totals, a, b):
         totals[n] = 0.0
     totals[TURN_UP], totals[COSINE_UP] = turn_of(1.0, a, b)
     totals[TURN_DOWN], totals[COSINE_DOWN] = turn_of(-1.0, a, b)
-    totals[HIGHEST] = -INFINITY
-    totals[LEAST] = INFINITY
-    totals[MOST] = -INFINITY
-    totals[AT], totals[LATE], totals[FIRST] = UNKNOWN, UNKNOWN, UNKNOWN
+    totals[HIGHEST], totals[MAIN_TIME] = -INFINITY, -INFINITY
+    totals[AT], totals[LATE] = UNKNOWN, 1.0
     for n in range(GAPS):
         totals[REPEATS + n] = 1.0
-
-
-@inline
-def begin_totals(rows, row, totals):
-    """Begin the totals at a switch. If this switch is an impact, the growth of a delay also begins there."""
-    if int(rows[row, AFTER]) == IMPACT:
-        totals[LATE], totals[FIRST] = 1.0, time_of(rows, row)
 
 
 @inline
@@ -149,52 +159,97 @@ def forces(row, rows, drive):
 
 
 @inline
-def slow_peak(s, phi, h, g, cosine, slope, totals):
-    """Return the largest s ξ' of a slide of direction s that begins at the phase `phi`, without the fast excitation.
+def slow_peak(s, direction, phi, h, g, cosine, slope, totals):
+    """Return the largest s ξ' of a slide that begins at the phase `phi`, without the fast excitation.
 
-    h is the duration of the slide, g is -G at its beginning, `cosine` is A cos φ at its end, and `slope` is B + s. The
-    largest value occurs where s H falls to 1, or at the end of the slide.
+    `direction` is that of the slide, h its duration, g is -G at its beginning, `cosine` is A cos φ at its end, and
+    `slope` is B + direction. The largest value occurs where s ξ'' falls to 0, or at the end of the slide. With a
+    disturbance it may also occur at the beginning, which is omitted here. There the slow part of s ξ' is at most the
+    amplitude of its fast part.
     """
     best = s * (g - slope * h - cosine)
-    turn = (totals[TURN_UP] if s > 0.0 else totals[TURN_DOWN]) - phi
+    turn, there = totals[TURN_UP], totals[COSINE_UP]
+    if direction < 0.0:
+        turn, there = totals[TURN_DOWN], totals[COSINE_DOWN]
+    if s != direction:
+        turn, there = PI - turn, -there
+    turn -= phi
     turn -= math.floor(turn * (1.0 / TWO_PI)) * TWO_PI
     if turn < h:
-        if s * slope < 0.0:  # |ξ'| has one maximum in each period, and the last is the largest
+        if s * slope < 0.0:  # s ξ' has one maximum in each period, and the last is the largest
             turn += math.floor((h - turn) * (1.0 / TWO_PI)) * TWO_PI
-        best = max(best, s * (g - slope * turn - (totals[COSINE_UP] if s > 0.0 else totals[COSINE_DOWN])))
+        best = max(best, s * (g - slope * turn - there))
     return best
 
 
-@part
-def fast_peak(s, row, rows, h, g, slow, drive, least):
-    """Return the largest s ξ' of a slide that begins at switch `row`, with a disturbance, or `least` if this is larger.
+@inline
+def rise(value, slope, bend):
+    """Return the positive t at which slope t + bend t²/2 = value, for value >= 0 and bend > 0."""
+    root = math.sqrt(slope * slope + 2.0 * bend * value)
+    return 2.0 * value / (slope + root) if slope > 0.0 else (root - slope) / bend
 
-    h and g are those of `slow_peak`, and `slow` is its result. If the fast part can raise this value above `least`, ξ'
-    is evaluated at eight points of each fast period. The largest of these values is refined by Newton's method, applied
-    to ξ'' = H - s.
+
+@part
+def largest(gap, s, direction, row, rows, h, g, start, drive, best):
+    """Return the largest ξ (if `gap`) or s ξ' of a slide that begins at switch `row`, or `best` if this is larger.
+
+    `direction` is that of the slide, h its duration, g is -G at its beginning, and `start` is ξ - ∫G there. The head
+    describes the search. The result may be too small by `least` (rounding), the least rise above `best` that is found.
     """
-    a, b, af, eta = drive.a, drive.b, drive.af, drive.eta
+    a, af, eta, slope = drive.a + 1e-300, drive.af, drive.eta, drive.b + direction  # a is a divisor, so not zero
+    ripple = af / eta if af > 0.0 else 0.0
     phi = rows[row, PHASE]
-    ripple = af / eta
-    if slow + ripple <= least:
-        return least
     theta = motion.fast_phase(eta, drive.frac, rows[row, PERIOD], phi, 0.0)
-    step = TWO_PI / (8.0 * max(eta, 1.0))
-    count = int(h / step) + 1
-    at, best = 0.0, -INFINITY
-    for n in range(count + 1):
-        x = min(n * step, h)
-        v = s * (g - (b + s) * x - a * sincos(phi + x)[1] - ripple * sincos(theta + eta * x)[1])
-        if v > best:
-            best, at = v, x
-    for _ in range(5):
-        sn, cs = sincos(phi + at)
-        sf, cf = sincos(theta + eta * at)
-        bend = a * cs + af * eta * cf
-        if bend * s < 0.0:
-            at = min(max(at - (a * sn + af * sf - b - s) / bend, 0.0), h)
-    v = s * (g - (b + s) * at - a * sincos(phi + at)[1] - ripple * sincos(theta + eta * at)[1])
-    return max(least, best, v)
+    wave, slow_bend, second, third = ripple, a, a + af * eta, a + af * eta * eta
+    if gap:
+        wave, slow_bend, second, third = (
+            (ripple / eta if af > 0.0 else 0.0),
+            a + abs(slope),
+            a + af + abs(slope),
+            second,
+        )
+    least = 1e-15 * (a + ripple + (abs(best) if gap else 0.0))
+    x = 0.0
+    while x < h:
+        sn, cs = sincos(phi + x)
+        sf, cf = sincos(theta + eta * x)
+        v, acceleration = g - slope * x - a * cs - ripple * cf, a * sn + af * sf - slope
+        if gap:
+            f, rate, bend = start + (g - 0.5 * slope * x) * x - a * sn - wave * sf, v, acceleration
+            slow, slow_rate = f + wave * sf, v + ripple * cf
+        else:
+            f, rate, bend = s * v, s * acceleration, s * (a * cs + af * eta * cf)
+            slow, slow_rate = f + s * ripple * cf, rate - s * af * sf
+        best = max(best, f)
+        step = rise(best - f + least, rate, second)
+        if best - slow > wave:
+            step = max(step, rise(best - slow - wave, slow_rate, slow_bend))
+        if rate > 0.0:
+            step = max(step, rise(rate, -bend, third))
+        if bend < 0.0 and (rate <= 0.0 or 1.5 * rate * rate < -bend * (best - f + least)):
+            step = max(step, -2.0 * bend / third)
+        x += step
+    return best
+
+
+@inline
+def fastest(s, direction, row, rows, h, g, cosine, drive, totals, best):
+    """Return the largest s ξ' of a slide that begins at switch `row`, or `best` if this is larger.
+
+    The arguments are those of `slow_peak` and `largest`.
+    """
+    peak = slow_peak(s, direction, rows[row, PHASE], h, g, cosine, drive.b + direction, totals)
+    if drive.af == 0.0:
+        return max(best, peak)
+    ripple = drive.af / drive.eta
+    if max(peak, ripple) + ripple <= best:
+        return best
+    return largest(False, s, direction, row, rows, h, g, 0.0, drive, best)
+
+
+LATE_SPEED = 1e-9
+"""A slide that ends with at least this speed against its direction ends late, at a point of a grid. A smaller speed is
+the rounding of ξ' = 0. ξ and ξ' then have extremes within the slide."""
 
 
 @part
@@ -224,36 +279,36 @@ def add_segment(rows, row0, row1, drive, totals):
     totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL] = f1, g1, i1
     totals[FRICTION] += abs(x1 - x0)
     totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - slope * (i1 - i0)
-    peak = slow_peak(s, rows[row0, PHASE], h, g0, cosine, slope, totals)
-    fastest = totals[MOST] if s > 0.0 else -totals[LEAST]
-    if drive.af > 0.0:
-        peak = fast_peak(s, row0, rows, h, g0, peak, drive, fastest)
-    fastest = max(fastest, peak)
-    totals[MOST] = fastest if s > 0.0 else totals[MOST]
-    totals[LEAST] = totals[LEAST] if s > 0.0 else -fastest
     a0, a1 = f0 - slope, f1 - slope
+    ahead, back = totals[MOST], -totals[LEAST]
+    if s < 0.0:
+        ahead, back = back, ahead
+    ahead = fastest(s, s, row0, rows, h, g0, cosine, drive, totals, max(ahead, s * v))
+    if s * v < -LATE_SPEED:
+        back = fastest(-s, s, row0, rows, h, g0, cosine, drive, totals, max(back, -s * v))
+        # at ε = 0 the bound of the last step in the head, with ξ for f and time reversed, makes most searches needless
+        if s > 0.0 and (drive.af > 0.0 or a1 >= 0.0 or x1 - 1.5 * v * v / a1 > totals[HIGHEST]):
+            totals[HIGHEST] = largest(True, s, s, row0, rows, h, g0, x0 + i0, drive, totals[HIGHEST])
+    totals[MOST] = ahead if s > 0.0 else back
+    totals[LEAST] = -back if s > 0.0 else -ahead
     totals[OFF] -= a0 * h * totals[LATE]
     if not landed:
         totals[LATE] *= a0 / a1
         return
     totals[LATE] = -totals[OFF] / v
     totals[OFF] = 0.0
-    add_impact(time_of(rows, row1), -v, totals)
+    add_impact(abs(v), totals)
 
 
 @inline
-def add_impact(time, speed, totals):
+def add_impact(speed, totals):
     """Add an impact, and the growth of a delay from the last impact to this one, to the totals."""
     totals[LANDED] += 1.0
     totals[FASTEST] = max(totals[FASTEST], speed)
     totals[MOMENTUM] += speed
     totals[ENERGY] += 0.5 * speed * speed
-    if totals[FIRST] != totals[FIRST]:
-        totals[FIRST] = time
-    else:
-        late = abs(totals[LATE])
-        totals[GROWTH] += math.log(late) if late > 0.0 else -INFINITY
-    totals[LAST] = time
+    late = abs(totals[LATE])
+    totals[GROWTH] += math.log(late) if late > 0.0 else -INFINITY
     totals[LATE] = 1.0
 
 
@@ -267,21 +322,35 @@ def keep_gap(known, totals):
     totals[GAP + known % GAPS] = gap
 
 
+@inline
+def keep_main(totals):
+    """Count the last main impact, because no faster impact follows: keep the gap before it, and the sums up to it."""
+    if not totals[MAIN_TIME] - totals[BEGAN] > PI:
+        return
+    mains = int(totals[MAINS])
+    if mains > 0:
+        keep_gap(mains - 1, totals)
+    for n in range(SUMS):
+        totals[SUMS_KNOWN + n] = totals[SUMS_MAIN + n]
+    totals[MAIN_BEFORE] = totals[MAIN_TIME]
+    totals[MAINS] += 1.0
+
+
 @part
-def add_gap(rows, row, totals):
-    """If the switch in `row` is an impact, update the main impacts and their gaps."""
+def add_main(rows, row, totals):
+    """If the switch in `row` is an impact, update the main impacts. The sums begin at the first one that counts."""
     if int(rows[row, AFTER]) != IMPACT:
         return
     time, speed = time_of(rows, row), -rows[row, DXI]
-    if totals[MAINS] > 0.0 and time - totals[MAIN_TIME] <= PI:
-        if speed > totals[MAIN_SPEED]:
-            totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
+    if time - totals[MAIN_TIME] > PI:
+        keep_main(totals)
+    elif speed <= totals[MAIN_SPEED]:
         return
-    if totals[MAINS] > 2.0:  # the gap after the first main impact is omitted
-        keep_gap(int(totals[MAINS]) - 3, totals)
-    totals[MAIN_BEFORE] = totals[MAIN_TIME]
     totals[MAIN_TIME], totals[MAIN_SPEED] = time, speed
-    totals[MAINS] += 1.0
+    for n in range(SUMS):
+        if totals[MAINS] == 0.0:
+            totals[n] = 0.0
+        totals[SUMS_MAIN + n] = totals[n]
 
 
 @inline
@@ -307,11 +376,14 @@ def digits_of(gaps, length, last):
 
 @inline
 def gap_cycle(totals):
-    """Return the shortest cycle of the gaps of a record as a number (`digits_of`). Return 0 without a cycle."""
-    known = int(totals[MAINS]) - 3
+    """Return the shortest cycle of the gaps of a record as a number (`digits_of`). Return 0 without a cycle.
+
+    Return UNSEEN if the record is too short to show a cycle twice.
+    """
+    known = int(totals[MAINS]) - 1
     for length in range(1, GAPS + 1):
-        if totals[REPEATS + length - 1] == 1.0 and known >= 2 * length:
-            return digits_of(totals[GAP : GAP + GAPS], length, known - 1)
+        if totals[REPEATS + length - 1] == 1.0:
+            return digits_of(totals[GAP : GAP + GAPS], length, known - 1) if known >= 2 * length else UNSEEN
     return 0.0
 
 
@@ -386,6 +458,20 @@ def find_period(rows, first, last):
     return 0, 0
 
 
+@inline
+def may_repeat(rows, first, last, drive):
+    """Return whether a motion may have a period up to LONGEST that the switches first … last are too few to show.
+
+    With a disturbance the motion has no period n if the excitation differs after n periods.
+    """
+    seen = math.floor((between(rows, first, last) + SAME) * (1.0 / TWO_PI)) if last > first else 0.0
+    for n in range(int(seen) + 1, LONGEST + 1):
+        turn = n * drive.frac
+        if drive.af * TWO_PI * abs(turn - math.floor(turn + 0.5)) <= SAME:
+            return True
+    return False
+
+
 MODULUS = 9007199254740881
 """Modulus of sequence numbers, the largest prime below 2⁵³. A sequence of up to 20 states gives a smaller number, whose
 digits in base 6 are the codes of the states plus 1."""
@@ -446,11 +532,33 @@ def add_switches(rows, first, end, drive, totals):
     """Add the switches in rows first … end - 1 to the totals. If first = 0, the totals begin at row 0."""
     if first == 0 and end > 0:
         clear_totals(totals, drive.a, drive.b)
-        add_gap(rows, 0, totals)
-        begin_totals(rows, 0, totals)
+        totals[BEGAN] = time_of(rows, 0)
+        add_main(rows, 0, totals)
     for k in range(max(first, 1), end):
-        add_gap(rows, k, totals)
         add_segment(rows, k - 1, k, drive, totals)
+        add_main(rows, k, totals)
+
+
+@part
+def add_period(rows, last, count, drive, totals):
+    """Let the totals be those of the period that consists of the `count` switches up to row `last`.
+
+    If there is an impact, the period begins and ends at one, because a delay grows from impact to impact. The switches
+    before this impact then follow those after it.
+    """
+    start = last
+    while start > last - count and int(rows[start, AFTER]) != IMPACT:
+        start -= 1
+    if start == last - count:
+        start = last
+    if start >= count:  # the switches of a whole period before this impact are known, too
+        last = start
+    clear_totals(totals, drive.a, drive.b)
+    for k in range(start + 1, start + count + 1):
+        row = k if k <= last else k - count
+        add_segment(rows, row - 1, row, drive, totals)
+    if totals[LANDED] == 0.0:
+        totals[GROWTH] = UNKNOWN
 
 
 @part
@@ -461,54 +569,49 @@ def summarise(rows, added, count, state, x, drive, totals, out):
     that are no longer in the rows. `state` is the state in which the motion ends, and x is ξ at the beginning of this
     state.
     """
-    last, n, switches, gaps, sequence = count - 1, 0, 0, 0.0, 0
-    resting = (state == STICK or state == REST) and not release.can_end(state, drive.a + drive.af, drive.b)
-    if resting:
+    last, first = count - 1, max(0, count - REACH)
+    n, switches, sequence, gaps, sums = 0, 0, 0, 0.0, 0
+    if (state == STICK or state == REST) and not release.can_end(state, drive.a + drive.af, drive.b):
         n = 1
         clear_totals(totals, drive.a, drive.b)
-        totals[HIGHEST], totals[LEAST], totals[MOST] = x, 0.0, 0.0
-        totals[state], totals[GROWTH] = TWO_PI, -INFINITY
-        totals[FIRST], totals[LAST] = 0.0, TWO_PI
-    elif count > 0:
-        n, switches = find_period(rows, max(0, count - REACH), last)
-    if switches > 0:
-        for back in range(min(switches, last - switches + 1)):  # let the period end at an impact, if there is one
-            if int(rows[last - back, AFTER]) == IMPACT:
-                last -= back
-                break
-        gaps = gap_cycle_of_period(rows, last, switches, n, totals)
-        sequence = sequence_number(rows, last, switches)
-        clear_totals(totals, drive.a, drive.b)
-        begin_totals(rows, last - switches, totals)
-        for k in range(last - switches + 1, last + 1):
-            add_segment(rows, k - 1, k, drive, totals)
-    elif not resting:
-        if count == 0:
-            clear_totals(totals, drive.a, drive.b)
-        add_switches(rows, added, count, drive, totals)
-        gaps = gap_cycle(totals)
-    duration = float(n)
-    if n == 0:
-        duration = totals[TIME_UP] + totals[TIME_DOWN] + totals[TIME_STICK] + totals[TIME_REST]
-        duration = duration / TWO_PI if duration > 0.0 else UNKNOWN
-    write_summary(n, sequence, gaps, duration, drive.af, totals, out)
+        totals[HIGHEST], totals[state], totals[GROWTH] = x, TWO_PI, -INFINITY
+    else:
+        n, switches = find_period(rows, first, last)
+        if switches > 0:
+            gaps = gap_cycle_of_period(rows, last, switches, n, totals)
+            sequence = sequence_number(rows, last, switches)
+            add_period(rows, last, switches, drive, totals)
+        else:
+            if count == 0:
+                clear_totals(totals, drive.a, drive.b)
+            add_switches(rows, added, count, drive, totals)
+            if count > 0 and time_of(rows, last) - totals[MAIN_TIME] > PI:
+                keep_main(totals)
+            gaps, sums = gap_cycle(totals), SUMS_KNOWN
+            if may_repeat(rows, first, last, drive):
+                n, sequence = UNSEEN, UNSEEN
+    write_summary(n, sequence, gaps, sums, drive.af, totals, out)
 
 
 @inline
-def write_summary(n, sequence, gaps, duration, af, totals, out):
-    """Write the summary `out`: n (0: no period found), sequence, gaps, and totals divided by `duration`, in periods."""
-    out[OUT_PERIOD], out[OUT_SEQUENCE], out[OUT_GAPS] = float(n), float(sequence), gaps
-    out[OUT_IMPACTS] = totals[LANDED] / duration
-    out[OUT_IMPACT_SPEED_MAX] = totals[FASTEST]
-    out[OUT_IMPACT_SPEED_MEAN] = totals[MOMENTUM] / totals[LANDED] if totals[LANDED] > 0.0 else 0.0
-    known = totals[HIGHEST] >= 0.0
-    out[OUT_XI_MAX] = totals[HIGHEST] if known else UNKNOWN
-    out[OUT_DXI_MIN] = totals[LEAST] if totals[LEAST] < INFINITY else (0.0 if known else UNKNOWN)
-    out[OUT_DXI_MAX] = totals[MOST] if totals[MOST] > -INFINITY else (0.0 if known else UNKNOWN)
-    out[OUT_MOMENTUM], out[OUT_ENERGY] = totals[MOMENTUM] / duration, totals[ENERGY] / duration
-    out[OUT_FRICTION_LOSS], out[OUT_DRIVE_WORK] = totals[FRICTION] / duration, totals[DRIVE] / duration
-    span = (totals[LAST] - totals[FIRST]) / TWO_PI
-    grown = totals[GROWTH] / span if span > 0.0 else UNKNOWN
-    out[OUT_LYAPUNOV] = grown if af == 0.0 else UNKNOWN
+def write_summary(n, sequence, gaps, sums, af, totals, out):
+    """Write the summary `out`: period n, sequence, gaps, and the sums from `sums` on, divided by their duration."""
+    time = 0.0
     for k in range(4):
-        out[OUT_SHARE_UP + k] = totals[TIME_UP + k] / (duration * TWO_PI)
+        time += totals[sums + TIME_UP + k]
+    time = time if time > 0.0 else UNKNOWN
+    duration = float(n) if n > 0 else time / TWO_PI
+    out[OUT_PERIOD], out[OUT_SEQUENCE], out[OUT_GAPS] = float(n), float(sequence), gaps
+    landed = totals[sums + LANDED]
+    out[OUT_IMPACTS] = landed / duration
+    out[OUT_IMPACT_SPEED_MEAN] = totals[sums + MOMENTUM] / landed if landed > 0.0 else 0.0 * duration
+    known = totals[HIGHEST] >= 0.0
+    out[OUT_IMPACT_SPEED_MAX] = totals[FASTEST] if n > 0 or totals[FASTEST] > 0.0 else UNKNOWN
+    out[OUT_XI_MAX] = totals[HIGHEST] if known else UNKNOWN
+    out[OUT_DXI_MIN] = totals[LEAST] if known else UNKNOWN
+    out[OUT_DXI_MAX] = totals[MOST] if known else UNKNOWN
+    out[OUT_MOMENTUM], out[OUT_ENERGY] = totals[sums + MOMENTUM] / duration, totals[sums + ENERGY] / duration
+    out[OUT_FRICTION_LOSS], out[OUT_DRIVE_WORK] = totals[sums + FRICTION] / duration, totals[sums + DRIVE] / duration
+    out[OUT_LYAPUNOV] = totals[sums + GROWTH] / duration if af == 0.0 and n != UNSEEN else UNKNOWN
+    for k in range(4):
+        out[OUT_SHARE_UP + k] = totals[sums + TIME_UP + k] / time

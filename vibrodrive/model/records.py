@@ -31,10 +31,19 @@ class Quantity(NamedTuple):
         return int(self.dtype[2:])
 
 
+LONGEST = 64
+"""Longest period of a motion that is searched for, in excitation periods."""
+
+UNSEEN = -2
+"""Value of `period`, `sequence` and `gaps` if the record is too short to show whether the motion repeats.
+
+`period` and `sequence` need recorded switches over LONGEST periods, `gaps` needs each cycle of gaps twice.
+"""
+
 SUMMARIES = (
-    Quantity("period", "<i1", -1, "1", "period of the motion in excitation periods, 0: none up to 64"),
-    Quantity("sequence", "<i8", -1, "1", "number that identifies the cycle of states, 0: no cycle"),
-    Quantity("gaps", "<i4", -1, "1", "numbers of periods between main impacts in one cycle, as digits, 0: no cycle"),
+    Quantity("period", "<i1", -1, "1", "period of the motion in excitation periods, 0: none up to 64, -2: unknown"),
+    Quantity("sequence", "<i8", -1, "1", "number that identifies the cycle of states, 0: no cycle, -2: unknown"),
+    Quantity("gaps", "<i4", -1, "1", "periods between main impacts in one cycle, as digits, 0: no cycle, -2: unknown"),
     Quantity("impacts", "<f8", math.nan, "1", "impacts per excitation period"),
     Quantity("impact_speed_max", "<f8", math.nan, "1", "largest impact speed"),
     Quantity("impact_speed_mean", "<f8", math.nan, "1", "mean impact speed"),
@@ -46,10 +55,10 @@ SUMMARIES = (
     Quantity("friction_loss", "<f8", math.nan, "1", "energy lost to friction per excitation period"),
     Quantity("drive_work", "<f8", math.nan, "1", "work of the excitation per excitation period"),
     Quantity("lyapunov", "<f8", math.nan, "1", "Lyapunov exponent per excitation period, at ε = 0; -inf: rests"),
-    Quantity("share_up", "<f4", math.nan, "1", "share of time sliding up"),
-    Quantity("share_down", "<f4", math.nan, "1", "share of time sliding down"),
-    Quantity("share_stick", "<f4", math.nan, "1", "share of time sticking in the air"),
-    Quantity("share_rest", "<f4", math.nan, "1", "share of time resting at the obstacle"),
+    Quantity("share_up", "<f8", math.nan, "1", "share of time sliding up"),
+    Quantity("share_down", "<f8", math.nan, "1", "share of time sliding down"),
+    Quantity("share_stick", "<f8", math.nan, "1", "share of time sticking in the air"),
+    Quantity("share_rest", "<f8", math.nan, "1", "share of time resting at the obstacle"),
 )
 """Quantities of a summary, in the order of the columns of kernels/summary.py."""
 
@@ -71,6 +80,13 @@ ERRORS = (
 """Error bounds. They are NaN with the method "fixed", and if the section was not computed to its end."""
 
 OF_RECORD = {SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS}
+
+
+def period_words(period: int) -> str:
+    """Return the period of a motion in words."""
+    if period == UNSEEN:
+        return f"period unknown, because the recorded switches span less than {LONGEST} periods"
+    return f"period {period}" if period > 0 else f"no period up to {LONGEST}"
 
 
 def check_record(record: object) -> tuple[str, ...]:
