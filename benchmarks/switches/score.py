@@ -172,6 +172,7 @@ def main() -> int:
         sent = json.loads(options.answers.read_text(encoding="utf-8"), parse_float=Decimal)
         answers = dict(sent["answers"])
         seconds = {i: float(number(s)) for i, s in (sent.get("seconds") or {}).items()}
+        title = " ".join(str(sent.get(key, "")) for key in ("solver", "version", "settings")).encode()
         cases = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(options.cases.glob("*/*.json"))]
         if not cases:
             raise ValueError(f"no cases in {options.cases}")
@@ -182,10 +183,9 @@ def main() -> int:
     if not options.brief:
         for name, r in results.items():
             print(f"{name:28} {r['verdict']:12} {'' if r['digits'] is None else format(r['digits'], '5.1f')}".rstrip())
-    print(*(str(sent.get(key, "")) for key in ("solver", "version", "settings")))
+    print(title.decode())
     for row in [COLUMNS, *rows(cases, results, seconds)]:
-        padded = zip(row, WIDTHS, "<<" + ">" * len(row), strict=False)
-        print("  ".join(f"{x:{side}{w}}" for x, w, side in padded))
+        print("  ".join(f"{x:{side}{w}}" for x, w, side in zip(row, WIDTHS, "<<" + ">" * len(row), strict=False)))
     if unknown := len(answers.keys() - results.keys()):
         print(f"{unknown} answers have an id that no case has, and were not read")
     try:

@@ -400,6 +400,7 @@ def test_brief_prints_the_table_only(judged):
 
 UNREADABLE = [None, "", "{", "[]", "1", "{}", '{"answers": 1}', '{"answers": null}', "[" * 100_000]
 UNREADABLE += ['{"answers": {}, "seconds": [1]}', '{"answers": {}, "seconds": {"L0-a": "?"}}']
+UNREADABLE += ['{"solver": "\\ud800", "answers": {}}']  # half of a surrogate pair, which no encoding can print
 
 
 @pytest.mark.parametrize("sent", UNREADABLE, ids=lambda sent: str(sent)[:40])
