@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
+from vibrodrive.batch.conveying import conveying_velocity
 from vibrodrive.jobs.call import sweep
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import ETA
@@ -33,7 +32,8 @@ class Driver:
     ----------
     scene : Scene
     period : float
-        period of the motion, in s; NaN if it does not repeat within 64 excitation periods.
+        period of the motion, in s; NaN if it does not repeat within 64 excitation periods, or if `periods` is too short
+        to show it.
     blows : float
         impacts per second, including touches.
     speed : float
@@ -50,9 +50,9 @@ class Driver:
         largest gap, in m.
     conveying : float
         mean velocity without an obstacle, in m/s, negative down the incline. It is -inf for B > 1, because the mass
-        then accelerates without limit. With the obstacle the mean velocity is 0.
+        then accelerates without limit, and NaN if it does not settle. With the obstacle the mean velocity is 0.
     status : Status
-        OK if the motion and the motion without the obstacle are OK, otherwise the first status that is not OK.
+        status of the motion.
     beside : dict of str to (Driver, Driver)
         for each of a0, omega0, mu and alpha: (driver with 1 % less, driver with 1 % more of this quantity).
     """
@@ -107,7 +107,7 @@ FREE = """\
 impacts: number per second, touches included; max speed: velocity of the fastest impact.
 power, friction: mean power of the impacts and of friction; lift: largest gap.
 conveying: mean velocity without an obstacle, negative down the incline; with the obstacle it is 0.
-–: the motion does not repeat within 64 excitation periods."""
+–: the motion does not repeat within 64 excitation periods, or the mean has not settled."""
 
 
 def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int = 1000, periods: int = 250) -> Driver:
@@ -153,17 +153,10 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
     scenes = [scene]
     for name in VARIED:
         scenes += [Scene.quiet(**vars(scene) | {name: getattr(scene, name) * by}) for by in (1.0 - STEP, 1.0 + STEP)]
-    n = len(scenes)
-    A, B = np.array([(s.A, s.B) for s in scenes]).T
-    # for B <= 1 the velocity down never exceeds 2 A (1 + ε η), so a mass at the gap `far` does not reach the obstacle
-    far = np.where(B > 1.0, 0.0, 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + periods))
-    points = {"A": np.tile(A, 2), "B": np.tile(B, 2), "xi0": np.append(np.zeros(n), far)}
-    r = sweep(points=points, eps=eps, eta=eta, transient=transient, periods=periods, record=["section", "summary"])
-    risen = (r.section[n:, -1, 0] - r.section[n:, 0, 0]) / (TURN * (periods - 1)) if periods > 1 else np.full(n, np.nan)
-    free = np.where(B > 1.0, -np.inf, risen)
+    points = {"A": [s.A for s in scenes], "B": [s.B for s in scenes]}
+    r = sweep(points=points, eps=eps, eta=eta, transient=transient, periods=periods, record="summary")
     found = []
     for k, s in enumerate(scenes):
-        states = [Status(int(r.status[k])), Status(int(r.status[n + k]))]
         found.append(
             Driver(
                 scene=s,
@@ -175,8 +168,8 @@ def driver(scene: Scene, *, eps: float = 0.0, eta: float = ETA, transient: int =
                 friction=float(s.power(r.friction_loss[k])),
                 drive=float(s.power(r.drive_work[k])),
                 lift=float(s.length(r.xi_max[k])),
-                conveying=float(s.velocity(free[k])),
-                status=next((state for state in states if state != Status.OK), Status.OK),
+                conveying=float(s.velocity(conveying_velocity(s.A, s.B, eps, eta))),
+                status=Status(int(r.status[k])),
             )
         )
     pairs = zip(found[1::2], found[2::2], strict=True)
