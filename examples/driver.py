@@ -38,7 +38,7 @@ class Course:
 def course(omega0: Sequence[float] | np.ndarray) -> Course:
     """Compute a motion from rest at each frequency (rad/s), all in one sweep."""
     scenes = [vd.Scene.quiet(omega0=float(w), **DRIVER) for w in omega0]  # no warning if the mass cannot leave
-    r = vd.sweep(points={"A": [s.A for s in scenes], "B": [s.B for s in scenes]}, record="summary", periods=64)
+    r = vd.sweep(points={"A": [s.A for s in scenes], "B": [s.B for s in scenes]}, record="summary", periods=66)
     each = list(zip(scenes, r.energy, r.impact_speed_max, r.impacts, strict=True))
     return Course(
         omega0=np.asarray(omega0, dtype=np.float64),

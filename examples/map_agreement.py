@@ -65,7 +65,7 @@ It is larger than 1e-6. If a motion has a period, a switch and its repetition di
 COMPARED = ("period", "impacts", "impact_speed_max")
 """Quantities of a summary that identify the orbit of a pixel."""
 
-TRANSIENT, PERIODS = 500, 64
+TRANSIENT, PERIODS = 500, 66
 """Periods of each pixel, as in configs/map_AB.toml."""
 
 ON = 0.25
@@ -84,8 +84,8 @@ REASONS = (CLOSE, SLOW, COEXISTING, UNEXPLAINED)
 
 @dataclass(frozen=True)
 class Disagreement:
-    """A pixel that disagrees with the list: A, B, the period of its motion (0 for no period), the periods of the stable
-    orbits of the list, and the reason."""
+    """A pixel that disagrees with the list: A, B, the period of its motion (not positive without a period), the periods
+    of the stable orbits of the list, and the reason."""
 
     A: float
     B: float
@@ -221,7 +221,7 @@ def table(found: Agreement, most: int = 20) -> list[str]:
         lines += ["", "| A | B | period of the pixel | of the list | reason |", "|---|---|---|---|---|"]
         for d in found.wrong[:most]:
             listed = ", ".join(map(str, d.listed)) or "none"
-            lines.append(f"| {d.A:.6f} | {d.B:.6f} | {d.period or 'none'} | {listed} | {d.reason} |")
+            lines.append(f"| {d.A:.6f} | {d.B:.6f} | {d.period if d.period > 0 else 'none'} | {listed} | {d.reason} |")
     if len(found.wrong) > most:
         lines += ["", f"The first {most} of {len(found.wrong)}."]
     return lines

@@ -44,5 +44,11 @@ def test_motion_is_described_in_words_and_in_si_units():
     still = vd.simulate(0.5, transient=0, periods=1).describe().splitlines()
     assert still[1].startswith("NEVER_LEAVES")
     assert len(still) == 3
+    creeping, falling = (
+        vd.simulate(2.4, B=B, xi0=1e9, transient=5, periods=1).describe().splitlines() for B in (0.5, 3)
+    )
+    short = "the record is too short for means, which need two main impacts"
+    assert creeping[3:] == [f"no period up to 64; {short}"]
+    assert falling[3:] == [f"period unknown, because the recorded switches span less than 64 periods; {short}"]
     with pytest.raises(TypeError, match="scene = 3"):
         motion.describe(3)

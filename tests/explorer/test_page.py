@@ -191,7 +191,7 @@ def test_diagrams_in_si_units_have_the_values_of_their_scenes(tab, explorer, que
 
 def test_maps_in_si_units_have_the_values_of_their_scenes(tab, explorer):
     def drawn(query):
-        tab.open(f"{explorer.address}&mode=map&{query}&columns=24&rows=16&transient=300&periods=64")
+        tab.open(f"{explorer.address}&mode=map&{query}&columns=24&rows=16&transient=300&periods=66")
         view = shown(tab)
         scenes, results = sweep_of_scenes(view)
         pixels, _ = canvas(tab)

@@ -21,6 +21,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import Settings
 from vibrodrive.model.physical import Scene, power
+from vibrodrive.model.records import UNSEEN
 from vibrodrive.periodic.curve import Curve
 from vibrodrive.store.limits import Limits
 
@@ -134,6 +135,20 @@ def test_missing_and_resting_points_have_no_class(plane):
     assert "at rest permanently: 1 of 6 points, not computed: 1" in note_texts(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
     assert fig.axes[0].patch.get_hatch()
+
+
+@pytest.mark.parametrize("style", ["screen", "print"])
+def test_unknown_period_is_named(plane, style):
+    plane.period[1, 1] = UNSEEN
+    fig = map_figure(plane, style=style)
+    assert cells(fig)[2][1][1] == (to_hex(SCREEN.lacking) if style == "screen" else "none")
+    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["record too short"]
+    assert "record too short: 1 of 6 points" in note_texts(fig)
+    plane.gaps = plane.period
+    fig = map_figure(plane, "kept", undisturbed=plane.gaps, style=style)
+    assert cells(fig)[2][1][1] == (to_hex(SCREEN.lacking) if style == "screen" else "none")
+    line = results({"A": plane.axes["A"]}, period=plane.period[:, 1])
+    assert "record too short: 1 of 3 points" in note_texts(map_figure(line, style=style))
 
 
 def test_gaps_and_sequences_are_named(plane):
@@ -344,7 +359,7 @@ def test_structure_is_kept_if_the_gaps_equal_the_undisturbed_gaps(disturbed):
     by_A = np.transpose(cells(fig)[2]).tolist()
     assert by_A == [[HOLDS, HOLDS, BROKEN], [HOLDS, BROKEN, HOLDS], [to_hex(SCREEN.lacking)] * 3]
     assert [t.get_text() for t in fig.axes[1].get_yticklabels()] == ["kept", "lost"]
-    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no structure to keep"]
+    assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no structure to compare"]
     with pytest.raises(ValueError, match="undisturbed = None: must be"):
         map_figure(disturbed, "kept")
 

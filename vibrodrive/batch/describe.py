@@ -10,11 +10,11 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SUMMARY
+from vibrodrive.model.records import LONGEST, SUMMARY, period_words
 from vibrodrive.model.states import states
 
-LEAST = 256
-"""Least number of excitation periods from which the summary is computed. They suffice to find motions of period 64."""
+LEAST = 4 * LONGEST
+"""Least number of excitation periods from which the summary is computed. They suffice to find the longest period."""
 
 
 def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
@@ -52,14 +52,14 @@ def sentences(
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]
-    cycle = f"period {period}" if period > 0 else "no period up to 64"
-    if scene is None:
-        said.append(f"{cycle}; impacts per excitation period: {impacts:.4g}")
-    else:
-        lasts = f" ({1e3 * period / scene.frequency:.4g} ms)" if period > 0 else ""
-        said.append(
-            f"{cycle}{lasts}; impacts per excitation period: {impacts:.4g} ({impacts * scene.frequency:.4g} per second)"
-        )
+    cycle = period_words(period)
+    if scene is not None and period > 0:
+        cycle += f" ({1e3 * period / scene.frequency:.4g} ms)"
+    if math.isnan(impacts):
+        return [*said, f"{cycle}; the record is too short for means, which need two main impacts"]
+    rate = "" if scene is None else f" ({impacts * scene.frequency:.4g} per second)"
+    over = "" if period > 0 else ", a mean of the record"
+    said.append(f"{cycle}; impacts per excitation period: {impacts:.4g}{rate}{over}")
     if found["sequence"] > 0:
         said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
     mean, most = found["impact_speed_mean"], found["impact_speed_max"]

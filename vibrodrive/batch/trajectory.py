@@ -101,7 +101,8 @@ class Trajectory:
     switches : structured array
         switches in the record, one row each, in order of time: period (number of completed excitation periods since
         τ = 0), phase in [0, 2π), before and after (the two states, `State`), xi and dxi (ξ and ξ' just before the
-        switch).
+        switch). On a grid xi may be negative: with "fixed" because an impact is noticed late, with "muller" after a
+        step that skipped two zeros of ξ'.
     section : float64 (periods, 2)
         ξ and ξ' at the section points of the record, τ = section_phase + 2πk. If the motion exceeded the budget, the
         points after its end are NaN.
@@ -271,7 +272,8 @@ class Trajectory:
     def describe(self, scene: Scene | None = None) -> str:
         """Return a description: status, margin, period, impacts, cycle of states, impact speeds, Lyapunov exponent.
 
-        The period and the means are computed from the recorded periods, or from 256 periods if fewer are recorded.
+        The period and the means are those of a summary (see `Results`) of the recorded periods, or of 256 periods if
+        fewer are recorded.
 
         Parameters
         ----------

@@ -73,7 +73,7 @@ STARTS = (
     Start("Map: the period over A and B, with exact curves",
           "Each colour is a period of the motion. The lines are exact bifurcations; they appear within about a minute. "
           "A click on a point shows the diagram through this point.",
-          "mode=map&x=A&y=B&low=1.0&high=4.0&y_low=0.0&y_high=0.5&periods=64&shade=period&orbits=1"),
+          "mode=map&x=A&y=B&low=1.0&high=4.0&y_low=0.0&y_high=0.5&periods=66&shade=period&orbits=1"),
     Start("A machine in SI units: the power of its impacts",
           "The map shows the power in W over frequency and amplitude, for μ = 0.6 and an incline of 3.4°. "
           "The power has a ridge just below the values at which the mass begins to skip a period. "

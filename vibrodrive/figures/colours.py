@@ -28,7 +28,10 @@ LEAST = 1e-9
 below the scale. An example is the energy of an impact that exists only because of rounding."""
 
 STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
-LACKS = {KEPT: "no structure to keep", K2: "no periodic motion"}
+UNKNOWN = dict.fromkeys(("period", "gaps", "sequence"), "record too short")
+"""Name of the value UNSEEN (model/records.py) of a quantity."""
+
+LACKS = {KEPT: "no structure to compare", K2: "no periodic motion", **UNKNOWN}
 
 
 class Painted(NamedTuple):

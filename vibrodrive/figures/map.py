@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibrodrive.figures.bifurcation import add_image, is_geometric
-from vibrodrive.figures.colours import SHADES, Painted, paint
+from vibrodrive.figures.colours import SHADES, UNKNOWN, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, status_phrases
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, draw_limit, draw_lines, placed
@@ -27,7 +27,7 @@ from vibrodrive.figures.style import as_shown, equation, explain, look, name_axe
 from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, power
-from vibrodrive.model.records import SUMMARIES
+from vibrodrive.model.records import SUMMARIES, UNSEEN
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.curve import Curve
@@ -125,6 +125,8 @@ def map_figure(
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
     said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *status_phrases(status)]
+    unseen = np.count_nonzero(values[index] == UNSEEN) if quantity in UNKNOWN else 0
+    said += [f"{UNKNOWN[quantity]}: {unseen} of {status.size} points"] if unseen else []
     note(ax, [*said, *([NUMBERED] if curves else [])], side="left")
     if curves:
         draw_lines(ax, placed(curves, results, x, y))
@@ -197,10 +199,11 @@ def recorded(results: Any, quantity: str) -> np.ndarray:
 
 def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
     """Return for each point 1 if its gaps equal those of the undisturbed motion, 0 if they differ, and -1 if the
-    undisturbed motion has no gaps."""
+    undisturbed motion has no gaps, or if a record is too short to show the gaps."""
     if undisturbed is None:
         raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT}"))
-    return np.where(undisturbed > 0, (np.asarray(results.gaps) == undisturbed).astype(np.int64), -1)
+    gaps = np.asarray(results.gaps)
+    return np.where((undisturbed > 0) & (gaps != UNSEEN), (gaps == undisturbed).astype(np.int64), -1)
 
 
 def borders_of(values: np.ndarray) -> np.ndarray:

@@ -61,9 +61,9 @@ def sweep(
     record : "section", "impacts", "summary" or "error", or several of them
         quantities to record. "section": the section points. "impacts": the main impacts, which have no faster impact
         within half an excitation period. "summary": a few numbers (period, impact speeds, energies, Lyapunov exponent,
-        …) over all recorded periods. "error": bounds of the errors of ξ and ξ' at the section points, and the period
-        from which on a decision may be wrong. For "error" each motion is computed separately to its end. This takes
-        several times as long, or many times as long if the motion repeats.
+        …) over one period of the motion, or over the record (see `Results`). "error": bounds of the errors of ξ and ξ'
+        at the section points, and the period from which on a decision may be wrong. For "error" each motion is computed
+        separately to its end. This takes several times as long, or many times as long if the motion repeats.
     points : mapping of str to sequences of one length, optional
         parameters that change together, by name, for example a pandas.DataFrame. Point k has the k-th value of each
         parameter. The points form one axis, `point`, with the values 0, 1, ….

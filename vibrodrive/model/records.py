@@ -41,7 +41,13 @@ UNSEEN = -2
 """
 
 SUMMARIES = (
-    Quantity("period", "<i1", -1, "1", "period of the motion in excitation periods, 0: none up to 64, -2: unknown"),
+    Quantity(
+        "period",
+        "<i1",
+        -1,
+        "1",
+        "period of the motion in excitation periods, 0: none up to 64, -2: unknown, record too short",
+    ),
     Quantity("sequence", "<i8", -1, "1", "number that identifies the cycle of states, 0: no cycle, -2: unknown"),
     Quantity("gaps", "<i4", -1, "1", "periods between main impacts in one cycle, as digits, 0: no cycle, -2: unknown"),
     Quantity("impacts", "<f8", math.nan, "1", "impacts per excitation period"),
