@@ -130,8 +130,8 @@ def _sections(
     titles = [place_of(source, dict(zip(source.axes, index, strict=True))) for index in shown]
     status = np.asarray(source.status)
     sections = [np.where(done[index], section[index], np.nan) for index in shown]
-    more = [*choice(len(shown), len(points), "points"), *status_phrases(status)]
-    more += _rests(sections, [status[index] for index in shown])
+    rests = _rests(sections, [status[index] for index in shown])
+    more = [*choice(len(shown), len(points), "points"), *rests, *status_phrases(status)]
     return sections, [around[index] for index in shown], titles, conditions(of_sweep(source), source.axes), more
 
 
