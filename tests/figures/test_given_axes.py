@@ -1,14 +1,21 @@
-"""Every figure has a public name, is displayed in a notebook, and can be drawn into given axes."""
+"""Every figure has a public name, is displayed in a notebook, can be drawn into given axes, and is otherwise the same
+for all users."""
 
+import contextlib
 import io
+import warnings
 
+import matplotlib as mpl
 import matplotlib.image
+import matplotlib.style
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import vibrodrive as vd
 from tests.figures.test_limits import of as limits_of
+from vibrodrive.figures.style import save
 from vibrodrive.model.states import State
 from vibrodrive.periodic.family import family
 from vibrodrive.store.failures import FailureMap
@@ -84,6 +91,42 @@ def test_figure_is_drawn_into_the_axes_given(name, swept, motion, orbits):
     with pytest.raises(ValueError, match=r"must be (one|[0-9]) Axes"):
         draw(swept, motion, orbits, figure.subplots(1, panels + 1))
     assert draw(swept, motion, orbits, None) is not figure, "without given axes the figure must be a new one"
+
+
+def spoil_settings():
+    """Change all settings of Matplotlib that have another value, as a matplotlibrc and a style of a user may do."""
+    mpl.rcParams.update(matplotlib.style.library["dark_background"])
+    for name, value in mpl.rcParamsDefault.items():
+        if name.startswith(("backend", "date.epoch", "interactive", "timezone", "toolbar")):
+            continue
+        others = [not value] if isinstance(value, bool) else ["large", "red", "tight", "none"]
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            others = [2 * value + 1, value / 2]
+        for other in others:
+            with contextlib.suppress(ValueError, RuntimeError, TypeError):
+                mpl.rcParams[name] = other
+                break
+    mpl.rcParams.update({"savefig.bbox": "tight", "figure.constrained_layout.use": False, "figure.autolayout": True})
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", ["bifurcation", "poincare", "map", "trajectory", "phase_curve", "cobweb", "scheme"])
+def test_settings_of_the_user_do_not_change_a_figure(name, swept, motion, orbits, tmp_path):
+    """They have no effect when the figure is made, drawn, and saved by its own method or by the command line."""
+
+    def files():
+        figure = FIGURES[name][1](swept, motion, orbits, None)
+        canvas = FigureCanvasAgg(figure)  # as a notebook draws it
+        canvas.draw()
+        return bytes(canvas.buffer_rgba()), save(figure, tmp_path / "figure.pdf").read_bytes()
+
+    expected = files()
+    with mpl.rc_context(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", mpl.MatplotlibDeprecationWarning)
+        spoil_settings()
+        assert mpl.rcParams["text.usetex"]
+        assert mpl.rcParams["font.size"] != mpl.rcParamsDefault["font.size"]
+        assert files() == expected
 
 
 def test_every_public_figure_is_tested():

@@ -64,11 +64,10 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
     A PNG contains the pixels of the picture unchanged, or each cell of a map as a block of pixels. The other formats
     contain the picture as an embedded image of these pixels.
     """
-    from matplotlib import rc_context  # imported here so that the page appears sooner
-    from matplotlib.colors import to_rgb
+    from matplotlib.colors import to_rgb  # imported here so that the page appears sooner
     from matplotlib.figure import Figure
 
-    from vibrodrive.figures.style import save
+    from vibrodrive.figures.style import defaults_and, save
 
     cells = picture.palette[picture.images[0]].shape
     block = max(1, round(CELL / cells[1]))
@@ -83,7 +82,7 @@ def drawn(view: View, picture: Picture, page: Page, kind: str) -> bytes:
     tall = len(title) * LINE + len(picture.images) * (ABOVE + height + BELOW) + foot
     tall += ABOVE + MOTION_ROWS + BELOW if moving else 0
     wide = LEFT + width + RIGHT + (BAR if picture.key.scale else 0)
-    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "vibrodrive", "pdf.fonttype": 42, "font.size": 10}):
+    with defaults_and({"svg.fonttype": "path", "svg.hashsalt": "vibrodrive", "pdf.fonttype": 42, "font.size": 10}):
         fig = Figure(figsize=(wide / DPI, tall / DPI), dpi=DPI)
 
         def axes(left: int, top: int, width: int, height: int) -> Axes:

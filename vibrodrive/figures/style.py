@@ -12,8 +12,8 @@ import inspect
 import io
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -48,8 +48,11 @@ LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0),
 PHASES = ("section_phase", "tau0")
 PARTS = (1, 2, 3, 4, 6)  # possible denominators of phases that are written as fractions of π
 
+DEFAULTS: dict[Any, Any] = {n: value for n, value in mpl.rcParamsDefault.items() if not n.startswith("backend")}
+"""Matplotlib's own settings. They replace those of the user's matplotlibrc, so that figures are equal for all users."""
+
 COMMON: dict[str, Any] = {
-    "font.family": "STIXGeneral",  # Matplotlib contains this font, so that figures are equal on all machines
+    "font.family": ["STIXGeneral"],  # Matplotlib contains this font, so that figures are equal on all machines
     "mathtext.fontset": "stix",
     "legend.frameon": False,
     "legend.handlelength": LEGEND_LINE,
@@ -85,6 +88,11 @@ def in_drawings() -> float:
     return 6.2 if narrow() else 9.5
 
 
+def defaults_and(settings: Mapping[str, Any]) -> AbstractContextManager[None]:
+    """Set Matplotlib's defaults and then `settings` within a block, without any setting of the user."""
+    return mpl.rc_context(DEFAULTS | dict(settings))
+
+
 @contextmanager
 def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator[None]:
     """Set the style and the width of all figures drawn within the block. None keeps the current style or width.
@@ -103,7 +111,7 @@ def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator
     colours = {"axes.prop_cycle": cycler(color=[LOOKS[style].main])}
     token = _CHOSEN.set((style, width))
     try:
-        with mpl.rc_context(COMMON | sizes | colours | {"axes.labelsize": label}):  # type: ignore[arg-type]
+        with defaults_and(COMMON | sizes | colours | {"axes.labelsize": label}):
             yield
     finally:
         _CHOSEN.reset(token)
@@ -217,9 +225,24 @@ def as_shown(name: str, values: Any) -> Any:
 
 
 class ShownFigure(Figure):
-    """Figure that a notebook displays as the value of a cell, like a figure of pyplot."""
+    """Figure that a notebook displays as the value of a cell, like a figure of pyplot.
 
-    @styled
+    Matplotlib reads settings when a figure is made, but also when it is drawn (for ticks) and saved. So this figure
+    keeps its style and width for all three.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._chosen = _CHOSEN.get()
+
+    def draw(self, renderer: Any) -> None:
+        with drawn_as(*self._chosen):
+            super().draw(renderer)
+
+    def savefig(self, *args: Any, **kwargs: Any) -> None:
+        with drawn_as(*self._chosen):
+            super().savefig(*args, **kwargs)
+
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         """Return the image at twice the resolution, and the size in pixels at which to display it."""
         width, height = (round(inches * self.dpi) for inches in self.get_size_inches())
@@ -344,7 +367,6 @@ def _columns(names: Sequence[str], room: float) -> int:
     return 1
 
 
-@styled
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     """Write a figure as .png, .pdf or .svg, by the ending of `path`. Equal figures give equal bytes.
 
