@@ -295,6 +295,10 @@ def test_plot_draws_finished_and_unfinished_files(run, quick):
 
 def test_sweep_with_plot_draws_the_configured_figure(run, quick):
     Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\nquantity = "xi"\n')
+    code, _, err = run("sweep", "--plot", "small.toml")
+    assert (code, "figure.quantity = 'xi': must be left out for a figure of kind poincare" in err) == (2, True)
+    assert not Path("small.h5").exists()
+    Path("small.toml").write_text(SMALL + '[figure]\nkind = "poincare"\n')
     assert run("sweep", "--plot", "small.toml")[0] == 0
     assert Path("small.png").exists()
     for name, begins in (("mine.pdf", b"%PDF"), ("mine.SVG", b"<?xml")):

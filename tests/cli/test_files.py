@@ -460,7 +460,7 @@ def test_sweep_of_one_motion_has_its_section_drawn(run, monkeypatch):
     code, _, err = run("sweep", "d.toml", "--set", "A=3.17", "--set", "eps=0", "--plot")
     assert code == 0, err
     assert Path("d.png").read_bytes()[:4] == b"\x89PNG"
-    (ax,) = figures.from_results(vd.load("d.h5"), kind="bifurcation").axes
+    (ax,) = vd.load("d.h5").plot().axes
     section = vd.load("d.h5").section
     assert sorted(ax.lines[0].get_xdata()) == pytest.approx(sorted(section[:, 0]), abs=1e-9)
     assert "3.17" in ax.get_title(loc="right")

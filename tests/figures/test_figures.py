@@ -1,5 +1,6 @@
 """Figures show the data: pixels are dark at the values, and lines have corners at the switches."""
 
+import io
 import math
 from types import SimpleNamespace
 
@@ -209,12 +210,49 @@ def test_sections_share_one_scale_and_show_each_distinct_point_once():
     assert len(first.lines) == 2, "there must be dots and the circles of the reference"
 
 
-def test_from_results_chooses_by_the_longest_axis(two_regimes):
-    assert figures.from_results(two_regimes).axes[0].get_images()
+def test_few_values_are_drawn_as_many(two_regimes):
     few = results(two_regimes.section[:3], A=two_regimes.axes["A"][:3])
-    assert len(figures.from_results(few).axes) == 3
-    assert not figures.from_results(few).axes[0].get_images()
-    assert figures.from_results(few, kind="bifurcation").axes[0].get_images()
+    for swept in (few, two_regimes):
+        assert figures.from_results(swept).axes[0].get_images()
+    assert len(figures.from_results(few, kind="poincare").axes) == 3
+
+
+KEYWORDS = {
+    "quantity": "xi",
+    "x": "B",
+    "y": "A",
+    "limits": (0.0, 3.0),
+    "style": "print",
+    "width": "single",
+}
+
+
+@pytest.mark.parametrize("keyword", KEYWORDS)
+@pytest.mark.parametrize("kind", [None, "bifurcation", "poincare", "map", "one motion"])
+def test_each_keyword_acts_or_is_refused(kind, keyword):
+    section = np.random.default_rng(1).uniform(1, 2, (3, 2, 8, 2))
+    swept = results(section, A=[3.0, 3.1, 3.2], B=[0.1, 0.2])
+    if kind == "one motion":
+        swept, kind = results(section[0, 0]), None
+
+    def pixels_with(**options):
+        figure = figures.from_results(swept, kind, **options)
+        figure.savefig(drawn := io.BytesIO(), format="raw", dpi=40)
+        return drawn.getvalue()
+
+    refused = []
+    try:
+        assert pixels_with(**{keyword: KEYWORDS[keyword]}) != pixels_with()
+    except ValueError as error:
+        refused = [str(error).partition(" = ")[0]]
+    assert refused in ([], [keyword])
+    assert not refused or keyword not in ("style", "width")
+
+
+@pytest.mark.parametrize("limits", [(2.0, 1.0), (0.0, math.inf), (0.0,), 3.0, "ab", (0.0, 10**400)])
+def test_limits_that_are_no_range_are_refused(two_regimes, limits):
+    with pytest.raises(ValueError, match=r"^limits = .*: must be two numbers in ascending order$"):
+        figures.bifurcation(two_regimes, limits=limits)
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,8 @@ def test_print_is_black_and_white(plane, quantity, tmp_path):
     plane.energy = plane.lyapunov = np.array([[1e-3, -1.0], [0.5, 1.0], [7.0, np.nan]])
     curve = Curve("fold", 1, 1, (), 1, np.array([1.0, 3.0]), np.array([0.1, 0.2]), ("edge", "edge"), ())
     limits = (0.1, 2.0) if quantity == "energy" else None
-    known = {"undisturbed": np.array([[1, 1]] * 2 + [[0, 1]]), "curves": [curve], "limits": limits}
+    gaps = np.array([[1, 1]] * 2 + [[0, 1]]) if quantity == "kept" else None
+    known = {"undisturbed": gaps, "curves": [curve], "limits": limits}
     for style, coloured in (("print", False), ("screen", True)):
         path = save(map_figure(plane, quantity, style=style, **known), tmp_path / "x.png", 60)
         seen = matplotlib.image.imread(path)[..., :3]
@@ -403,10 +404,11 @@ def test_power_is_half_m_v_squared_times_the_frequency():
 @pytest.mark.parametrize(
     ("record", "wish", "found"),
     [
-        (("section",), {}, (None, "dxi")),
+        (("section",), {}, ("bifurcation", "dxi")),
         (("summary",), {}, ("map", "period")),
+        (("error",), {}, ("map", "status")),
         (("section", "summary"), {"quantity": "energy"}, ("map", "energy")),
-        (("section", "summary"), {}, (None, "dxi")),
+        (("section", "summary"), {}, ("bifurcation", "dxi")),
         (("section",), {"kind": "map", "quantity": "status"}, ("map", "status")),
         (("summary",), {"quantity": "kept"}, ("map", "kept")),
         (("section", "impacts"), {"quantity": "impact_speed"}, ("bifurcation", "impact_speed")),
@@ -416,6 +418,23 @@ def test_power_is_half_m_v_squared_times_the_frequency():
 def test_default_drawing_follows_from_the_record(record, wish, found):
     swept = SimpleNamespace(axes={"A": np.ones(2)}, scalars={}, record=record)
     assert choose_drawing(swept, **wish) == found
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 12, 400])
+@pytest.mark.parametrize(
+    ("axes", "found"),
+    [
+        ((), ("poincare", "dxi")),
+        (("A",), ("bifurcation", "dxi")),
+        (("eps",), ("bifurcation", "dxi")),
+        (("xi0",), ("bifurcation", "dxi")),
+        (("A", "xi0", "tau0"), ("bifurcation", "dxi")),
+        (("xi0", "tau0"), ("map", "last_dxi")),
+    ],
+)
+def test_kind_of_a_figure_does_not_depend_on_the_number_of_values(axes, found, count):
+    swept = SimpleNamespace(axes={name: np.ones(count) for name in axes}, scalars={}, record=("section",))
+    assert choose_drawing(swept) == found
 
 
 @pytest.mark.parametrize(
@@ -442,6 +461,8 @@ def test_default_drawing_follows_from_the_record(record, wish, found):
         (("impacts",), {"kind": "poincare"}, "must be map or bifurcation, because this sweep recorded impacts"),
         (("summary",), {"quantity": "impact_power"}, "impact_power needs omega0, mu, alpha, mass"),
         (("summary",), {"kind": "chart"}, "kind = 'chart': must be one of bifurcation, poincare, map"),
+        (("section",), {"kind": "poincare", "x": "A"}, "x = 'A': must be left out for a figure of kind poincare"),
+        (("section",), {"kind": "bifurcation", "y": "A"}, "y = 'A': must be left out for a figure of kind bifurcation"),
     ],
 )
 def test_drawing_without_its_record_is_refused_in_one_line(record, wish, told):
@@ -457,3 +478,6 @@ def test_options_override_the_configured_drawing():
     assert merge_options(wanted, {}) == wanted
     assert merge_options(wanted, {"quantity": "period"}) == {"kind": "map", "quantity": "period"}
     assert merge_options(wanted, {"kind": "bifurcation"}) == {"kind": "bifurcation"}
+    assert merge_options({"kind": "poincare"}, {"quantity": "xi"}) == {"quantity": "xi"}
+    assert merge_options({"x": "A", "y": "B"}, {"quantity": "xi"}) == {"x": "A", "quantity": "xi"}
+    assert merge_options({"x": "A", "quantity": "xi"}, {"kind": "poincare"}) == {"kind": "poincare"}

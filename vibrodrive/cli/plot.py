@@ -169,9 +169,7 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
     from vibrodrive.store.reader import look
 
     report = look(file)
-    figure = report.header.origin.parsed().figure
-    wanted = drawing.merge_options({k: v for k, v in figure.items() if k not in ("style", "width")}, options)
-    check_drawing(wanted, report.header.plan, asked="kind" in options)
+    wanted = check_drawing(report.header.origin.parsed().figure, report.header.plan, options)
     results, drawn_over = load(file), read_overlays(over)
     if wanted.get("quantity") == drawing.KEPT:
         with working(file.name):
@@ -180,24 +178,26 @@ def _sweep(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple
         return figures.from_results(results, **wanted, **drawn_over), report.share
 
 
-def check_drawing(wanted: dict[str, Any], plan: Plan, asked: bool = False) -> None:
-    """Raise an error if a sweep does not have the axes or the record that its diagram needs.
+def check_drawing(figure: dict[str, Any], plan: Plan, options: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the arguments with which a sweep is drawn: [figure] of its configuration, and the options of a command.
 
-    One motion has no axis for a bifurcation diagram. If the configuration gives this kind of diagram, the section is
-    drawn instead. If an option of the command gives this kind (`asked`), an error is raised.
+    The section of one motion is drawn, whatever the configuration says of axes. Raises an error if a sweep does not
+    have the axes or the record that its figure needs, or if an argument has no effect.
     """
+    options = options or {}
+    configured = {key: value for key, value in figure.items() if plan.axes and key not in ("style", "width")}
+    wanted = drawing.merge_options(configured, options)
     for key in ("x", "y"):
         known = [*plan.axes, *plan.together]
-        if plan.axes and wanted.get(key) not in (None, *known):
+        if wanted.get(key) not in (None, *known):
             raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(known)))
-    if not plan.axes and wanted.get("kind") == drawing.BIFURCATION:
-        if asked:
-            raise click.ClickException(bad("--kind", drawing.BIFURCATION, "poincare for one motion, which has no axis"))
-        return
     try:
-        drawing.choose_drawing(plan, wanted.get("kind"), wanted.get("quantity"))
+        drawing.choose_drawing(plan, **wanted)
     except ValueError as error:
-        raise click.ClickException(str(error)) from None
+        key = str(error).partition(" ")[0]
+        place = "--" if key in options else "figure." if key in configured else ""
+        raise click.ClickException(f"{place}{error}") from None
+    return wanted
 
 
 def _refuse_options(file: Path, holds: str, options: dict[str, Any]) -> None:

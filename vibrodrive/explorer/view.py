@@ -329,7 +329,7 @@ def view_of(settings: config.Config) -> View:
     values |= {key: quantity for key, known in shows.items() if quantity in known}
     if "limits" in settings.figure:
         limits = settings.figure["limits"]
-        _, of = choose_drawing(plan, settings.figure.get("kind"), quantity)
+        of = quantity or choose_drawing(plan, settings.figure.get("kind"))[1]
         check_range("limits", limits, of)
         shown = "shade" if values.get("mode") == MAP else "quantity"
         if of == values.get(shown, getattr(View, shown)):

@@ -19,7 +19,7 @@ from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_s
 from vibrodrive.figures.ink import LINES, ink_of
 from vibrodrive.figures.style import as_shown, equation, explain, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width
+from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width, check_range
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
 
@@ -82,6 +82,7 @@ def bifurcation(
     >>> len(figure.axes), figure.axes[1].get_xlabel()
     (2, '$A$')
     """
+    check_range("limits", limits, quantity)
     visited = _visited(results, quantity)
     names = list(results.axes)
     if not names:

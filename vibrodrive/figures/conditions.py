@@ -7,9 +7,9 @@ import numpy as np
 
 from vibrodrive.figures.style import equation
 from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.drawing import STARTS
 
 ALWAYS_SAID = ("A", "B", "a0", "omega0", "mu", "alpha", "mass", "eps")
-STARTS = ("xi0", "dxi0", "tau0")
 PANELS = 6  # largest number of panels of one figure
 
 STATUS_WORDS = {

@@ -12,18 +12,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
-from vibrodrive.figures.conditions import STARTS, choice, conditions, of_sweep, some, status_phrases
+from vibrodrive.figures.conditions import choice, conditions, of_sweep, some, status_phrases
 from vibrodrive.figures.curves import as_motions, phase_curve, shared_by, trajectory_figure
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, name_axes, narrow, new, note, styled
-from vibrodrive.model.drawing import BIFURCATION, MAP, POINCARE, Style, Width, choose_drawing
+from vibrodrive.model.drawing import BIFURCATION, MAP, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 
 __all__ = ["bifurcation", "from_results", "map_figure", "phase_curve", "poincare", "trajectory_figure"]
-
-DIAGRAM = 12
-"""A sweep over an axis with at least this many values is drawn as a bifurcation diagram, a shorter sweep as Poincaré
-sections."""
 
 FEW = 64  # a section with at most this many different points has larger dots, so that they can be counted
 
@@ -101,31 +97,17 @@ def from_results(
     ax: Any = None,
     **over: Any,
 ) -> Figure:
-    """Draw the figure that suits a Results: the first one in this list whose condition is true.
-
-    * If there is no section: a map of the period.
-    * If two coordinates of the start have at least DIAGRAM values: a map of the last section point.
-    * If an axis has at least DIAGRAM values: a bifurcation diagram.
-    * Otherwise: Poincaré sections.
+    """Draw a sweep. `choose_drawing` chooses the kind of the figure.
 
     The arguments are those of `Results.plot`. `over` contains the arguments `curves`, `undisturbed` and `k2` of
     `map_figure`.
     """
-    if not results.axes and kind == BIFURCATION:
-        kind = POINCARE
-    kind, quantity = choose_drawing(results, kind, quantity)
+    kind, quantity = choose_drawing(results, kind, quantity, x=x, y=y, limits=limits)
     if kind == MAP:
         return map_figure(results, quantity, x, y, limits=limits, **over)
     if over:
         raise ValueError(bad("kind", kind, f"{MAP}, because curves and limits need a map"))
-    if not results.axes:
-        return poincare(results)
-    longest = max((len(a) for a in results.axes.values()), default=1)
-    if kind is None and sum(len(a) >= DIAGRAM and n in STARTS for n, a in results.axes.items()) > 1:
-        return map_figure(results, f"last_{quantity}", x, y, limits=limits)
-    if kind == BIFURCATION or (kind is None and longest >= DIAGRAM):
-        return bifurcation(results, quantity, x, limits)
-    return poincare(results)
+    return bifurcation(results, quantity, x, limits) if kind == BIFURCATION else poincare(results)
 
 
 def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:

@@ -118,6 +118,8 @@ def map_figure(
     x, y = _plane(results.axes, x, y)
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
+    if undisturbed is not None and quantity != KEPT:
+        raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT} needs it"))
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     painted = paint(quantity, values[index], status, limits)
     fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
@@ -167,13 +169,12 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
             raise ValueError(bad(key, name, "one of the axes " + ", ".join(names)))
     if x is not None and x == y:
         raise ValueError(bad("y", y, f"another axis than x = {x!r}"))
+    if y is not None and len(names) == 1:
+        raise ValueError(bad("y", y, "left out, because the sweep has one axis, and the ordinate is the quantity"))
     free = sorted((n for n in names if n not in (x, y)), key=lambda n: -len(axes[n]))
     needed = free[: min(2, len(names)) - (x is not None) - (y is not None)]
     rest = iter([n for n in names if n in needed])  # in the order of the sweep
-    x = x or next(rest, y)
-    y = y or next(rest, None)
-    assert x is not None
-    return x, None if x == y else y
+    return x or next(rest), y or next(rest, None)
 
 
 def recorded(results: Any, quantity: str) -> np.ndarray:

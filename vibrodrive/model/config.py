@@ -33,7 +33,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.errors import ConfigError
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANTITIES, STYLES, WIDTHS
+from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, FIGURE_KINDS, MAP_QUANTITIES, STYLES, WIDTHS, check_limits
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
 from vibrodrive.model.physical import Scene, check_scene
@@ -282,15 +282,6 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     return np.geomspace(ends[0], ends[1], num)
 
 
-def _limits(key: str, value: object) -> tuple[float, float]:
-    numbers = isinstance(value, list) and all(
-        isinstance(v, (int, float)) and not isinstance(v, bool) and np.isfinite(v) for v in value
-    )
-    if not numbers or len(value) != 2 or not value[0] < value[1]:  # type: ignore[arg-type, index]
-        raise ValueError(bad(key, value, "two numbers in ascending order"))
-    return (float(value[0]), float(value[1]))  # type: ignore[index]
-
-
 def _curves(key: str, value: object) -> list[str]:
     names = ("phase", "time", "velocity", "section")
     if not isinstance(value, list) or not value or any(v not in names for v in value):
@@ -314,7 +305,7 @@ _EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
         "quantity": (*DIAGRAM_QUANTITIES, *MAP_QUANTITIES),
         "x": ALONG,
         "y": ALONG,
-        "limits": _limits,
+        "limits": check_limits,
         "style": STYLES,
         "width": WIDTHS,
     },

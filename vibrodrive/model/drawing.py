@@ -1,5 +1,7 @@
 """Kinds of figures of a sweep, and quantities that can be drawn, depending on the records of the sweep."""
 
+import math
+from numbers import Real
 from typing import Any, Literal, get_args
 
 from vibrodrive.model.parameters import bad
@@ -29,6 +31,8 @@ OF_SECTION = ("last_xi", "last_dxi")
 
 IMPACT_POWER = "impact_power"  # power of the impacts in W, from `energy` and the scene of the sweep
 
+STARTS = ("xi0", "dxi0", "tau0")  # coordinates of the start
+
 KEPT = "kept"  # 1 if `gaps` equal those of the undisturbed motion, 0 if they differ, -1 if the undisturbed one has none
 
 K2 = "k2"  # limit k₂: the smallest disturbance at which the structure is lost (docs/glossary.md)
@@ -43,88 +47,134 @@ MAP_QUANTITIES = (*OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *OF_EVERY_SWEEP)
 """Quantities of maps over two axes, and of lines over one axis."""
 
 
+OPTIONS = {BIFURCATION: ("quantity", "x", "limits"), POINCARE: (), MAP: ("quantity", "x", "y", "limits")}
+"""Arguments that have an effect on each kind of figure."""
+
+SUITS = {BIFURCATION: DIAGRAM_QUANTITIES, POINCARE: (), MAP: MAP_QUANTITIES}
+"""Quantities that each kind of figure can show."""
+
+
+def check_limits(key: str, limits: Any) -> tuple[float, float]:
+    """Return a range as two floats. Raises ValueError with one sentence."""
+    try:
+        low, high = limits
+        if isinstance(low, Real) and isinstance(high, Real) and -math.inf < float(low) < float(high) < math.inf:
+            return float(low), float(high)
+    except (OverflowError, TypeError, ValueError):
+        pass
+    raise ValueError(bad(key, limits, "two numbers in ascending order"))
+
+
 def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:
-    """Refuse a range for a quantity with one colour for each value. Raises ValueError with one sentence."""
+    """Refuse limits that are no range, or that belong to a quantity with one colour for each value. Raises ValueError
+    with one sentence."""
     if limits is not None and quantity in OF_CLASSES:
         raise ValueError(bad(key, limits, f"left out, because the colours of {quantity} are classes without a range"))
+    if limits is not None:
+        check_limits(key, limits)
 
 
-def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None) -> tuple[str | None, str]:
-    """Return (kind of figure, quantity) with which a sweep is drawn. The function chooses arguments that are None.
+def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None, **others: Any) -> tuple[str, str]:
+    """Return (kind of figure, quantity) with which a sweep is drawn. The function chooses those that are None.
 
-    A quantity of maps (MAP_QUANTITIES) selects a map, a quantity of the impacts a bifurcation diagram. If both
-    arguments are None and the sweep has sections, the returned kind is None, too: the caller then chooses a diagram of
-    the section that suits the axes. A sweep without sections is drawn as a map of the period or, if it has only
-    impacts, as a diagram of their phases.
+    A quantity of maps (MAP_QUANTITIES) or an ordinate `y` selects a map, a quantity of the impacts a bifurcation
+    diagram. Otherwise the first of these conditions selects the kind. None of them counts values.
 
-    `swept` is a Plan or Results. Raises ValueError for an unknown or unrecorded quantity, and for a map of one motion.
+    * Without an axis: a Poincaré section.
+    * Without a section: a map of the period or, if only impacts are recorded, a diagram of their phases.
+    * If there are several axes, all of them coordinates of the start: a map of the last section point.
+    * Otherwise: a bifurcation diagram.
+
+    `swept` is a Plan or Results. `others` contains `x`, `y` and `limits`, which must have an effect on the figure.
+    Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
     """
-    record = swept.record
     if kind not in (None, *FIGURE_KINDS):
         raise ValueError(bad("kind", kind, "one of " + ", ".join(FIGURE_KINDS)))
-    if quantity is None and kind in (None, BIFURCATION) and record == (IMPACTS,):
-        quantity = IMPACT_QUANTITIES[0]
-    if kind is None and (quantity in MAP_QUANTITIES or (quantity is None and SECTION not in record)):
-        kind = MAP
-    if kind != MAP:
-        return _choose_diagram(swept, kind, quantity)
+    given = {name: value for name, value in {"quantity": quantity, **others}.items() if value is not None}
     if not swept.axes:
-        raise ValueError(bad("kind", MAP, "left out for one motion, which has no axis"))
-    quantity = quantity or "period"
+        for name, value in given.items():
+            raise ValueError(bad(name, value, "left out for one motion, which has no axis"))
+        if kind not in (None, POINCARE):
+            raise ValueError(bad("kind", kind, f"{POINCARE} for one motion, which has no axis"))
+    if kind is None:
+        kind, quantity = _default(swept, quantity, others.get("y"))
+    for name, value in given.items():
+        if name not in OPTIONS[kind]:
+            raise ValueError(bad(name, value, f"left out for a figure of kind {kind}"))
+    return kind, _map_quantity(swept, quantity) if kind == MAP else _diagram_quantity(swept, kind, quantity)
+
+
+def _default(swept: Any, quantity: str | None, y: str | None) -> tuple[str, str | None]:
+    """Return the kind that follows from the axes, the record and the arguments, with the quantity."""
+    record = swept.record
+    if not swept.axes:
+        return POINCARE, None
+    if y is None and (quantity in IMPACT_QUANTITIES or (quantity is None and record == (IMPACTS,))):
+        return BIFURCATION, quantity
+    if y is not None or quantity in MAP_QUANTITIES or (quantity is None and SECTION not in record):
+        return MAP, quantity
+    if len(swept.axes) > 1 and all(name in STARTS for name in swept.axes) and quantity in (None, *SECTION_QUANTITIES):
+        return MAP, f"last_{quantity or SECTION_QUANTITIES[0]}"
+    return BIFURCATION, quantity
+
+
+def _map_quantity(swept: Any, quantity: str | None) -> str:
+    """Return the quantity of a map. Raises ValueError if the sweep has not recorded it."""
+    record = swept.record
+    recorded = "this sweep recorded " + ", ".join(record)
     known = [
         *((*OF_SUMMARY, KEPT) if SUMMARY in record else ()),
         *(OF_SECTION if SECTION in record else ()),
         *OF_EVERY_SWEEP,
     ]
+    quantity = quantity or ("period" if SUMMARY in record else "last_dxi" if SECTION in record else "status")
     if quantity == IMPACT_POWER and SUMMARY in record:
         missing = [name for name in SCENE_OF_POWER if name not in swept.axes and name not in swept.scalars]
         if missing:
             needed = f"impact_power needs {', '.join(missing)} (give a scene in SI units, with one quantity as an axis)"
             raise ValueError(bad("quantity", quantity, f"energy, because {needed}"))
     elif quantity not in known:
-        recorded = "this sweep recorded " + ", ".join(record)
         if quantity in (*OF_SUMMARY, KEPT, IMPACT_POWER) and SUMMARY not in record:
             recorded += f', and {quantity} needs record = "{SUMMARY}"'
         raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {recorded}"))
-    return kind, quantity
+    return quantity
 
 
-def _choose_diagram(swept: Any, kind: str | None, quantity: str | None) -> tuple[str | None, str]:
-    """Return the result of `choose_drawing` for a figure that is not a map."""
+def _diagram_quantity(swept: Any, kind: str, quantity: str | None) -> str:
+    """Return the quantity of a figure that is not a map. Raises ValueError if the sweep has not recorded it."""
     record = swept.record
     recorded = "this sweep recorded " + ", ".join(record)
-    if kind in (None, BIFURCATION) and quantity in IMPACT_QUANTITIES:
-        if IMPACTS not in record or not swept.axes:
-            needed = f'{recorded}, and {quantity} needs record = "{IMPACTS}"'
-            told = needed if swept.axes else "this quantity is drawn over an axis, but one motion has no axis"
-            raise ValueError(bad("quantity", quantity, f"left out, because {told}"))
-        return BIFURCATION, str(quantity)
-    if SECTION not in record:
-        if IMPACTS in record and quantity is not None:
-            raise ValueError(bad("quantity", quantity, f"one of {', '.join(IMPACT_QUANTITIES)}, because {recorded}"))
-        allowed = f"{MAP} or {BIFURCATION}" if IMPACTS in record else MAP
-        raise ValueError(bad("kind", kind or BIFURCATION, f"{allowed}, because {recorded}"))
-    if quantity not in (None, *SECTION_QUANTITIES):
-        allowed = "one of " + ", ".join(SECTION_QUANTITIES) + (f" for a diagram of kind {kind}" if kind else "")
-        raise ValueError(bad("quantity", quantity, allowed))
-    return kind, quantity or SECTION_QUANTITIES[0]
+    impacts = IMPACT_QUANTITIES if IMPACTS in record and swept.axes else ()
+    known = (*(SECTION_QUANTITIES if SECTION in record else ()), *(impacts if kind == BIFURCATION else ()))
+    if not known and not swept.axes:
+        raise ValueError(bad("record", ", ".join(record), f'extended by "{SECTION}" to draw one motion'))
+    if not known:
+        allowed = f"{MAP} or {BIFURCATION}" if impacts else MAP
+        raise ValueError(bad("kind", kind, f"{allowed}, because {recorded}"))
+    quantity = quantity or known[0]
+    if quantity in IMPACT_QUANTITIES and not impacts:
+        raise ValueError(
+            bad("quantity", quantity, f'left out, because {recorded}, and {quantity} needs record = "{IMPACTS}"')
+        )
+    if quantity not in known:
+        raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {recorded}"))
+    return quantity
 
 
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """Return the drawing options of a configuration (`wanted`), replaced by the options of the call (`now`).
+    """Return the drawing options of a configuration (`wanted`), replaced by the kind and quantity of the call (`now`).
 
-    The range in the configuration belongs to the quantity in the configuration. If the call gives another quantity,
-    this range is left out. If a kind and a quantity do not suit each other, the one in the configuration is left out.
+    If the call gives a kind, or a quantity and thereby a kind, options of the configuration without effect on this kind
+    are left out. A range that belongs to another quantity is left out, too.
     """
+    kind = now.get("kind")
+    if kind is None and "quantity" in now:
+        kind = MAP if now["quantity"] in MAP_QUANTITIES else BIFURCATION
     kept = dict(wanted)
+    if kind is not None:
+        acting = {key: value for key, value in wanted.items() if key in OPTIONS[kind] or (key, value) == ("kind", kind)}
+        kept = {key: value for key, value in acting.items() if key != "quantity" or value in SUITS[kind]}
     merged = kept | now
-    suits = MAP_QUANTITIES if merged.get("kind") == MAP else DIAGRAM_QUANTITIES
-    if "kind" in merged and merged.get("quantity", suits[0]) not in suits:
-        kept.pop("kind" if "quantity" in now else "quantity", None)
-    if (
-        now.keys() - {"x", "y"}
-        and "quantity" in (now | wanted)
-        and (kept | now).get("quantity") != wanted.get("quantity")
-    ):
-        kept.pop("limits", None)
-    return kept | now
+    if merged.get("quantity") != wanted.get("quantity"):
+        merged.pop("limits", None)
+    return merged

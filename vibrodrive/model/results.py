@@ -340,19 +340,33 @@ class Results:
         style: Style | None = None,
         width: Width | None = None,
     ) -> Figure:
-        """Draw a bifurcation diagram, Poincaré sections or a map, depending on the axes and the record.
+        """Draw a bifurcation diagram, Poincaré sections or a map.
+
+        If neither `kind` nor `quantity` nor `y` is given, the axes and the record determine the kind, whatever the
+        number of values. The first condition that is true decides:
+
+        - Without an axis: the Poincaré section of the motion.
+        - Without sections in the record: a map of the period or, if only impacts are recorded, a diagram of their
+          phases.
+        - If there are several axes, all of them coordinates of the start (xi0, dxi0, tau0): a map of the last section
+          point.
+        - Otherwise: a bifurcation diagram. For Poincaré sections of several motions give `kind="poincare"`.
+
+        A quantity of the impacts gives a diagram; a quantity of a map, or `y`, gives a map.
 
         Parameters
         ----------
         kind : "bifurcation", "poincare" or "map", optional
-            kind of the figure; by default chosen from the quantity, the axes and the record.
+            kind of the figure.
         quantity : str, optional
             quantity to draw: "dxi" or "xi" of the section, "impact_phase" or "impact_speed" of the main impacts; for a
-            map a quantity of the summary, "status" or "margin".
+            map a quantity of the summary, "last_xi" or "last_dxi" of the section, "status" or "margin". Poincaré
+            sections have none.
         x, y : str, optional
-            axes of the sweep along the abscissa and, in a map, along the ordinate; by default the longest axes.
+            axes of the sweep along the abscissa (diagram and map) and along the ordinate (map); by default the longest
+            axes.
         limits : (float, float), optional
-            range of the quantity; by default that of the values (for a map see `map_figure`).
+            range of the quantity (diagram and map); by default that of the values (for a map see `vd.plot.map`).
         ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
             axes to draw into; by default those of a new figure.
         style : "screen" or "print", optional
@@ -368,7 +382,8 @@ class Results:
         Raises
         ------
         ValueError
-            for an unknown or unrecorded quantity, an unknown kind or axis, or results without an axis.
+            for an unknown kind, quantity or axis, a quantity that is not recorded, or an argument that has no effect on
+            the figure.
         """
         drawn = above("the figure of results")
         return drawn(self, kind, quantity, x, y, limits, ax=ax, style=style, width=width)
