@@ -127,5 +127,5 @@ DRAWING = sorted(name for name in NAMES if name.startswith("plot."))
 def test_every_figure_has_the_same_last_arguments(name):
     parameters = inspect.signature(NAMES[name]).parameters
     named = [p.name for p in parameters.values() if p.kind is p.KEYWORD_ONLY]
-    assert named == ["ax", "style", "width"]
+    assert named == ["ax", "style", "width", "notes"]
     assert all(parameters[name].default is None for name in named)

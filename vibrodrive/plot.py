@@ -1,7 +1,8 @@
 """Functions that draw results and return a Matplotlib Figure, which a notebook shows.
 
-Each function has the arguments `style`, `width` and `ax`. `ax` gives the axes to draw into: one Axes for a figure with
-one panel, otherwise a sequence with one Axes for each panel. The function then returns the Figure of these axes.
+Each function has the arguments `style`, `width`, `notes` and `ax`. `ax` gives the axes to draw into: one Axes for a
+figure with one panel, otherwise a sequence with one Axes for each panel. The function then returns the Figure of these
+axes. A new figure does not depend on the settings of your matplotlibrc, and your axes keep them.
 
 Examples
 --------
@@ -19,6 +20,14 @@ In existing axes, a motion next to its section:
 >>> motion = vd.simulate(A=3.04, transient=1000, periods=4)
 >>> vd.plot.phase_curve(motion, ax=left) is vd.plot.poincare(motion, ax=right) is figure
 True
+
+Two diagrams in the same axes, in two colours:
+
+>>> ax = Figure().subplots()
+>>> for eps in (2e-4, 0.0):
+...     figure = vd.plot.bifurcation(r.select(eps=eps), ax=ax)
+>>> len(ax.get_legend().get_texts())
+2
 """
 
 from __future__ import annotations

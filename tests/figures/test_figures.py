@@ -193,8 +193,12 @@ def test_axis_of_one_value_twice_is_drawn():
 def test_geometric_axis_is_drawn_in_decades():
     eps = np.geomspace(1e-5, 1e-3, 50)
     (ax,) = figures.bifurcation(results(np.ones((50, 8, 2)), eps=eps)).axes
-    assert ax.get_xlim() == pytest.approx((-5, -3), abs=0.03)
-    assert [t.get_text() for t in ax.get_xticklabels()] == ["$10^{-5}$", "$10^{-4}$", "$10^{-3}$"]
+    assert ax.get_xscale() == "log"
+    assert ax.get_xlim() == pytest.approx((1e-5, 1e-3), rel=0.1)
+    ink, _ = image(ax)
+    left, right = ax.images[0].get_extent()[:2]
+    marked = left + (np.flatnonzero(ink.max(axis=0)) + 0.5) / ink.shape[1] * (right - left)
+    assert np.abs(marked[:, None] - np.log10(eps)).min(axis=0).max() < 0.01
 
 
 def test_sections_share_one_scale_and_show_each_distinct_point_once():
@@ -224,6 +228,7 @@ KEYWORDS = {
     "limits": (0.0, 3.0),
     "style": "print",
     "width": "single",
+    "notes": False,
 }
 
 
@@ -246,7 +251,7 @@ def test_each_keyword_acts_or_is_refused(kind, keyword):
     except ValueError as error:
         refused = [str(error).partition(" = ")[0]]
     assert refused in ([], [keyword])
-    assert not refused or keyword not in ("style", "width")
+    assert not refused or keyword not in ("style", "width", "notes")
 
 
 @pytest.mark.parametrize("limits", [(2.0, 1.0), (0.0, math.inf), (0.0,), 3.0, "ab", (0.0, 10**400)])
@@ -312,8 +317,18 @@ def test_time_curves_carry_the_excitation(falling):
 def test_trajectory_figure_has_a_row_for_each_curve(falling):
     fig = figures.trajectory_figure(falling, ("phase", "time", "velocity", "section"))
     assert [ax.get_ylabel() for ax in fig.axes] == [style.symbol(s) for s in ("dxi", "xi", "dxi", "dxi")]
-    with pytest.raises(ValueError, match="curves = 'orbit'"):
-        figures.trajectory_figure(falling, ("orbit",))
+    for wrong in (("orbit",), "time", ()):
+        with pytest.raises(ValueError, match=r"curves = .*: must be a list of one or more of phase, time"):
+            figures.trajectory_figure(falling, wrong)
+    with pytest.raises(ValueError, match="shown = 3: must be left out, because no curve over time"):
+        figures.trajectory_figure(falling, ["phase"], shown=3)
+
+
+@pytest.mark.parametrize("draw", [figures.phase_curve, figures.poincare])
+def test_titles_are_one_for_each_panel(falling, draw):
+    for wrong in (["one"], ["one", "two", "three"], "ab"):
+        with pytest.raises(ValueError, match=r"titles = .*: must be a list of 2, one for each panel"):
+            draw([falling, falling], titles=wrong)
 
 
 def test_phase_curves_of_two_motions_share_a_scale(falling):

@@ -14,7 +14,7 @@ from matplotlib.colors import to_hex, to_rgb
 import vibrodrive as vd
 from vibrodrive.figures.colours import APART, MANY, digits, paint, states
 from vibrodrive.figures.limits import limits_map
-from vibrodrive.figures.looks import LOOKS
+from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import borders_of, map_figure
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import Status
@@ -123,7 +123,7 @@ def test_point_without_a_value_is_hatched_in_print(plane):
     fig = map_figure(plane, "energy", style="print")
     colours = cells(fig)[2]
     assert colours[0][0] == colours[1][2] == "none"
-    assert fig.axes[0].patch.get_hatch()
+    assert [patch.get_hatch() for patch in fig.axes[0].patches] == [HATCHED["hatch"]]
     assert [t.get_text() for t in fig.legends[0].get_texts()] == ["no such value or not computed"]
 
 
@@ -134,7 +134,7 @@ def test_missing_and_resting_points_have_no_class(plane):
     assert (colours[0][0], colours[1][1]) == ("none", to_hex(APART))
     assert "at rest permanently: 1 of 6 points, not computed: 1" in note_texts(fig)
     assert {t.get_text() for t in fig.legends[0].get_texts()} == {"rests", "not computed"}
-    assert fig.axes[0].patch.get_hatch()
+    assert [patch.get_hatch() for patch in fig.axes[0].patches] == [HATCHED["hatch"]]
 
 
 def test_gaps_and_sequences_are_named(plane):

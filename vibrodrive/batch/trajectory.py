@@ -239,6 +239,7 @@ class Trajectory:
         ax: Axes | Sequence[Axes] | None = None,
         style: Style | None = None,
         width: Width | None = None,
+        notes: bool | None = None,
     ) -> Figure:
         """Draw the motion as curves with its switches.
 
@@ -247,13 +248,20 @@ class Trajectory:
         curves : sequence of str
             panels to draw: "phase" (ξ' over ξ), "time" (ξ over τ), "velocity" (ξ' over τ), "section" (section points).
         shown : int, optional
-            number of periods that curves over time show, from the first period of the record; None shows all.
-        ax : matplotlib Axes or sequence of them, optional
-            axes to draw into, one for each panel; default: a new figure.
+            number of periods that curves over time show, from the first period of the record; None shows all. It needs
+            a curve over time.
+        ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
+            your axes to draw into; by default those of a new figure. They keep their style: the data have the next
+            colour of their cycle, and nothing is written but missing labels. A second motion
+            in the same axes has another colour, and a key then names the difference.
         style : "screen" or "print", optional
-            "screen" (default) uses colours that colour-blind readers can distinguish, "print" black and white.
+            "screen": colours that are distinct for colour-blind readers; "print": black and white. The default is
+            "screen" or, with `ax`, the colours of the axes.
         width : "double" or "single", optional
-            width of a new figure: two columns of a page (default) or one.
+            width of a new figure, in columns of a page; default "double". It is left out with `ax`.
+        notes : bool, optional
+            True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default
+            is True for a new figure, and False with `ax`.
 
         Returns
         -------
@@ -263,10 +271,11 @@ class Trajectory:
         Raises
         ------
         ValueError
-            if a curve is unknown, or if the numbers of axes and curves differ.
+            if a curve, the style or the width is unknown, if a keyword has no effect on the curves, if the numbers of
+            axes and curves differ, or if the axes show other quantities.
         """
         drawn = above("the figure of a motion")
-        return drawn(self, curves, shown=shown, ax=ax, style=style, width=width)
+        return drawn(self, curves, shown=shown, ax=ax, style=style, width=width, notes=notes)
 
     def describe(self, scene: Scene | None = None) -> str:
         """Return a description: status, margin, period, impacts, cycle of states, impact speeds, Lyapunov exponent.

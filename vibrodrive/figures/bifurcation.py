@@ -17,7 +17,19 @@ from matplotlib.patches import Patch
 
 from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, some, status_phrases
 from vibrodrive.figures.ink import LINES, ink_of
-from vibrodrive.figures.style import as_shown, equation, explain, letter, look, name_axes, new, note, styled, symbol
+from vibrodrive.figures.style import (
+    as_shown,
+    equation,
+    explain,
+    label_axes,
+    letter,
+    look,
+    name_axes,
+    new,
+    note,
+    styled,
+    symbol,
+)
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width, check_range
 from vibrodrive.model.parameters import bad, bad_axes
@@ -51,6 +63,7 @@ def bifurcation(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw a bifurcation diagram: every recorded section value over the swept parameter.
 
@@ -100,22 +113,22 @@ def bifurcation(
     rest = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
-    limits = limits or full_range([section[index][done[index]] for index in rows])  # common to all panels
-    fig, axes = new(len(rows), 1, height=min(9.0, 0.7 + 2.5 * len(rows)), sharex=True, sharey=True)
+    reach = limits or full_range([section[index][done[index]] for index in rows])  # common to all panels
+    shared = conditions(of_sweep(results), results.axes)
+    grid: dict[str, Any] = {"height": min(9.0, 0.7 + 2.5 * len(rows)), "sharex": True, "sharey": True}
+    fig, axes = new(len(rows), 1, shows=[(x, quantity)] * len(rows), said=shared, **grid)
     key: Sequence[Artist] = ()
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
-        key = density(ax, values, np.where(done[index][:, None], section[index], np.nan), limits) or key
+        key = density(ax, values, np.where(done[index][:, None], section[index], np.nan), reach) or key
+        if limits is not None:
+            ax.set_ylim(limits)
         mark_statuses(ax, values, status[index])
-        if quantity in LABELS:
-            ax.set_ylabel(LABELS[quantity])
-        else:
-            name_axes(ax, None, quantity)
+        name_axes(ax, x, None if quantity in LABELS else quantity)
+        label_axes(ax, None, LABELS.get(quantity))
         if len(rows) > 1:
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
-        shared = conditions(of_sweep(results), results.axes) if k == 0 else []
         chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
-        note(ax, [*shared, *(chosen if k == 0 else []), *status_phrases(status[index])])
-    name_axes(axes[-1, 0], x, None)
+        note(ax, [*([] if k else [*shared, *chosen]), *status_phrases(status[index])])
     explain(fig, () if len(rows) == 1 and _undisturbed(results) else key)
     return fig
 
@@ -144,7 +157,12 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     `limits` is the range of the ordinate.
     """
     order = np.argsort(x)
-    u = _abscissa(ax, x[order])
+    if not ax.images and is_geometric(x[order]):
+        ax.set_xscale("log")
+    logarithmic = ax.get_xscale() == "log"
+    if logarithmic:
+        order = order[x[order] > 0]
+    u = np.log10(x[order]) if logarithmic else x[order]
     values = values[order]
     low, high = limits or full_range([values])
     start, stop = (u[0], u[-1]) if u[-1] > u[0] else (u[0] - 0.5, u[0] + 0.5)
@@ -167,8 +185,6 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     shown[column] = column
     image = np.where((np.abs(pixel - u[nearest]) > reach * step)[:, None], 0.0, image[shown]).T
     add_image(ax, image, (start, stop, low, high))
-    ax.set_xlim(start, stop)
-    ax.set_ylim(low, high)
     return ink_key(values.shape[1], "spot visited") if ((image > 0) & (image < 1)).any() else ()
 
 
@@ -189,10 +205,8 @@ def swatches(inks: Sequence[float], names: Sequence[str]) -> list[Artist]:
 
 def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
     """Draw a mark at the upper edge of the panel at each `x` (n,) whose status is a key of MARKS."""
-    order = np.argsort(x)
-    u = np.log10(x[order]) if is_geometric(x[order]) else x[order]
     for value, marker in MARKS.items():
-        there = u[status[order] == value]
+        there = x[status == value]
         if len(there):
             height = np.full(len(there), 0.975)
             colour = look().support if value == Status.NEVER_LEAVES else look().other
@@ -221,14 +235,23 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
     return ink
 
 
-def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
-    """Draw a FullestImage with its first row at the bottom. The values are ink unless `cmap` and `norm` are given."""
+def add_image(ax: Axes, image: np.ndarray, extent: Any, margin: bool = False, **options: Any) -> None:
+    """Draw a FullestImage with its first row at the bottom. The values are ink unless `cmap` and `norm` are given.
+
+    `extent` is (left, right, bottom, top), in decimal logarithms along a logarithmic axis. The ranges of the axes are
+    enlarged to contain it, with a margin or not.
+    """
     look_of: dict[str, Any] = {"cmap": look().density, "norm": Normalize(0, 1), "origin": "lower"}
     look_of["interpolation"] = "nearest"  # other interpolations would spread a mark over more pixels
-    drawn = FullestImage(ax, extent=extent, **(look_of | options))
+    drawn = FullestImage(ax, extent=extent, transform=ax.transLimits + ax.transAxes, **(look_of | options))
     drawn.set_data(image)
     drawn.set_clip_path(ax.patch)
     ax.add_image(drawn)
+    corners = ax.transScale.inverted().transform(np.reshape(extent, (2, 2)).T)
+    if not margin:
+        drawn.sticky_edges.x[:], drawn.sticky_edges.y[:] = corners.T.tolist()
+    ax.update_datalim(corners)
+    ax.autoscale_view()
 
 
 class FullestImage(AxesImage):
@@ -251,18 +274,6 @@ def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
     """Return the maxima of neighbouring rows (axis 0) or columns (axis 1), so that at most `count` remain."""
     n, count = image.shape[axis], max(1, count)
     return image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
-
-
-def _abscissa(ax: Axes, x: np.ndarray) -> np.ndarray:
-    """Return the abscissae of the values `x` (n,): decimal logarithms, with ticks, if their spacing is geometric, and
-    otherwise `x`."""
-    if not is_geometric(x):
-        return x
-    u = np.log10(x)
-    decades = range(math.floor(u[0]), math.ceil(u[-1]) + 1)
-    ax.set_xticks(decades, [f"$10^{{{d}}}$" for d in decades])
-    ax.set_xticks([d + math.log10(m) for d in decades for m in range(2, 10)], minor=True)
-    return u
 
 
 def is_geometric(x: np.ndarray) -> bool:

@@ -15,16 +15,19 @@ from matplotlib.ticker import MaxNLocator
 from vibrodrive.figures.bifurcation import add_image, quantity_index, swatches
 from vibrodrive.figures.conditions import STATUS_WORDS, conditions
 from vibrodrive.figures.ink import FAINTEST
-from vibrodrive.figures.style import explain, given_axes, letter, look, name_axes, narrow, new, note, styled
+from vibrodrive.figures.style import explain, given_axes, label_axes, letter, look, name_axes, narrow, new, note, styled
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import Style, Width
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.states import State
 
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
 
-CURVES = ("phase", "time", "velocity", "section")
+SHOWS = {"phase": ("xi", "dxi"), "time": ("tau", "xi"), "velocity": ("tau", "dxi"), "section": ("xi", "dxi")}
+"""Quantities to the right and upwards of each curve."""
+
+OVER_TIME = ("time", "velocity")
 
 LINE, CYCLE = 40, 160
 """A motion is drawn as a line if its record has at most LINE periods, or at most CYCLE different switches because the
@@ -79,6 +82,7 @@ def phase_curve(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw phase curves ξ' over ξ, with one panel for each trajectory and the same ranges in all panels.
 
@@ -105,17 +109,16 @@ def phase_curve(
     rows, cols = (len(motions), 1) if narrow() else (1, len(motions))
     height = 3.2 if alone else 3.4 * rows if narrow() else 2.9
     options: dict[str, Any] = {"width": 5.0} if alone else {}
-    fig, axes = new(rows, cols, height=height, sharex=True, sharey=True, **options)
+    if titles is not None:
+        check_titles(titles, len(motions))
+    shared = shared_by(motions)
+    grid: dict[str, Any] = {"height": height, "sharex": True, "sharey": True, **options}
+    fig, axes = new(rows, cols, shows=[("xi", "dxi")] * len(motions), said=shared, **grid)
     key: dict[str, Any] = {}
     for k, (motion, ax) in enumerate(zip(motions, axes.ravel(), strict=True)):
         key |= draw_phase(ax, motion)
-        if not alone:
-            letter(ax, k, titles[k] if titles else "")
-        elif titles:
-            ax.set_title(titles[0], loc="left")
-        if not given_axes():
-            ax.label_outer()
-    note(axes[0, -1], shared_by(motions))
+        letter(ax, None if alone else k, titles[k] if titles else "", asked=titles is not None)
+    note(axes[0, -1], shared)
     explain(fig, list(key.values()))
     return fig
 
@@ -182,11 +185,11 @@ def trajectory_figure(
     trajectory: Trajectory, curves: Sequence[str] = ("phase", "time"), shown: int | None = FIRST, *, ax: Any = None
 ) -> Figure:
     """Draw one motion, with one panel for each of `curves`. `Trajectory.plot` describes the arguments."""
-    for name in curves:
-        if name not in CURVES:
-            raise ValueError(bad("curves", name, "one of " + ", ".join(CURVES)))
+    _check_curves(curves, shown)
     tall = [1.5 if name in ("phase", "section") else 1.0 for name in curves]
-    fig, axes = new(len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall)
+    common = shared_by([trajectory], section="section" in curves)
+    shows = [SHOWS[name] for name in curves]
+    fig, axes = new(len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall, shows=shows, said=common)
     periods = len(trajectory.section)
     key: dict[str, Any] = {}
     for k, (name, ax) in enumerate(zip(curves, axes[:, 0], strict=True)):
@@ -195,13 +198,13 @@ def trajectory_figure(
         if name == "phase":
             key |= draw_phase(ax, trajectory)
         elif name == "section":
-            ax.plot(*np.asarray(trajectory.section).T, ".", ms=2, mew=0)
+            ax.plot(*np.asarray(trajectory.section).T, ".", ms=2, mew=0, color=look().main)
             name_axes(ax, "xi", "dxi")
         else:
             quantity = "xi" if name == "time" else "dxi"
             draw_time(ax, [trajectory], quantity, shown=shown)
-        shared = shared_by([trajectory], section="section" in curves) if k == 0 else []
-        if name in ("time", "velocity") and shown is not None and shown < periods:
+        shared = [] if k else common
+        if name in OVER_TIME and shown is not None and shown < periods:
             shared = [*shared, f"first {shown} of {periods} periods shown"]
         note(ax, shared)
     explain(fig, list(key.values()))
@@ -217,6 +220,23 @@ def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]
     return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
 
 
+def _check_curves(curves: Sequence[str], shown: int | None) -> None:
+    """Refuse unknown curves, and a number of periods that no curve would show. Raises TypeError or ValueError."""
+    if isinstance(curves, str) or not curves or not all(name in SHOWS for name in curves):
+        raise ValueError(bad("curves", curves, "a list of one or more of " + ", ".join(SHOWS)))
+    if shown is not None:
+        check_count("shown", shown, 1)
+    if shown not in (None, FIRST) and not set(OVER_TIME) & set(curves):
+        raise ValueError(bad("shown", shown, "left out, because no curve over time is drawn"))
+
+
+def check_titles(titles: Sequence[str], panels: int) -> Sequence[str]:
+    """Return the titles. Raises ValueError if there is not one for each panel."""
+    if isinstance(titles, str) or len(titles) != panels:
+        raise ValueError(bad("titles", titles, f"a list of {panels}, one for each panel"))
+    return titles
+
+
 def as_motions(source: Any) -> list[Trajectory]:
     """Return one trajectory or a sequence of trajectories as a list."""
     return [source] if hasattr(source, "sample") else list(source)
@@ -230,15 +250,20 @@ def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def periods_ticks(ax: Axes, low: float, high: float) -> None:
     """Set a τ axis from `low` to `high`, with ticks that count excitation periods 2π from the first period shown."""
+    mine = not given_axes()
+    if not mine:
+        low, high = ax.dataLim.intervalx  # of all motions in the user's axes, whose first periods may differ
     first = math.floor(low / (2 * math.pi) + 1e-9)
     count = max(1, round((high - low) / (2 * math.pi)))
-    round_numbers = MaxNLocator(nbins=6 if narrow() else 12, steps=[1, 2, 5, 10], integer=True)
-    shown = np.asarray(round_numbers.tick_values(0, count))
-    shown = shown[(shown >= 0) & (shown <= count)]
-    ax.set_xticks((first + shown) * 2 * math.pi, [f"{k:.0f}" for k in shown])
-    ax.set_xlim(low, high)
-    start = rf" - {first}" if first else ""
-    ax.set_xlabel(rf"$\tau/2\pi{start}$")
+    origin = first if mine else 0
+    round_numbers = MaxNLocator(nbins=12 if mine and not narrow() else 6, steps=[1, 2, 5, 10], integer=True)
+    shown = np.asarray(round_numbers.tick_values(first - origin, first - origin + count))
+    shown = shown[(shown >= first - origin) & (shown <= first - origin + count)]
+    ax.set_xticks((origin + shown) * 2 * math.pi, [f"{k:.0f}" for k in shown])
+    if mine:
+        ax.set_xlim(low, high)
+    start = rf" - {origin}" if origin else ""
+    label_axes(ax, rf"$\tau/2\pi{start}$", None)
 
 
 def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
@@ -254,9 +279,7 @@ def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None
     ink = _ink(count_passes(np.stack([x, y], axis=1), period, low, high), int(period.max()) + 1)
     ink[1:] = np.maximum(ink[1:], ink[:-1])  # a line of one spot would be too thin
     ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])
-    add_image(ax, ink, (low[0], high[0], low[1], high[1]))
-    ax.update_datalim([low, high])
-    ax.autoscale_view()
+    add_image(ax, ink, (low[0], high[0], low[1], high[1]), margin=True)
 
 
 def _ink(counts: np.ndarray, periods: int) -> np.ndarray:

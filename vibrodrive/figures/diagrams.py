@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
 from vibrodrive.figures.conditions import choice, conditions, of_sweep, some, status_phrases
-from vibrodrive.figures.curves import as_motions, phase_curve, shared_by, trajectory_figure
+from vibrodrive.figures.curves import as_motions, check_titles, phase_curve, shared_by, trajectory_figure
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, name_axes, narrow, new, note, styled
 from vibrodrive.model.drawing import BIFURCATION, MAP, Style, Width, choose_drawing
@@ -33,6 +33,7 @@ def poincare(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw Poincaré sections ξ' over ξ, with one panel for each motion and the same ranges in all panels.
 
@@ -53,13 +54,15 @@ def poincare(
     >>> len(figure.axes)
     2
     """
-    sections, named, shared = _sections(source)
-    titles = named if titles is None else titles
+    sections, named, shared, more = _sections(source)
+    asked = titles is not None
+    titles = named if titles is None else check_titles(titles, len(sections))
     cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 2 if narrow() else 3)
     cols = len(sections) if given_axes() else cols
     rows = math.ceil(len(sections) / cols)
     inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
-    fig, axes = new(rows, cols, width=inches, height=height, sharex=True, sharey=True)
+    shows = [("xi", "dxi")] * (rows * cols)
+    fig, axes = new(rows, cols, width=inches, height=height, sharex=True, sharey=True, shows=shows, said=shared)
     flat = axes.ravel()
     for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
         points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
@@ -68,19 +71,14 @@ def poincare(
         if reference is not None:
             circles = {"ms": 7, "mfc": "none", "mec": look().other, "mew": 0.6, "label": "undisturbed orbit"}
             ax.plot(reference[:, 0], reference[:, 1], "o", **circles)
-        if len(sections) > 1:
-            letter(ax, k, titles[k])
-        elif titles[k]:
-            ax.set_title(titles[k], loc="left")
-        ax.margins(0.12)
-        if k >= len(sections) - cols:
-            name_axes(ax, "xi", None)
-            ax.tick_params(labelbottom=True)
+        letter(ax, k if len(sections) > 1 else None, titles[k], asked)
+        if not given_axes():
+            ax.margins(0.12)
+            ax.tick_params(labelbottom=k >= len(sections) - cols)
+        name_axes(ax, "xi", "dxi")
     for ax in flat[len(sections) :]:
         ax.set_axis_off()
-    for ax in axes[:, 0]:
-        name_axes(ax, None, "dxi")
-    note(axes[0, -1], shared)
+    note(axes[0, -1], [*shared, *more])
     explain(fig)
     return fig
 
@@ -110,18 +108,16 @@ def from_results(
     return bifurcation(results, quantity, x, limits) if kind == BIFURCATION else poincare(results)
 
 
-def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str]]:
-    """Return the sections, their titles, and the conditions common to all sections."""
+def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str], list[str]]:
+    """Return the sections, their titles, the conditions common to all sections, and further phrases."""
     if not hasattr(source, "axes"):
         motions = as_motions(source)
-        return [np.asarray(m.section) for m in motions], [""] * len(motions), shared_by(motions, section=True)
-    section, done = np.asarray(source.section), computed(source.status)
-    points = list(np.ndindex(section.shape[:-2]))
+        sections = [np.asarray(m.section) for m in motions]
+        return sections, [""] * len(motions), shared_by(motions, section=True), []
+    status, section = np.asarray(source.status), np.asarray(source.section)
+    points = list(np.ndindex(status.shape))
     shown = some(points)
     titles = [place_of(source, dict(zip(source.axes, index, strict=True))) for index in shown]
-    shared = [
-        *conditions(of_sweep(source), source.axes),
-        *choice(len(shown), len(points), "points"),
-        *status_phrases(np.asarray(source.status)),
-    ]
-    return [np.where(done[index], section[index], np.nan) for index in shown], titles, shared
+    sections = [np.where(computed(status)[index], section[index], np.nan) for index in shown]
+    more = [*choice(len(shown), len(points), "points"), *status_phrases(status)]
+    return sections, titles, conditions(of_sweep(source), source.axes), more

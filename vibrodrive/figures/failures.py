@@ -26,7 +26,12 @@ LEAST_INK, LESS_INK = 0.2, 0.1
 
 @styled
 def failures_figure(
-    found: FailureMap, *, ax: Any = None, style: Style | None = None, width: Width | None = None
+    found: FailureMap,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw the shares of missed switches, late switches and switches with a wrong next state over A and the
     disturbance.

@@ -27,7 +27,7 @@ from vibrodrive.figures.bifurcation import density
 from vibrodrive.figures.colours import paint
 from vibrodrive.figures.conditions import choice, conditions, named, some
 from vibrodrive.figures.map import LABELS, draw_map, legend_entries
-from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, styled, symbol
+from vibrodrive.figures.style import equation, explain, label_axes, letter, look, name_axes, new, note, styled, symbol
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import K2, MAP, Style, Width
 from vibrodrive.model.parameters import bad
@@ -50,7 +50,14 @@ APART = 5.0  # an abscissa of η is logarithmic if the ratio of its ends is larg
 
 
 @styled
-def limits_figure(found: Limits, *, ax: Any = None, style: Style | None = None, width: Width | None = None) -> Figure:
+def limits_figure(
+    found: Limits,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+    notes: bool | None = None,
+) -> Figure:
     """Draw the limits in ε and in Δτ as velocity amplitudes over the axis, and below them the ratio of the two
     amplitudes.
 
@@ -252,7 +259,7 @@ def _around_one(ax: Axes, ratio: np.ndarray) -> None:
 
 
 def _name_ordinate(ax: Axes, text: str) -> None:
-    ax.set_ylabel(text, rotation=0, labelpad=9, va="center")
+    label_axes(ax, None, text, upright=9.0)
 
 
 def _plain_numbers(axis: Axis, low: float, high: float) -> None:

@@ -36,7 +36,7 @@ class Look(NamedTuple):
     lacking: str | None  # computed points without a value; None if these points are hatched
 
 
-def _ramp(*colours: str | tuple[float, str]) -> Colormap:
+def ramp(*colours: Any) -> Colormap:
     """Return a colour map through the colours, which are evenly spaced unless each is given with its place, 0 to 1."""
     return LinearSegmentedColormap.from_list("ink", colours)
 
@@ -73,7 +73,7 @@ LOOKS: dict[Style, Look] = {
         lines=tuple((hue, _PATTERNS[k % 4]) for k, hue in enumerate(_HUES)),
         bands=("#a9d3ea", "#f6c6a2", "#bfe5d6"),
         coloured=True,
-        density=_ramp("#ffffff", "#8fc1e3", "#2a72b5", "#0b2e5c"),
+        density=ramp("#ffffff", "#8fc1e3", "#2a72b5", "#0b2e5c"),
         classes=_CLASSES,
         shades=colormaps["cividis"],
         signed=colormaps["RdBu_r"],
@@ -90,10 +90,10 @@ LOOKS: dict[Style, Look] = {
         lines=tuple((tone, pattern) for tone in (INK, "0.55") for pattern in _PATTERNS),
         bands=("0.55", "0.8", "0.9"),
         coloured=False,
-        density=_ramp("white", "black"),
+        density=ramp("white", "black"),
         classes=_greys(8, 88.0, 4.0),  # more greys could not be distinguished
-        shades=_ramp(*_greys(6, 86.0, 20.0)),
-        signed=_ramp((0.0, "0.92"), (0.5, "0.7"), (0.5, "0.42"), (1.0, "0.0")),  # a step at 0 shows the sign
+        shades=ramp(*_greys(6, 86.0, 20.0)),
+        signed=ramp((0.0, "0.92"), (0.5, "0.7"), (0.5, "0.42"), (1.0, "0.0")),  # a step at 0 shows the sign
         nil="white",
         beyond=("0.94", "black"),
         kept=("0.9", "0.3"),

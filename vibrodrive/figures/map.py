@@ -16,15 +16,27 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 
 from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, status_phrases
+from vibrodrive.figures.given import Shows
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, draw_limit, draw_lines, placed
-from vibrodrive.figures.style import as_shown, equation, explain, look, name_axes, new, note, styled
-from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_SECTION, Style, Width, choose_drawing
+from vibrodrive.figures.style import (
+    as_shown,
+    equation,
+    explain,
+    given_axes,
+    label_axes,
+    look,
+    name_axes,
+    new,
+    note,
+    styled,
+)
+from vibrodrive.model.drawing import IMPACT_POWER, K2, KEPT, MAP, OF_CLASSES, OF_SECTION, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, power
 from vibrodrive.model.records import SUMMARIES
@@ -69,6 +81,7 @@ def map_figure(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw a map of a quantity over two axes of a sweep. If the sweep has only one axis, draw the values over this
     axis.
@@ -122,12 +135,15 @@ def map_figure(
         raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT} needs it"))
     values = _kept(results, undisturbed) if quantity == KEPT else recorded(results, quantity)
     painted = paint(quantity, values[index], status, limits)
-    fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], TALLER if curves else 0.0)
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
-    said += [*conditions(of_sweep(results), names, section=quantity in OF_SECTION), *status_phrases(status)]
-    note(ax, [*said, *([NUMBERED] if curves else [])], side="left")
+    said += conditions(of_sweep(results), names, section=quantity in OF_SECTION)
+    alone = y is not None or quantity in OF_CLASSES  # such a figure hides others, or has its own ordinate
+    shows = None if alone else (x, quantity)
+    more = TALLER if curves else 0.0
+    fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], more, shows=shows, said=said)
+    note(ax, [*said, *status_phrases(status), *([NUMBERED] if curves else [])], side="left")
     if curves:
         draw_lines(ax, placed(curves, results, x, y))
     if k2 is not None:
@@ -144,12 +160,15 @@ def draw_map(
     values: np.ndarray,
     label: str,
     more: float = 0,
+    *,
+    shows: Shows = None,
+    said: Sequence[str] = (),
 ) -> tuple[Figure, Axes]:
     """Draw cells over two axes, or marks over one axis, with a scale named `label`.
 
-    `more` is the additional height in inches for a legend.
+    `more` is the additional height in inches for a legend. `shows` and `said` are arguments of `new`.
     """
-    fig, panels = new(1, 1, width=WIDTH, height=3.7 + more)
+    fig, panels = new(1, 1, width=WIDTH, height=3.7 + more, shows=[shows], said=said)
     ax = panels[0, 0]
     across = as_shown(x, axes[x])
     if y is None:
@@ -226,18 +245,15 @@ def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned
     image = rank[index.filled(-1)]
     extent: Any = []
     for values, axis, k in ((x[across], "x", 1), (y[up], "y", 0)):
-        ends = borders_of(values)[[0, -1]]
-        extent += ends.tolist()
-        if is_geometric(values):
-            ax.set(**{f"{axis}scale": "log"})
-            ends = 10.0**ends
-        ax.set(**{f"{axis}lim": ends})
+        extent += borders_of(values)[[0, -1]].tolist()
+        ax.set(**{f"{axis}scale": "log" if is_geometric(values) else "linear"})
         image = np.take(image, _evenly(values), axis=k)
-    ax.patch.set(**HATCHED)
     colours = ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]]))
-    even_as_drawn = ax.transLimits + ax.transAxes
-    add_image(ax, image, extent, cmap=colours, norm=Normalize(-0.5, len(rank) - 0.5), transform=even_as_drawn)
-    ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
+    add_image(ax, image, extent, cmap=colours, norm=Normalize(-0.5, len(rank) - 0.5))
+    if painted.blank:
+        ax.add_patch(Rectangle((0, 0), 1, 1, transform=ax.transAxes, zorder=-1, **HATCHED))
+    if not given_axes():
+        ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
 
 
 def _evenly(values: np.ndarray) -> np.ndarray:
@@ -256,13 +272,15 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, la
     arrows show the values beyond its ends."""
     order = np.argsort(x, kind="stable")
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
+    dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": look().main}
     if n:
-        ax.plot(x[order], np.where((kind >= 0) & (kind < n), kind, np.nan), ".", ms=3, mew=0)
+        ax.plot(x[order], np.where((kind >= 0) & (kind < n), kind, np.nan), ".", **dots)
         ax.set_yticks(range(n), painted.labels)
         ax.set_ylim(-0.5, n - 0.5)
     else:
-        ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", ms=3, mew=0)
-        ax.set_yscale("log" if isinstance(painted.norm, LogNorm) else "linear")
+        ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", **dots)
+        if isinstance(painted.norm, LogNorm):
+            ax.set_yscale("log")
         low, high = painted.norm.vmin, painted.norm.vmax
         beyond: Any = ((SHADES, "v", low), (SHADES + 1, "^", high))
         for number, mark, end in beyond:
@@ -272,7 +290,7 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, la
                 ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
     if is_geometric(x[order]):
         ax.set_xscale("log")
-    ax.set_ylabel(label)
+    label_axes(ax, None, label)
 
 
 def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:

@@ -21,7 +21,7 @@ from matplotlib.ticker import FuncFormatter
 from vibrodrive.figures.bifurcation import full_range, quantity_index
 from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.looks import INK
-from vibrodrive.figures.style import equation, explain, letter, look, name_axes, new, note, number, styled
+from vibrodrive.figures.style import equation, explain, label_axes, letter, look, name_axes, new, note, number, styled
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.results import Results
@@ -45,6 +45,7 @@ def bifurcation_diagram(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw the section values of every orbit over A. Stable orbits are solid lines, unstable orbits dashed lines.
 
@@ -143,7 +144,12 @@ def _within(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 @styled
 def multiplier_diagram(
-    found: Family, *, ax: Any = None, style: Style | None = None, width: Width | None = None
+    found: Family,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw the multiplier of every orbit over A, on a scale that is logarithmic beyond ±1.
 
@@ -177,7 +183,7 @@ def multiplier_diagram(
         ax.set_yscale("symlog", linthresh=1.0, linscale=1.5)
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"${number(value)}$"))
         name_axes(ax, "A" if k == len(ranges) - 1 else None, None)
-        ax.set_ylabel("multiplier")
+        label_axes(ax, None, "multiplier")
     note(axes[0, 0], [equation("B", found.B), f"periods up to {found.max_period}"])
     explain(fig)
     return fig
@@ -192,6 +198,7 @@ def cobweb(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw the impact-phase map with dotted lines at its breakpoints, and the cobweb of one of its orbits.
 
@@ -238,8 +245,7 @@ def cobweb(
         ax.plot(path[:-1], path[1:], color=look().other, lw=0.7, ls="--", label="cobweb of an orbit")
         ax.plot(orbit.phases, np.roll(orbit.phases, -1), "o", ms=3.5, color=look().other, label="impacts of the orbit")
     ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
-    ax.set_xlabel(r"$\varphi_i$")
-    ax.set_ylabel(r"$\varphi_{i+1}$", rotation=0, labelpad=16, va="center")
+    label_axes(ax, r"$\varphi_i$", r"$\varphi_{i+1}$", upright=16.0)
     note(ax, [equation("A", A), equation("B", B)])
     explain(fig)
     return fig

@@ -91,6 +91,7 @@ def curves_figure(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw curves of bifurcations in the plane (A, B), each with the period of its orbit.
 

@@ -45,6 +45,7 @@ def scheme(
     ax: Any = None,
     style: Style | None = None,
     width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw the five states and the transitions between them. Transitions that occur in a motion have thick arrows.
 

@@ -13,7 +13,7 @@ import io
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -27,6 +27,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
 
+from vibrodrive.figures.given import Given, Shows, named_in
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.drawing import FORMATS, STYLES, WIDTHS, Style, Width
 from vibrodrive.model.names import NAMES, SCENE_AXES
@@ -80,7 +81,8 @@ UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _CHOSEN: ContextVar[tuple[Style, Width]] = ContextVar("chosen", default=("screen", "double"))
-_GIVEN_AXES: ContextVar[Any] = ContextVar("given axes", default=None)
+_NOTES: ContextVar[bool] = ContextVar("notes", default=True)
+_GIVEN: ContextVar[Given | None] = ContextVar("given axes", default=None)
 
 
 def in_drawings() -> float:
@@ -99,53 +101,78 @@ def drawn_as(style: Style | None = None, width: Width | None = None) -> Iterator
 
     Raises ValueError for an unknown style or width.
     """
-    if style is not None and style not in STYLES:
-        raise ValueError(bad("style", style, "one of " + ", ".join(STYLES)))
-    if width is not None and width not in WIDTHS:
-        raise ValueError(bad("width", width, "one of " + ", ".join(WIDTHS)))
+    _check(style, width)
     before = _CHOSEN.get()
     style, width = style or before[0], width or before[1]
     title, label, small = LETTERS[width]
     sizes = dict.fromkeys(("font.size", "axes.titlesize", "legend.title_fontsize"), title)
     sizes |= dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), small)
     colours = {"axes.prop_cycle": cycler(color=[LOOKS[style].main])}
-    token = _CHOSEN.set((style, width))
-    try:
-        with defaults_and(COMMON | sizes | colours | {"axes.labelsize": label}):
-            yield
-    finally:
-        _CHOSEN.reset(token)
+    with _set(_CHOSEN, (style, width)), defaults_and(COMMON | sizes | colours | {"axes.labelsize": label}):
+        yield
+
+
+def _check(style: object, width: object) -> None:
+    for key, value, known in (("style", style, STYLES), ("width", width, WIDTHS)):
+        if value is not None and value not in known:
+            raise ValueError(bad(key, value, "one of " + ", ".join(known)))
 
 
 def styled(function: _F) -> _F:
-    """Decorate a drawing function: it runs within `drawn_as(style, width)`, and `new` returns the axes of `ax`."""
+    """Decorate a drawing function with the arguments `style`, `width`, `notes` and, if it has it, `ax`.
+
+    A new figure is drawn within `drawn_as(style, width)`. With `ax`, `new` returns these axes, and the settings of the
+    user stay in force.
+    """
     parameter = inspect.signature(function).parameters.get("ax")
     takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
 
     @functools.wraps(function)
-    def wrapper(*args: Any, style: Style | None = None, width: Width | None = None, **kwargs: Any) -> Any:
-        given = kwargs.pop("ax", None) if takes_axes else None
-        token = _GIVEN_AXES.set(_GIVEN_AXES.get() if given is None else given)
-        try:
-            with drawn_as(style, width):
-                return function(*args, **kwargs)
-        finally:
-            _GIVEN_AXES.reset(token)
+    def wrapper(
+        *args: Any, style: Style | None = None, width: Width | None = None, notes: bool | None = None, **kwargs: Any
+    ) -> Any:
+        axes = kwargs.pop("ax", None) if takes_axes else None
+        _check(style, width)
+        if notes not in (None, False, True):
+            raise ValueError(bad("notes", notes, "True or False"))
+        with ExitStack() as during:
+            if axes is not None:
+                if width is not None:
+                    raise ValueError(bad("width", width, "left out with ax, because its figure has a width"))
+                during.enter_context(_set(_GIVEN, Given(axes, style, bool(notes))))
+            elif _GIVEN.get() is None:
+                during.enter_context(_set(_NOTES, _NOTES.get() if notes is None else bool(notes)))
+                during.enter_context(drawn_as(style, width))
+            return function(*args, **kwargs)
 
     if takes_axes and function.__doc__:
         wrapper.__doc__ = with_shared(function.__doc__)
     return wrapper  # type: ignore[return-value]
 
 
+@contextmanager
+def _set(variable: ContextVar[Any], value: Any) -> Iterator[None]:
+    token = variable.set(value)
+    try:
+        yield
+    finally:
+        variable.reset(token)
+
+
 SHARED_PARAMETERS = """\
 ax : Axes or sequence of Axes, optional
-    Matplotlib axes to draw into, one for each panel; by default those of a new figure.
+    your Matplotlib axes, one for each panel; by default those of a new figure. They keep their style: the data have the
+    next colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second result
+    in the same axes has another colour, and a key then names the difference.
 style : "screen" or "print", optional
     "screen" has colours that colour-blind readers can distinguish; "print" is black and white, for a journal. The
-    default is "screen".
+    default is "screen" or, with `ax`, the colours of the axes.
 width : "double" or "single", optional
-    width of a new figure. "double" is two columns of a page, at most 174 mm; "single" is one column, 84 mm. The default
-    is "double"."""
+    width of a new figure, left out with `ax`. "double" is two columns of a page, at most 174 mm; "single" is one
+    column, 84 mm. The default is "double".
+notes : bool, optional
+    True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default is True
+    for a new figure, and False with `ax`."""
 
 SHARED_RETURNS = """\
 Returns
@@ -156,7 +183,8 @@ Figure
 
 SHARED_RAISES = """\
 ValueError
-    if the style or the width is unknown, or if `ax` does not have one Axes for each panel."""
+    if the style or the width is unknown, if `ax` does not have one Axes for each panel, or if these axes show other
+    quantities or a result that would be hidden."""
 
 HEADING = re.compile(r"\n\n(?=[A-Z]\w+\n-+\n)")
 
@@ -174,12 +202,13 @@ def with_shared(text: str) -> str:
 
 def look() -> Look:
     """Return the current colours."""
-    return LOOKS[_CHOSEN.get()[0]]
+    given = _GIVEN.get()
+    return given.look if given else LOOKS[_CHOSEN.get()[0]]
 
 
 def narrow() -> bool:
-    """Return True if the figure is for one column. Then panels are below each other instead of side by side."""
-    return _CHOSEN.get()[1] == "single"
+    """Return True if a new figure is for one column. Then panels are below each other instead of side by side."""
+    return not given_axes() and _CHOSEN.get()[1] == "single"
 
 
 def symbol(name: str) -> str:
@@ -253,24 +282,36 @@ class ShownFigure(Figure):
 
 def given_axes() -> list[Axes]:
     """Return the axes given as `ax` to the drawing function, or [] for a new figure."""
-    given = _GIVEN_AXES.get()
-    return [] if given is None else list(np.array(given, dtype=object).reshape(-1))
+    given = _GIVEN.get()
+    return given.axes if given else []
 
 
-def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"], **options: Any):
+def new(
+    rows: int = 1,
+    cols: int = 1,
+    *,
+    height: float,
+    width: float = INCHES["double"],
+    shows: Sequence[Shows] = (),
+    said: Sequence[str] = (),
+    **options: Any,
+):
     """Return a Figure and its axes as an object array (rows, cols).
 
     `height` and `width` are in inches, for a figure of two columns. A figure of one column is narrower, and its height
-    is multiplied by the root of the ratio of the widths, a compromise between equal shape and equal height. If `ax` is
-    given to the drawing function, these axes and their Figure are returned. Raises ValueError if `ax` does not contain
-    one Axes for each panel.
+    is multiplied by the root of the ratio of the widths, a compromise between equal shape and equal height.
+
+    If `ax` is given to the drawing function, these axes and their Figure are returned. They may show several results if
+    each panel has the same quantities `shows`; the phrases `said` then tell the results apart. Raises ValueError if
+    `ax` does not contain one Axes for each panel, or if these show something else.
     """
-    if _GIVEN_AXES.get() is not None:
-        given = given_axes()
-        if len(given) != rows * cols or not all(isinstance(one, Axes) for one in given):
-            allowed = "one Axes" if rows * cols == 1 else f"{rows * cols} Axes, one for each panel"
-            raise ValueError(bad("ax", _GIVEN_AXES.get(), allowed))
-        return given[0].figure, np.array(given, dtype=object).reshape(rows, cols)
+    given = _GIVEN.get()
+    if given is not None:
+        for ax in given.axes:
+            if isinstance(getattr(ax, "figure", None), ShownFigure):
+                raise ValueError(bad("ax", ax, "Axes of a figure of yours, because this figure has its own style"))
+        given.take(rows * cols, shows, said)
+        return given.axes[0].figure, np.array(given.axes, dtype=object).reshape(rows, cols)
     inches = min(width, INCHES[_CHOSEN.get()[1]])
     with drawn_as():
         fig = ShownFigure(figsize=(inches, height * math.sqrt(inches / width)))
@@ -280,31 +321,59 @@ def new(rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["d
 
 def name_axes(ax: Axes, x: str | None, y: str | None) -> None:
     """Label the axes with the symbols of two quantities, with their units (None: no change)."""
-    if x is not None:
-        ax.set_xlabel(symbol(x) + (f" in {UNITS[x]}" if x in UNITS else ""))
-    if y in UNITS:
-        ax.set_ylabel(f"{symbol(y)} in {UNITS[y]}")
-    elif y is not None:
-        ax.set_ylabel(symbol(y), rotation=0, labelpad=9, va="center")
+    across, up = (None if name is None else symbol(name) + _in_unit(name) for name in (x, y))
+    label_axes(ax, across, up, upright=0.0 if y in UNITS else 9.0)
 
 
-def letter(ax: Axes, index: int, text: str = "") -> None:
-    """Write a), b), … and `text` at the upper left of a panel."""
-    name = f"{chr(ord('a') + index)})"
-    ax.set_title(f"{name} {text}".rstrip(), loc="left")
+def _in_unit(name: str) -> str:
+    return f" in {UNITS[name]}" if name in UNITS else ""
+
+
+def label_axes(ax: Axes, x: str | None, y: str | None, upright: float = 0.0) -> None:
+    """Label the outer axes of a grid of panels with texts (None: no change).
+
+    In a new figure, which makes room for it, the text of the ordinate is upright at the distance `upright` in points,
+    unless this is 0. The user's axes keep the labels that they have.
+    """
+    mine = not given_axes()
+    if x is not None and ax.xaxis.get_tick_params().get("labelbottom", True) and (mine or not ax.get_xlabel()):
+        ax.set_xlabel(x)
+    turned: dict[str, Any] = {"rotation": 0, "labelpad": upright, "va": "center"} if upright and mine else {}
+    if y is not None and ax.yaxis.get_tick_params().get("labelleft", True) and (mine or not ax.get_ylabel()):
+        ax.set_ylabel(y, **turned)
+
+
+def letter(ax: Axes, index: int | None, text: str = "", asked: bool = False) -> None:
+    """Write a), b), … (nothing for None) and `text` at the upper left of a panel.
+
+    In the user's axes `text` belongs to the notes. It is the title there if the user has `asked` for it.
+    """
+    given = _GIVEN.get()
+    if given is not None and asked:
+        ax.set_title(text)
+    elif given is not None:
+        given.said[ax] += [text] if text else []
+    elif asked or _NOTES.get():
+        ax.set_title(" ".join(filter(None, ("" if index is None else f"{chr(ord('a') + index)})", text))), loc="left")
 
 
 def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right") -> None:
     """Write a note in small letters at the upper right of a panel.
 
     If note and name of the panel do not fit into one line, or if `above`, the note is above the name. A sequence of
-    phrases is wrapped between the phrases. `side` is "left" for a panel with a colour bar and without a name.
+    phrases is wrapped between the phrases. `side` is "left" for a panel with a colour bar and without a name. In the
+    user's axes the phrases become the title of the legend, if he wants notes.
     """
+    given = _GIVEN.get()
+    if given is not None:
+        given.said[ax] += [text] if isinstance(text, str) else text
+        return
+    if not _NOTES.get():
+        return
     title, _, _ = LETTERS[_CHOSEN.get()[1]]
     size = NOTE * title
     cell = ax.get_subplotspec()
-    inches = ax.figure.figure.get_figwidth()
-    room = 72 * (inches * ax.get_position().width if given_axes() else inches - MARGIN)
+    room = 72 * (ax.figure.figure.get_figwidth() - MARGIN)
     if not isinstance(text, str):
         text = wrapped(text, room, size)
     alone = cell is None or cell.get_gridspec().ncols == 1
@@ -317,8 +386,7 @@ def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Lite
 
 def extent(text: str, size: float) -> float:
     """Return the width of one line of text, which may contain mathtext, in points."""
-    letters = FontProperties(family=COMMON["font.family"], math_fontfamily=COMMON["mathtext.fontset"], size=size)
-    return TextToPath().get_text_width_height_descent(text, letters, ismath="$" in text)[0]
+    return TextToPath().get_text_width_height_descent(text, FontProperties(size=size), ismath="$" in text)[0]
 
 
 def wrapped(parts: Sequence[str], room: float, size: float) -> str:
@@ -335,22 +403,16 @@ def wrapped(parts: Sequence[str], room: float, size: float) -> str:
 
 
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
-    """Draw a legend of all labels, each once, and of the entries `more`.
-
-    The legend is below a new figure, or in the last of the axes given as `ax`.
-    """
-    named: dict[str, Artist] = {}
-    for ax in given_axes() or fig.axes:
-        named |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    named |= {str(handle.get_label()): handle for handle in more}
-    if not named:
+    """Draw a legend of all labels, each once, and of the entries `more`, below a new figure; for axes of the user see
+    `Given.explain`."""
+    given = _GIVEN.get()
+    if given is not None:
+        given.explain(more, wrapped)
         return
-    if given_axes():
-        light = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # "best" ignores images
-        given_axes()[-1].legend(list(named.values()), list(named), loc="best", **light)
-        return
-    columns = _columns(list(named), 72 * fig.get_figwidth())
-    fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
+    named = named_in(fig.axes) | {str(handle.get_label()): handle for handle in more}
+    if named and _NOTES.get():
+        columns = _columns(list(named), 72 * fig.get_figwidth())
+        fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
 
 
 def _columns(names: Sequence[str], room: float) -> int:

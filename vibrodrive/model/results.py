@@ -339,6 +339,7 @@ class Results:
         ax: Axes | Sequence[Axes] | None = None,
         style: Style | None = None,
         width: Width | None = None,
+        notes: bool | None = None,
     ) -> Figure:
         """Draw a bifurcation diagram, Poincaré sections or a map.
 
@@ -368,11 +369,17 @@ class Results:
         limits : (float, float), optional
             range of the quantity (diagram and map); by default that of the values (for a map see `vd.plot.map`).
         ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
-            axes to draw into; by default those of a new figure.
+            your axes to draw into; by default those of a new figure. They keep their style: the data have the next
+            colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second
+            result in the same axes has another colour, and a key then names the difference.
         style : "screen" or "print", optional
-            "screen": colours that are distinct for colour-blind readers; "print": black and white. Default "screen".
+            "screen": colours that are distinct for colour-blind readers; "print": black and white. The default is
+            "screen" or, with `ax`, the colours of the axes.
         width : "double" or "single", optional
-            width of a new figure, in columns of a page; default "double".
+            width of a new figure, in columns of a page; default "double". It is left out with `ax`.
+        notes : bool, optional
+            True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default
+            is True for a new figure, and False with `ax`.
 
         Returns
         -------
@@ -383,10 +390,11 @@ class Results:
         ------
         ValueError
             for an unknown kind, quantity or axis, a quantity that is not recorded, or an argument that has no effect on
-            the figure.
+            the figure; with `ax`, if there is not one Axes for each panel, or if these axes show other quantities or a
+            result that would be hidden.
         """
         drawn = above("the figure of results")
-        return drawn(self, kind, quantity, x, y, limits, ax=ax, style=style, width=width)
+        return drawn(self, kind, quantity, x, y, limits, ax=ax, style=style, width=width, notes=notes)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
