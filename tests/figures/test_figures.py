@@ -260,6 +260,17 @@ def test_limits_that_are_no_range_are_refused(two_regimes, limits):
         figures.bifurcation(two_regimes, limits=limits)
 
 
+def test_diagram_of_motions_that_rest_at_the_section_says_so(two_regimes):
+    two_regimes.section[...] = 0.0
+    for draw in (figures.bifurcation, figures.poincare):
+        titles = [ax.get_title("right") for ax in draw(two_regimes).axes]
+        assert "at rest at every section point" in "".join(titles)
+    two_regimes.section[50:] = 1.0
+    assert "at rest at 25 % of the section points" in figures.bifurcation(two_regimes).axes[0].get_title("right")
+    two_regimes.status[:50] = Status.NEVER_LEAVES
+    assert "section point" not in figures.bifurcation(two_regimes).axes[0].get_title("right")
+
+
 @pytest.mark.parametrize(
     ("call", "key"),
     [

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 
-from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, some, status_phrases
+from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, rest_phrases, some, status_phrases
 from vibrodrive.figures.ink import LINES, ink_of
 from vibrodrive.figures.style import (
     as_shown,
@@ -128,7 +128,8 @@ def bifurcation(
         if len(rows) > 1:
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
-        note(ax, [*([] if k else [*shared, *chosen]), *status_phrases(status[index])])
+        rests = rest_phrases(section[index], status[index]) if quantity == "dxi" else []
+        note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index])])
     explain(fig, () if len(rows) == 1 and _undisturbed(results) else key)
     return fig
 

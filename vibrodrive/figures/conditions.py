@@ -61,6 +61,20 @@ def status_phrases(status: np.ndarray) -> list[str]:
     return [f"{found[0]} of {status.size} points", *found[1:]] if found else []
 
 
+def rest_phrases(dxi: np.ndarray, status: np.ndarray) -> list[str]:
+    """Return the share of section points with ξ' = 0 as a phrase. `dxi` (…, n) or (…) has the status (…).
+
+    Motions that rest permanently are not counted, because their status says so.
+    """
+    moving = dxi[status != Status.NEVER_LEAVES]
+    known = np.count_nonzero(np.isfinite(moving))
+    rests = np.count_nonzero(moving == 0.0)
+    if not rests:
+        return []
+    all_of_them = "at rest at every section point (another section phase may show the motion)"
+    return [all_of_them if rests == known else f"at rest at {100 * rests / known:.2g} % of the section points"]
+
+
 def some(items: Sequence[_T]) -> list[_T]:
     """Return at most PANELS of the items, evenly spaced, with the first and the last."""
     if len(items) <= PANELS:

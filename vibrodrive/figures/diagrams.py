@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.bifurcation import bifurcation, computed, place_of
-from vibrodrive.figures.conditions import choice, conditions, of_sweep, some, status_phrases
+from vibrodrive.figures.conditions import choice, conditions, of_sweep, rest_phrases, some, status_phrases
 from vibrodrive.figures.curves import as_motions, check_titles, phase_curve, shared_by, trajectory_figure
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, name_axes, narrow, new, note, styled
@@ -113,11 +113,18 @@ def _sections(source: Any) -> tuple[list[np.ndarray], list[str], list[str], list
     if not hasattr(source, "axes"):
         motions = as_motions(source)
         sections = [np.asarray(m.section) for m in motions]
-        return sections, [""] * len(motions), shared_by(motions, section=True), []
+        rests = _rests(sections, [m.status for m in motions])
+        return sections, [""] * len(motions), shared_by(motions, section=True), rests
     status, section = np.asarray(source.status), np.asarray(source.section)
     points = list(np.ndindex(status.shape))
     shown = some(points)
     titles = [place_of(source, dict(zip(source.axes, index, strict=True))) for index in shown]
     sections = [np.where(computed(status)[index], section[index], np.nan) for index in shown]
-    more = [*choice(len(shown), len(points), "points"), *status_phrases(status)]
+    rests = _rests(sections, [status[index] for index in shown])
+    more = [*choice(len(shown), len(points), "points"), *rests, *status_phrases(status)]
     return sections, titles, conditions(of_sweep(source), source.axes), more
+
+
+def _rests(sections: Sequence[np.ndarray], status: Sequence[Any]) -> list[str]:
+    """Return the phrase for the share of section points at which the mass rests."""
+    return rest_phrases(np.concatenate([s[:, 1] for s in sections]), np.repeat(status, [len(s) for s in sections]))

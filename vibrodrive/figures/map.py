@@ -20,7 +20,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
-from vibrodrive.figures.conditions import conditions, of_sweep, status_phrases
+from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
 from vibrodrive.figures.given import Shows
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, draw_limit, draw_lines, placed
@@ -143,7 +143,8 @@ def map_figure(
     shows = None if alone else (x, quantity)
     more = TALLER if curves else 0.0
     fig, ax = draw_map(results.axes, x, y, painted, values[index], LABELS[quantity], more, shows=shows, said=said)
-    note(ax, [*said, *status_phrases(status), *([NUMBERED] if curves else [])], side="left")
+    rests = rest_phrases(values[index], status) if quantity == "last_dxi" else []
+    note(ax, [*said, *rests, *status_phrases(status), *([NUMBERED] if curves else [])], side="left")
     if curves:
         draw_lines(ax, placed(curves, results, x, y))
     if k2 is not None:
