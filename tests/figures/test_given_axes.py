@@ -151,6 +151,10 @@ def test_results_in_the_same_axes_have_two_colours_and_a_key(swept):
     assert [t.get_text() for t in ax.get_legend().get_texts()] == ["$B = 0.1$", "$B = 0.15$"]
     assert (ax.get_title(), ax.get_xlabel(), ax.get_ylabel()) == ("mine", "$A$", "mine")
     assert ax.get_ylim()[0] <= low < high <= ax.get_ylim()[1]
+    twin = ax.twinx()
+    first.plot(quantity="xi", ax=twin)
+    assert twin.get_ylabel() == r"$\xi$"
+    twin.remove()
     ax.get_legend().remove()
     ax.figure.savefig(png := io.BytesIO(), dpi=60)
     seen = matplotlib.image.imread(io.BytesIO(png.getvalue()))[..., :3].reshape(-1, 3)
@@ -228,7 +232,7 @@ def test_what_would_be_hidden_or_ignored_in_given_axes_is_refused(swept, motion)
     grey = panels()
     for _ in range(2):
         one.plot(ax=grey, style="print")
-    assert [t.get_text() for t in grey.get_legend().get_texts()] == ["(1)", "(2)"]
+    assert [t.get_text() for t in grey.get_legend().get_texts()] == ["result (1)", "result (2)"]
     with pytest.raises(
         ValueError, match="style = 'print': must be left out, because it has colours for 2 results only"
     ):

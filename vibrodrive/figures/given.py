@@ -108,7 +108,7 @@ def _tell_apart(marks: Sequence[Mark]) -> list[str]:
     common = set.intersection(*(set(mark.said) for mark in marks))
     phrases = [[phrase for phrase in mark.said if phrase not in common] for mark in marks]
     labels = [", ".join(own) for own in phrases]
-    labels = [label if labels.count(label) == 1 else f"{label} ({k})".strip() for k, label in enumerate(labels, 1)]
+    labels = [label if labels.count(label) == 1 else f"{label or 'result'} ({k})" for k, label in enumerate(labels, 1)]
     for mark, label in zip(marks, labels, strict=True):
         mark.set_label(label)
     return labels + [phrase for own in phrases for phrase in own]

@@ -23,6 +23,7 @@ import numpy as np
 from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextToPath
@@ -336,11 +337,17 @@ def label_axes(ax: Axes, x: str | None, y: str | None, upright: float = 0.0) -> 
     unless this is 0. The user's axes keep the labels that they have.
     """
     mine = not given_axes()
-    if x is not None and ax.xaxis.get_tick_params().get("labelbottom", True) and (mine or not ax.get_xlabel()):
-        ax.set_xlabel(x)
     turned: dict[str, Any] = {"rotation": 0, "labelpad": upright, "va": "center"} if upright and mine else {}
-    if y is not None and ax.yaxis.get_tick_params().get("labelleft", True) and (mine or not ax.get_ylabel()):
+    if x is not None and _is_outer(ax.xaxis, "bottom", "top") and (mine or not ax.get_xlabel()):
+        ax.set_xlabel(x)
+    if y is not None and _is_outer(ax.yaxis, "left", "right") and (mine or not ax.get_ylabel()):
         ax.set_ylabel(y, **turned)
+
+
+def _is_outer(axis: Axis, *sides: str) -> bool:
+    """Return False for an axis without tick labels, as between panels that share it."""
+    shown = axis.get_tick_params()
+    return any(shown.get(f"label{side}", side in ("bottom", "left")) for side in sides)
 
 
 def letter(ax: Axes, index: int | None, text: str = "", asked: bool = False) -> None:
