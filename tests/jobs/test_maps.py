@@ -11,8 +11,8 @@ from tests.support import fake
 from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.errors import ConfigError
 from vibrodrive.figures.map import map_figure
-from vibrodrive.jit.slices import Halt
 from vibrodrive.figures.plane import Exact
+from vibrodrive.jit.slices import Halt
 from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
 from vibrodrive.jobs.orbits import COLUMNS
 from vibrodrive.model.plan import make_plan

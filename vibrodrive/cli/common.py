@@ -58,9 +58,7 @@ OUTPUTS = click.option(
     multiple=True,
     help="Table (.csv) or figure (.png, .pdf, .svg), by the ending; repeatable (default: a figure).",
 )
-OVERWRITE = click.option(
-    "--overwrite", is_flag=True, help="Replace an existing result file; do not use its contents."
-)
+OVERWRITE = click.option("--overwrite", is_flag=True, help="Replace an existing result file; do not use its contents.")
 THREADS = click.option("--threads", type=click.IntRange(min=1), help="Number of threads (default: all cores).")
 
 

@@ -142,7 +142,9 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
     if several_motions(plan.record):
-        click.echo(f"time     unknown, because the record {', '.join(plan.record)} needs several motions for each point")
+        click.echo(
+            f"time     unknown, because the record {', '.join(plan.record)} needs several motions for each point"
+        )
         return
     # a separate thread computes, because the main thread handles a signal only between two steps of this thread
     with common.working(path.name), ThreadPoolExecutor(1) as pool:
