@@ -192,7 +192,7 @@ def chaos_table(num: int) -> Iterator[str]:
 
 
 def limit_table(files: Iterable[Path]) -> Iterator[str]:
-    """Return the table of question (b) as lines of Markdown, for each file of a sweep with the record "limit" over A."""
+    """Return the table of question (b) as lines of Markdown. Each file is a sweep with the record "limit" over A."""
     yield "| k₂ in, switches | " + " | ".join(("period", *MEASURES)) + " |"
     yield "|---" * (2 + len(MEASURES)) + "|"
     for found in map(vd.load, files):

@@ -213,6 +213,12 @@ def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):
     assert sorted(Path().rglob("*")) == before
 
 
+def test_explore_names_its_extra_if_it_is_missing(run, monkeypatch):
+    monkeypatch.setattr(import_module("vibrodrive.cli.explore"), "find_spec", lambda name: None)
+    told = "vibrodrive: explore needs the extra `explore`: pip install 'vibrodrive[explore]'\n"
+    assert run("explore", "--no-browser") == (2, "", told)
+
+
 def test_info_reports_the_progress_of_a_sweep(run):
     plan = make_plan({"A": np.linspace(1, 2, 3000), "transient": 0, "periods": 1})
     fake.write("s.h5", plan, Origin("[sweep]\n", (), "Half a sweep"), [1])
@@ -414,8 +420,8 @@ def test_trajectory_draws_one_motion_and_writes_its_switches(run):
 
 @pytest.mark.jit
 def test_orbits_are_printed_drawn_and_written_and_drawn_over_a_map(run):
-    text = "[sweep]\nA = {start = 2.59, stop = 2.62, num = 4}\n[run]\ntransient = 50\nperiods = 8\n[orbits]\nmax_period = 2\n"
-    Path("o.toml").write_text(text)
+    axis, runs = "[sweep]\nA = {start = 2.59, stop = 2.62, num = 4}\n", "[run]\ntransient = 50\nperiods = 8\n"
+    Path("o.toml").write_text(axis + runs + "[orbits]\nmax_period = 2\n")
     (bifurcation,) = vd.bifurcations((2.59, 2.62), max_period=2)
     code, out, err = run("orbits", "o.toml", "-o", "o.csv", "-o", "o.png")
     assert (code, err) == (0, "o.csv written\no.png drawn\no_multipliers.png drawn\n")
