@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
+from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion
@@ -70,7 +71,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
     """Return k₂(ε) for the criterion `kept`: float64 (A,)."""
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "periods": 1500, **arguments})
     found = np.full(plan.n_points, np.nan)
-    with Evaluator(plan, "eps", check_threads(None)) as evaluator:
+    with Evaluator(plan, "eps", check_threads(None), Halt()) as evaluator:
         orbits = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
         searches = {i: search_band(GRIDS["eps"]) for i, base in enumerate(orbits) if isinstance(base, ReferenceOrbit)}
         wanted = {i: next(search) for i, search in searches.items()}

@@ -16,11 +16,10 @@ from matplotlib import image
 import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import python
-from vibrodrive.jobs import limits
 from vibrodrive.jobs.progress import Show, Tally, duration
+from vibrodrive.jobs.tables import read_table
 from vibrodrive.model import config
 from vibrodrive.model.plan import make_plan
-from vibrodrive.stability.limit import Limit
 from vibrodrive.store.layout import Origin
 
 SMALL = """
@@ -33,12 +32,38 @@ transient = 0
 periods = 6
 """
 
+LIMIT = "[sweep]\nA = [2.5, 2.6]\n[run]\nrecord = 'limit'\nperiods = 60\n"
+MAP = "[sweep]\nA = [2.5, 2.7]\nB = [0.09, 0.1, 0.11]\n[run]\nrecord = 'summary'\ntransient = 0\nperiods = 6\n"
+FAILURES = """
+[sweep]
+A = [1.5, 3.04]
+dtau = [0.01, 0.1]
+[model]
+eps = 2e-4
+[switching]
+method = "fixed"
+[run]
+record = "failures"
+transient = 20
+periods = 10
+"""
+ONE = ("--set", "A=3", "--set", "eps=0")
+
 
 @pytest.fixture
 def run(run):
     """Return the fixture `run` of conftest.py, in a directory with the configuration SMALL."""
     Path("small.toml").write_text(SMALL)
     return run
+
+
+def flip_bit(path, name, byte, chunk=0):
+    """Flip a bit in a byte of a chunk of an array of a file."""
+    with h5py.File(path) as file:
+        start = file[name].id.get_chunk_info(chunk).byte_offset
+    raw = bytearray(Path(path).read_bytes())
+    raw[start + byte] ^= 4
+    Path(path).write_bytes(raw)
 
 
 def test_help_imports_nothing_heavy():
@@ -53,13 +78,13 @@ def test_help_imports_nothing_heavy():
     assert out.splitlines()[-1] == "[]"
 
 
-@pytest.mark.parametrize("command", ["info", "plot", "verify"])
+@pytest.mark.parametrize("command", [["info"], ["info", "--check"], ["plot"]])
 def test_file_commands_import_no_numba(tmp_path, command):
     path = tmp_path / "s.h5"
     fake.write(path, SMALL)
     code = (
         "import sys\nsys.stderr = sys.stdout\nfrom vibrodrive.cli import main\n"
-        f"try: main([{command!r}, {str(path)!r}])\nexcept SystemExit as end: assert end.code == 0, end.code\n"
+        f"try: main({[*command, str(path)]!r})\nexcept SystemExit as end: assert end.code == 0, end.code\n"
         "print('numba' in sys.modules)"
     )
     assert python(code).splitlines()[-1] == "False"
@@ -148,19 +173,36 @@ def test_unusual_statuses_are_reported_with_advice(run, quick):
         (["plot", "missing.h5"], ["missing.h5", "No such file"]),
         (["plot", "small.toml"], ["small.toml", "not a result file"]),
         (["info", "small.toml"], ["small.toml", "not a result file"]),
-        (["verify", "small.toml"], ["small.toml", "not a result file"]),
+        (["info", "--check", "small.toml"], ["small.toml", "not a result file"]),
         (["trajectory", "small.toml"], ["sweep.A", "40 values", "one number"]),
-        (["trajectory", "small.toml", "--set", "A=3", "--set", "eps=0", "-o", "t.doc"], ["t.doc", ".png"]),
-        (["limits", "small.toml"], ["axes = A, eps", "one or two of A, B and eta"]),
-        (["limits", "small.toml", "--set", "criterion=3"], ["limits.criterion = 3", "string"]),
-        (["limits", "small.toml", "--set", "eps=0", "--threads", "9999"], ["threads = 9999"]),
+        (["trajectory", "small.toml", *ONE, "-o", "t.doc"], ["--output = 't.doc'", ".csv", ".png, .pdf, .svg"]),
+        (["trajectory", "small.toml", *ONE, "-o", "t.png", "-o", "u.svg"], ["'u.svg'", "at most one of each"]),
         (["orbits", "small.toml"], ["axes = A, eps", "A only, or A and B"]),
-        (["failures", "small.toml"], ["eps = 0.0", "> 0"]),
+        (["orbits", "small.toml", "--set", "eps=0", "-o", "o.h5"], ["--output = 'o.h5'", "a table (.csv)"]),
+        (["sweep", "small.toml", "--set", "record=limit"], ["eps", "left out, because its limit is computed"]),
+        (["sweep", "small.toml", "--set", "record=failures"], ["method = 'certified'", 'with record = "failures"']),
+        (["sweep", "small.toml", "--set", "record=motion"], ["record = 'motion'", "limit, failures"]),
+        (["sweep", "limits.toml"], ["table = 'limits'", "must be one of"]),
+        (["plot"], ["FILE..."]),
+        (["plot", "limit.h5", "result.h5"], ["record = 'section'", '"limit"']),
+        (["plot", "limit.h5", "other.h5"], ["axes = A", "the same values in all results"]),
+        (["plot", "limit.h5", "other.h5", "--quantity", "k2"], ["--quantity = 'k2'", "left out for several files"]),
+        (["plot", "limit.h5", "other.h5", "--over", "small.toml"], ["--over = 'small.toml'", "left out for several"]),
+        (["plot", "map.h5", "--over", "small.toml"], ["small.toml", "not a result file"]),
+        (["plot", "map.h5", "--over", "missing.csv"], ["missing.csv", "No such file"]),
+        (["plot", "map.h5", "--over", "result.h5"], ["--over = 'result.h5'", 'record = "limit"', ".csv"]),
+        (["plot", "limit.h5", "--over", "other.h5"], ["kind = 'bands'", "must be map"]),
+        (["explore", "--set", "A=3"], ["--set and --method", "left out without a configuration"]),
+        (["explore", "missing.toml", "--no-browser"], ["missing.toml", "No such file"]),
     ],
 )
 def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):
     Path("broken.toml").write_text("[sweep]\nA = = 3\n")
+    Path("limits.toml").write_text("[limits]\ncriterion = 'word'\n")
     fake.write("result.h5", SMALL)
+    fake.write("limit.h5", LIMIT)
+    fake.write("other.h5", LIMIT.replace("2.6", "2.7"))
+    fake.write("map.h5", MAP)
     before = sorted(Path().rglob("*"))
     code, out, err = run(*arguments)
     assert code == 2
@@ -169,6 +211,12 @@ def test_bad_input_is_one_line_exit_2_and_no_file(run, quick, arguments, words):
     assert err.count("\n") == 1
     assert [w for w in words if w not in err] == []
     assert sorted(Path().rglob("*")) == before
+
+
+def test_explore_names_its_extra_if_it_is_missing(run, monkeypatch):
+    monkeypatch.setattr(import_module("vibrodrive.cli.explore"), "find_spec", lambda name: None)
+    told = "vibrodrive: explore needs the extra `explore`: pip install 'vibrodrive[explore]'\n"
+    assert run("explore", "--no-browser") == (2, "", told)
 
 
 def test_info_reports_the_progress_of_a_sweep(run):
@@ -181,28 +229,24 @@ def test_info_reports_the_progress_of_a_sweep(run):
         "33.3 %",
         "1 of 3",
         "A = 1 to 2, 3000 values",
-        "NOT_COMPUTED: 1976 points",
+        "NOT_COMPUTED: 2000 points",
     ):
         assert words in out
 
 
-def test_verify_reports_a_sound_file_or_the_damaged_block(run, quick):
+def test_check_reports_a_sound_file_or_the_damaged_block(run, quick):
     run("sweep", "small.toml")
-    code, out, err = run("verify", "small.h5")
-    assert (code, err) == (0, "")
-    assert "complete and undamaged" in out
-    with h5py.File("small.h5") as file:
-        chunk = file["section_dxi"].id.get_chunk_info(0)
-    raw = bytearray(Path("small.h5").read_bytes())
-    raw[chunk.byte_offset + 100] ^= 4
-    Path("small.h5").write_bytes(raw)
-    code, _, err = run("verify", "small.h5")
+    code, out, err = run("info", "--check", "small.h5")
+    assert (code, err) == (0, "complete and undamaged\n")
+    assert "small.h5: Small" in out
+    flip_bit("small.h5", "section_dxi", 100)
+    code, _, err = run("info", "--check", "small.h5")
     assert code == 1
     assert "block 0 (points 0 to 79: A = 3 to 3.25, eps = 0 to 0.0002): section_dxi" in err
     code, _, err = run("sweep", "small.toml")
     assert code == 0
     assert "block 0 is damaged" in err
-    assert run("verify", "small.h5")[0] == 0
+    assert run("info", "--check", "small.h5")[0] == 0
 
 
 def test_info_writes_json(run, quick):
@@ -217,27 +261,23 @@ def test_info_writes_json(run, quick):
     assert told["computed"] == pytest.approx(1 / 3)
     assert told["axes"] == {"A": {"first": 1.0, "last": 2.0, "num": 3000}}
     assert told["settings"]["periods"] == 1
-    assert told["statuses"]["NOT_COMPUTED"] == 1976
-    assert run("verify", "s.h5")[1].splitlines()[-1] == "incomplete; the computed part is undamaged"
+    assert told["statuses"]["NOT_COMPUTED"] == 2000
+    assert run("info", "--check", "s.h5")[2] == "incomplete; the computed part is undamaged\n"
     with h5py.File("s.h5", "r+") as file:
         file["margin"][1500] = 7.0
-    code, _, err = run("verify", "s.h5")
+    code, _, err = run("info", "--check", "s.h5")
     assert code == 1
-    assert err.startswith("damaged: block 1 (points 1024 to 2047")
+    assert err.startswith("damaged: block 1 (points 1000 to 1999")
 
 
 def test_plot_names_a_damaged_block_and_draws_the_rest(run, quick):
     Path("wide.toml").write_text(SMALL.replace("num = 40", "num = 3000"))
     run("sweep", "wide.toml")
-    with h5py.File("wide.h5") as file:
-        chunk = file["section_dxi"].id.get_chunk_info(2)
-    raw = bytearray(Path("wide.h5").read_bytes())
-    raw[chunk.byte_offset + 100] ^= 4
-    Path("wide.h5").write_bytes(raw)
+    flip_bit("wide.h5", "section_dxi", 100, chunk=2)
     code, out, err = run("plot", "wide.h5")
     assert (code, out) == (1, "")
     assert "wide.png drawn" in err
-    assert "wide.h5: damaged blocks are left out of section: block 2 (points 2048 to 3071: A = " in err
+    assert "wide.h5: damaged blocks are left out of section: block 2 (points 2000 to 2999: A = " in err
     assert Path("wide.png").read_bytes()[:4] == b"\x89PNG"
 
 
@@ -268,10 +308,10 @@ def test_init_lists_and_writes_included_configurations(run):
         assert word in err
 
 
-def test_verify_compares_results_with_the_configuration(run):
+def test_check_compares_results_with_the_configuration(run):
     plan = make_plan({"A": 3.0, "transient": 0, "periods": 2})
     fake.write("s.h5", plan, "[sweep]\nA = 3.1\n[run]\ntransient = 0\nperiods = 2\n", [])
-    code, _, err = run("verify", "s.h5")
+    code, _, err = run("info", "--check", "s.h5")
     assert code == 1
     assert "A is 3.0 in the file and 3.1 in the configuration" in err
 
@@ -358,7 +398,7 @@ def test_dry_run_of_a_short_sweep_gives_a_time_and_memory_without_threads(run):
 
 
 @pytest.mark.jit
-def test_trajectory_draws_one_motion(run):
+def test_trajectory_draws_one_motion_and_writes_its_switches(run):
     options = ("--set", "A=3.04", "--set", "eps=0", "--set", "transient=50")
     Path("small.png").write_text("the diagram of a sweep")
     code, out, err = run("trajectory", "small.toml", *options)
@@ -366,7 +406,66 @@ def test_trajectory_draws_one_motion(run):
     assert out.splitlines()[3].startswith("period 2; impacts per excitation period: 0.5")
     assert Path("small_trajectory.png").read_bytes()[:4] == b"\x89PNG"
     assert Path("small.png").read_text() == "the diagram of a sweep"
-    assert "switches" in err
+    switches = vd.simulate(A=3.04, transient=50, periods=6).switches
+    assert f"small_trajectory.png drawn: {len(switches)} switches\n" in err
+    assert run("trajectory", "small.toml", *options, "-o", "t.csv") == (
+        0,
+        out,
+        f"t.csv written: {len(switches)} switches\n",
+    )
+    table = read_table(Path("t.csv"))
+    assert [float(row["xi"]) for row in table] == switches["xi"].tolist()
+    assert [row["after"] for row in table] == [vd.State(k).name for k in switches["after"]]
+
+
+@pytest.mark.jit
+def test_orbits_are_printed_drawn_and_written_and_drawn_over_a_map(run):
+    axis, runs = "[sweep]\nA = {start = 2.59, stop = 2.62, num = 4}\n", "[run]\ntransient = 50\nperiods = 8\n"
+    Path("o.toml").write_text(axis + runs + "[orbits]\nmax_period = 2\n")
+    (bifurcation,) = vd.bifurcations((2.59, 2.62), max_period=2)
+    code, out, err = run("orbits", "o.toml", "-o", "o.csv", "-o", "o.png")
+    assert (code, err) == (0, "o.csv written\no.png drawn\no_multipliers.png drawn\n")
+    line = out.splitlines()[1]
+    assert float(line.split()[0]) == pytest.approx(bifurcation.A, abs=1e-13)
+    assert "period doubling" in line
+    assert "period 1 to 2" in line
+    doubling = read_table(Path("o.csv"))[-1]
+    assert (doubling["kind"], float(doubling["A"])) == ("period doubling", bifurcation.A)
+    for path in ("o.png", "o_multipliers.png"):
+        assert Path(path).read_bytes()[:4] == b"\x89PNG"
+    assert run("orbits", "o.toml", "-o", "ab.csv", "--set", "B=[0.09, 0.1, 0.11]", "--set", "A.stop=2.7")[0] == 0
+    assert {row["B"] for row in read_table(Path("ab.csv"))} == {"0.09", "0.1", "0.11"}
+    fake.write("map.h5", MAP)
+    assert run("plot", "map.h5", "-o", "plain.png")[0] == 0
+    assert run("plot", "map.h5", "--over", "ab.csv", "-o", "over.png") == (0, "", "over.png drawn\n")
+    assert Path("over.png").read_bytes() != Path("plain.png").read_bytes()
+
+
+@pytest.mark.jit
+@pytest.mark.slow("8 s: limits and failures of a few points")
+def test_limits_and_failures_are_sweeps(run):
+    """They are computed, resumed, checked, described and drawn; limits in several files are drawn together."""
+    Path("l.toml").write_text(LIMIT.replace("periods", "transient = 60\nperiods"))
+    Path("f.toml").write_text(FAILURES)
+    for call in (("l.toml",), ("l.toml", "--method", "fixed", "-o", "grid.h5"), ("f.toml",)):
+        code, out, err = run("sweep", *call, "--plot")
+        assert code == 0, err
+        assert run("sweep", *call)[2].endswith("is complete: nothing to compute\n")
+        assert "unknown" in run("sweep", *call, "-o", "new.h5", "--dry-run")[1].splitlines()[-1]
+    limits, found = vd.load("l.h5"), vd.limit(2.5, transient=60, periods=60)
+    assert limits.k2[0] == found.k2
+    assert (vd.load("f.h5").judged > 0).all()
+    code, out, err = run("plot", "l.h5", "grid.h5", "-o", "both.png")
+    assert (code, out, err) == (0, "", "both.png drawn\n")
+    assert len({Path(name).read_bytes() for name in ("l.png", "grid.png", "both.png")}) == 3
+    for name, record, array in (("l.h5", "limit", "k2"), ("f.h5", "failures", "judged")):
+        assert json.loads(run("info", name, "--check", "--json")[1])["settings"]["record"] == record
+        flip_bit(name, array, 2)
+        code, _, err = run("info", "--check", name)
+        assert (code, f": {array}" in err) == (1, True)
+    code, _, err = run("sweep", "l.toml")
+    assert (code, "block 0 is damaged" in err) == (0, True)
+    assert vd.load("l.h5").k2.tolist() == limits.k2.tolist()
 
 
 class Stream(io.StringIO):
@@ -499,19 +598,6 @@ def test_moving_the_file_ends_a_sweep(run, quick, monkeypatch):
     assert (code, err.splitlines()[-1]) == (1, "vibrodrive: small.h5: moved or deleted while it was written")
 
 
-def test_deleting_the_file_ends_limits(run, monkeypatch):
-    def found(arguments, disturbance, method, *rest):
-        yield 0, Limit(2.5, 0.1, 101.0, disturbance, method, "impacts", k2=1e-3)
-        Path("limits.h5").unlink()
-        yield 1, Limit(2.5, 0.2, 101.0, disturbance, method, "impacts", k2=1e-3)
-
-    monkeypatch.setattr(limits, "each_limit", found)
-    code, _, err = run(
-        "limits", "small.toml", "-o", "limits.h5", "--set", "A=2.5", "--set", "B=[0.1, 0.2]", "--set", "eps=0"
-    )
-    assert (code, err) == (1, "vibrodrive: limits.h5: moved or deleted while it was written\n")
-
-
 IDLE = "[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\n[run]\ntransient = 1\nperiods = 1\n"
 
 
@@ -542,9 +628,9 @@ def test_option_for_the_method_leaves_out_what_it_does_not_use(run, quick):
 
 
 def test_table_that_a_command_does_not_read_is_named_in_one_line(run, quick):
-    Path("small.toml").write_text(SMALL + '[limits]\nquantity = "k1"\n[trajectory]\nperiods = 3\n[figure]\nx = "A"\n')
+    Path("small.toml").write_text(SMALL + '[orbits]\nmax_period = 2\n[trajectory]\nperiods = 3\n[figure]\nx = "A"\n')
     _, _, err = run("sweep", "small.toml")
-    told = "warning: [trajectory] is not read by `vibrodrive sweep`; [limits] is not read by `vibrodrive sweep`\n"
+    told = "warning: [trajectory] is not read by `vibrodrive sweep`; [orbits] is not read by `vibrodrive sweep`\n"
     assert [line for line in err.splitlines(keepends=True) if "not read" in line] == [told]
     Path("small.toml").write_text(SMALL)
     _, _, err = run("sweep", "small.toml", "--overwrite", "--set", "max_period=2")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, JSON, put_json, say, working
+from vibrodrive.cli.common import FILE, JSON, put_json, say
 
 
 @click.command()
@@ -20,12 +21,16 @@ def info(file: Path, check: bool, as_json: bool) -> None:
     Output: on stdout the computed share, the axes, the settings, the size, and the versions of the program and of its
     libraries; on stderr the parts that are damaged, with what to do. An incomplete file is not an error.
     """
+    from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import contradictions, look, verify
 
     if check:
-        with working(file.name) as show:
+        show = Show(sys.stderr, file.name)
+        try:
             found = verify(file, lambda done, total: show.update(lambda: f"block {done} of {total}"))
+        finally:
+            show.clear()
     else:
         found = look(file)
     size, versions = file.stat().st_size, found.header.versions

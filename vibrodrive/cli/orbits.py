@@ -8,6 +8,7 @@ import click
 
 from vibrodrive.cli import common
 from vibrodrive.cli.common import FILE, SET
+from vibrodrive.store.place import check_figure
 
 
 @click.command()
@@ -28,6 +29,9 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     common.judge_idle(settings)
     common.judge_slip(settings, always=True)
     table, picture = common.targets(outputs, Path(config.stem + ".png"), config)
+    pictures = [picture, picture.with_stem(f"{picture.stem}_multipliers")] if picture else []
+    for target in pictures:
+        check_figure(target, {"configuration": config})
     from vibrodrive.figures.style import drawn_as, save
     from vibrodrive.jobs.orbits import COLUMNS, check, drawn, find, printed, rows
     from vibrodrive.jobs.tables import write_table
@@ -39,8 +43,6 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     if table:
         write_table(table, COLUMNS, rows(found))
         common.say(f"{table} written")
-    if picture:
-        for figure, ending in zip(figures, ("", "_multipliers"), strict=False):
-            target = picture.with_stem(picture.stem + ending)
-            save(figure, target)
-            common.say(f"{target} drawn")
+    for figure, target in zip(figures, pictures, strict=False):  # over A and B there is one figure
+        save(figure, target)
+        common.say(f"{target} drawn")

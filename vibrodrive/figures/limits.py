@@ -38,7 +38,12 @@ APART = 5.0  # an abscissa of η is logarithmic if the ratio of its ends is larg
 
 @styled
 def limits_figure(
-    results: Results | Sequence[Results], *, ax: Any = None, style: Style | None = None, width: Width | None = None
+    results: Results | Sequence[Results],
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw the limits k₂ over one axis as velocity amplitudes, as bands from the first loss to the last value kept.
 
