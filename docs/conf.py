@@ -66,6 +66,7 @@ PAGES = {
         "CONTRIBUTING": "contributing",
         "RELEASING": "releasing",
         "benchmarks/paper/README": "claims",
+        "benchmarks/paper/CRITERION": "claims",
         "benchmarks/switches/README": "switches",
         "benchmarks/switches/RATES": "switches",
     }.items()

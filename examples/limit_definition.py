@@ -2,9 +2,9 @@
 
     python -m examples.limit_definition   # in the root of a clone
 
-prints tables of docs/stability.md, which defines the terms. The tables contain k₂ over three choices: the phase of the
-section; the dividing speed between touches and main impacts, prescribed or free below a bound; the length of the record
-and the start. The tables are the reason to use the main impacts as the default criterion.
+prints the tables of benchmarks/paper/CRITERION.md; docs/stability.md defines the terms. They contain k₂ over three
+choices: the phase of the section; the dividing speed between touches and main impacts, prescribed or below a bound;
+the length of the record and the start. The tables are the reason to use the main impacts as the default criterion.
 """
 
 import math
