@@ -129,6 +129,7 @@ def test_figures_and_tables_never_replace_a_result(run, idle):
     assert_refused(run, "orbits", "sweep.toml", *ORBITS, "-o", "s.csv", words=["s.csv", "contains data"])
 
 
+@pytest.mark.integration
 def test_overwrite_replaces_a_damaged_result_that_is_recognised(run, quick):
     with h5py.File(a_sweep("s.h5"), "r+") as file:
         file["A"][0] = 7.0
