@@ -38,7 +38,7 @@ from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check_count
-from vibrodrive.model.plan import IN_FLIGHT, Plan
+from vibrodrive.model.plan import BLOCK_WORK, IN_FLIGHT, Plan
 from vibrodrive.model.records import SECTION
 from vibrodrive.model.results import Results
 from vibrodrive.model.size import LARGE, refuse_large_results, result_bytes
@@ -139,7 +139,8 @@ def fill(
         return
     bounded = errors is not None and s.method != Method.FIXED
     alone = s.one_by_one(bounded)
-    brief = n * _most_work(s, points, summary is not None, bounded) <= BRIEF
+    work = n * _most_work(s, points, summary is not None, bounded)
+    brief = work <= BRIEF
     threads = 1 if brief else busy_threads(threads, n, alone)
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads)
@@ -165,8 +166,10 @@ def fill(
         run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief, look=look)
         return
     disturbed = _disturbed(points)
-    # points with a disturbance are expensive and are computed last, so that the blocks are finished in their order
-    kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (False, True)]
+    # some lanes are empty during the last points, which should therefore be the cheap ones, without a disturbance; in a
+    # long wave these come first, so that blocks are finished in their order
+    first = work <= threads * BLOCK_WORK
+    kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (first, not first)]
     calls = [(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)]
     run(calls, halt, brief=brief, look=look)
 

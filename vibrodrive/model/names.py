@@ -135,6 +135,11 @@ AXES = PARAMETERS | SCENE_AXES
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
 
 
+COSTS = {Method.CERTIFIED: (0.1, 0.1), Method.FIXED: (0.5, 0.1), Method.MULLER: (1.5, 0.15)}
+"""CPU time in microseconds of an excitation period without a disturbance, and of a switch with one, by method
+(`python -m benchmarks.work`)."""
+
+
 def _default(name: str) -> int:
     return int(SETTINGS[name].default or 0)
 
@@ -185,7 +190,9 @@ class Settings:
         than the velocity A ε η of the wave. The mass seldom rests if A is large compared with B.
         """
         alone = self.one_by_one(bounded)
-        period = 2.5 if alone else 0.2 if self.method == Method.CERTIFIED else 1.0
+        period, switch = COSTS[Method(self.method)]
+        if alone:
+            period, switch = 2.5, 6.0 * switch
         if self.literal:
             period += 0.0045 * TURN / dtau
         if eps > 0.0:
@@ -193,6 +200,5 @@ class Settings:
             share = (1.0 if A < 2.0 + 6.0 * B else 0.125) * rest / (1.0 + rest) + slow / (1.0 + 2.0 * slow)
             instants = TURN / dtau if self.method == Method.FIXED and dtau > 0.0 else math.inf  # each has one switch
             switches = min(5.0 + 4.0 * eta * share, instants, self.budget)
-            price = (0.15 if self.method == Method.MULLER else 0.1) * (6.0 if alone else 1.0)
-            period += price * switches + (0.06 * (switches + eta) if summary else 0.0)
+            period += switch * switches + (0.06 * (switches + eta) if summary else 0.0)
         return (self.transient + self.periods) * period
