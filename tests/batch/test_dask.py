@@ -77,7 +77,7 @@ def cluster(tmp_path_factory):
     processes = [start("dask_scheduler", *options)]
     try:
         limit = time.monotonic() + LIMIT
-        while not file.exists() and time.monotonic() < limit:
+        while not (file.exists() and file.stat().st_size) and time.monotonic() < limit:
             time.sleep(0.05)
         with distributed.Client(scheduler_file=str(file), timeout=LIMIT) as client:
             address = client.scheduler.address
@@ -213,7 +213,7 @@ def test_cluster_without_workers_is_reported(tmp_path):
     scheduler = start("dask_scheduler", *options)
     try:
         limit = time.monotonic() + LIMIT
-        while not file.exists() and time.monotonic() < limit:
+        while not (file.exists() and file.stat().st_size) and time.monotonic() < limit:
             time.sleep(0.05)
         process = command(tmp_path, "--dask", json.loads(file.read_text())["address"])
         line = process.stderr.readline()

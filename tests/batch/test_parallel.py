@@ -158,11 +158,12 @@ class Failing(Executor):
     def __init__(self, times):
         self.times, self.submitted = times, []
 
-    def submit(self, task, *arguments):
-        self.submitted.append(arguments[1])
+    def submit(self, task, plan, blocks, halt):
+        ((_, start, _),) = blocks
+        self.submitted.append(start)
         future = Future()
-        if self.submitted.count(arguments[1]) > self.times:
-            future.set_result(task(*arguments))
+        if self.submitted.count(start) > self.times:
+            future.set_result(task(plan, blocks, halt))
         else:
             future.set_exception(OSError("the worker died"))
         return future

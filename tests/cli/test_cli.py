@@ -184,7 +184,7 @@ def test_info_reports_the_progress_of_a_sweep(run):
         "33.3 %",
         "1 of 3",
         "A = 1 to 2, 3000 values",
-        "NOT_COMPUTED: 1976 points",
+        "NOT_COMPUTED: 2000 points",
     ):
         assert words in out
 
@@ -220,13 +220,13 @@ def test_info_writes_json(run, quick):
     assert told["computed"] == pytest.approx(1 / 3)
     assert told["axes"] == {"A": {"first": 1.0, "last": 2.0, "num": 3000}}
     assert told["settings"]["periods"] == 1
-    assert told["statuses"]["NOT_COMPUTED"] == 1976
+    assert told["statuses"]["NOT_COMPUTED"] == 2000
     assert run("verify", "s.h5")[1].splitlines()[-1] == "incomplete; the computed part is undamaged"
     with h5py.File("s.h5", "r+") as file:
         file["margin"][1500] = 7.0
     code, _, err = run("verify", "s.h5")
     assert code == 1
-    assert err.startswith("damaged: block 1 (points 1024 to 2047")
+    assert err.startswith("damaged: block 1 (points 1000 to 1999")
 
 
 def test_plot_names_a_damaged_block_and_draws_the_rest(run, quick):
@@ -240,7 +240,7 @@ def test_plot_names_a_damaged_block_and_draws_the_rest(run, quick):
     code, out, err = run("plot", "wide.h5")
     assert (code, out) == (1, "")
     assert "wide.png drawn" in err
-    assert "wide.h5: damaged blocks are left out of section: block 2 (points 2048 to 3071: A = " in err
+    assert "wide.h5: damaged blocks are left out of section: block 2 (points 2000 to 2999: A = " in err
     assert Path("wide.png").read_bytes()[:4] == b"\x89PNG"
 
 

@@ -14,7 +14,7 @@ from vibrodrive.model.choices import Method
 from vibrodrive.model.names import ETA, PARAMETERS, SCENE, SCENE_AXES, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, check_setting
 from vibrodrive.model.physical import Scene
-from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, WAVE_WORK, Plan, make_plan
+from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, BLOCK_WORK, LEAST_POINTS, WAVE_POINTS, Plan, make_plan
 
 
 def test_axes_keep_the_order_written():
@@ -53,7 +53,7 @@ def test_axis_of_one_value_stays_an_axis():
 )
 def test_blocks_tile_the_points_and_are_chunks(shape, periods):
     axes = {name: np.zeros(n) for name, n in zip(COLUMNS, shape, strict=False)}
-    plan = Plan(axes, {}, Settings(periods=periods))
+    plan = Plan(axes, dict.fromkeys(COLUMNS[len(shape) :], 0.0), Settings(periods=periods))
     blocks = plan.blocks()
     assert [stop for _, stop in blocks[:-1]] == [start for start, _ in blocks[1:]]
     assert (blocks[0][0], blocks[-1][1]) == (0, plan.n_points)
@@ -70,25 +70,50 @@ def test_blocks_tile_the_points_and_are_chunks(shape, periods):
 
 
 def test_blocks_are_smaller_the_longer_their_points_take():
-    """Blocks have fewer points if a point takes longer, because a stopped run loses its unfinished blocks."""
-    long = {"A": np.linspace(3.0, 3.25, 100_000), "transient": 10_000, "periods": 10, "record": "summary"}
+    """The work of a block is at most BLOCK_WORK, because a stopped run loses its unfinished blocks."""
+    long = {"A": np.linspace(3.0, 3.25, 1 << 17), "transient": 10_000, "periods": 10, "record": "summary"}
 
-    def sizes(**changes):
+    def block(**changes):
         plan = make_plan(long | changes)
-        return math.prod(plan.chunk), plan.wave_points
+        points = math.prod(plan.chunk)
+        assert points in (1, LEAST_POINTS) or points * plan.point_work <= BLOCK_WORK
+        return points
 
-    assert sizes(transient=1000) == (8192, 8192)
-    block, wave = sizes()
-    assert block == wave == int(WAVE_WORK // 10_010) < 8192
-    disturbed, _ = sizes(eps=[0.0, 2e-4])
-    assert block / 10 < disturbed < block / 5
-    assert sizes(eps=[0.0, 2e-4], transient=10**6) == (256, 256)
+    assert block(transient=1000) == 8192
+    short = block()
+    assert 0.9 * short < int(BLOCK_WORK // make_plan(long).point_work) < 8192
+    some = {"transient": 100, "eps": 1e-5}
+    assert block(transient=100) > block(**some | {"eps": 1e-6}) > block(**some) > block(**some | {"eps": 1e-4})
+    assert block(**some) > block(**some, A=np.linspace(1.5, 3.25, 1 << 17))  # the mass rests
+    assert block(eps=[0.0, 2e-4], transient=10**6) == LEAST_POINTS
+    assert block(record=["section", "error"], transient=10**6) == 1  # one motion at a time
     grid = {"method": "fixed", "dtau": [1e-4, 1e-2]}
-    assert sizes(**grid) == (block, block)
-    assert sizes(**grid, scan="literal") == (64, 64)
-    assert sizes(record="error")[0] == block // 10
-    together = {"A": 3.0, "points": {"xi0": [0.0] * 10_000, "eps": [0.0] * 9_999 + [2e-4]}}
-    assert sizes(**together)[0] == disturbed
+    assert block(**grid, scan="literal") < block(**grid) == block(**grid, record=["summary", "error"])
+    together = {"A": 3.0, "points": {"xi0": [0.0] * (1 << 17), "eps": [0.0] * ((1 << 17) - 1) + [2e-5]}}
+    assert block(**together, transient=100) == block(transient=100, eps=2e-5)
+
+
+def test_blocks_of_a_scene_follow_its_smallest_A():
+    omega0, scene = np.geomspace(60.0, 300.0, 1000), {"a0": 1.2e-3, "mu": 0.4, "alpha": 3.0, "eps": 1e-4}
+    A = make_plan(scene | {"omega0": omega0}).points(0, 1)[0, 0]
+    assert make_plan(scene | {"omega0": omega0}).point_work == make_plan({"A": A, "B": 0.2, "eps": 1e-4}).point_work
+    assert make_plan(scene | {"omega0": omega0[-1]}).point_work < make_plan(scene | {"omega0": omega0}).point_work
+
+
+def test_blocks_along_an_axis_have_equal_lengths():
+    """A block of the file is stored in full, even at the end of an axis."""
+    plan = make_plan({"A": np.linspace(1.0, 4.0, 201), "eps": 1e-4, "record": "summary"})
+    lengths = {stop - start for start, stop in plan.blocks()}
+    assert len(plan.blocks()) > 2
+    assert max(lengths) - min(lengths) <= len(plan.blocks())
+
+
+def test_wave_with_both_kinds_of_points_begins_with_little_work():
+    """The points with ε = 0 are computed first, so no block may be finished before they are."""
+    long = {"A": np.linspace(3.0, 3.25, 1 << 17), "transient": 10_000, "periods": 10, "record": "summary"}
+    assert make_plan(long).wave_points == make_plan(long | {"eps": 1e-5}).wave_points == WAVE_POINTS
+    mixed = make_plan(long | {"eps": [0.0, 1e-5]})
+    assert mixed.wave_points * make_plan(long).point_work <= BLOCK_WORK
 
 
 def test_given_tiling_is_kept():

@@ -27,11 +27,10 @@ from vibrodrive.jit.compile import jit, prepare
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.kernels.arguments import Arguments, packed
 
-LOOK = 0.05  # time in seconds between two checks for Ctrl-C and for a halt from another process
+LOOK = 0.05  # time in seconds between two checks for Ctrl-C, for a halt from another process, and for finished blocks
 
-BRIEF = 1 << 14
-"""Largest work that runs in the calling thread: it takes a few milliseconds. The unit is the work of one excitation
-period without a disturbance (`Settings.work` in model/names.py)."""
+BRIEF = 5000.0
+"""Largest work, in microseconds (`Settings.work` in model/names.py), that runs in the calling thread."""
 
 FORK_SAFE = "tbb", "workqueue"
 """Threading layers of Numba that also work in a forked child of a process that has used them. GNU's OpenMP aborts such
@@ -84,12 +83,18 @@ def _by_address(kernel: Any) -> types.CompileResultWAP:
     return types.CompileResultWAP(kernel.overloads[_SIGNATURE.args])
 
 
-def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: bool = False) -> None:
+def run(
+    calls: Sequence[tuple[Any, Sequence[Arguments]]],
+    halt: Halt,
+    *,
+    brief: bool = False,
+    look: Callable[[], None] | None = None,
+) -> None:
     """Run one or two kernels. Each element of `calls` is a kernel with its sets of arguments, one set for each thread.
 
     All kernels have ended when this function returns or raises an exception. If the work is `brief`, it runs in the
     calling thread with the first set of arguments only, because starting threads would take longer than the work.
-    Raises Halted if `halt` is called.
+    Otherwise `look` is called about every LOOK seconds while the kernels run. Raises Halted if `halt` is called.
     """
     threads = 1 if _single_threaded or brief else len(calls[0][1])
     if _COMPILES:  # compile in the calling thread, which Ctrl-C can interrupt; `halt` does not end a compilation
@@ -97,11 +102,11 @@ def run(calls: Sequence[tuple[Any, Sequence[Arguments]]], halt: Halt, *, brief: 
             prepare(kernel, *_SIGNATURE.args)
         if threads > 1:
             prepare(run_on_threads, _FUNCTION, _FUNCTION, types.Array(types.int64, 2, "C"))
-    here = brief or (threads == 1 and not halt.across and threading.get_ident() != threading.main_thread().ident)
-    if here:
+    watched = look is not None or halt.across or threading.get_ident() == threading.main_thread().ident
+    if brief or (threads == 1 and not watched):
         _run(calls, threads, halt)
     else:
-        _watch(lambda: _run(calls, threads, halt), halt)
+        _watch(lambda: _run(calls, threads, halt), halt, look)
     if halt.called:
         raise Halted
 
@@ -136,8 +141,11 @@ def _nothing() -> None:
     """Do nothing. An idle worker has this task, so that it holds no reference to the arrays of its last task."""
 
 
-def _watch(work: Callable[[], None], halt: Halt) -> None:
-    """Run `work` in a worker thread and wait for its end. An interrupt of the calling thread halts the work."""
+def _watch(work: Callable[[], None], halt: Halt, look: Callable[[], None] | None = None) -> None:
+    """Run `work` in a worker thread and wait for its end. Meanwhile call `look` periodically.
+
+    An interrupt of the calling thread halts the work.
+    """
     worker = _workers.pop() if _workers else _Worker()
     worker.work = work
     worker.wanted.release()
@@ -145,6 +153,8 @@ def _watch(work: Callable[[], None], halt: Halt) -> None:
         while not worker.ended.acquire(timeout=LOOK):
             if halt.called:
                 halt.call()  # sets the flag in memory that kernels read
+            elif look is not None:
+                look()
     except BaseException:
         halt.call()
         while not worker.ended.acquire(timeout=LOOK):

@@ -1,13 +1,20 @@
 """Conversion of the arrays that kernels write into the arrays of results and files."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from vibrodrive.kernels.outputs import Errors
+from vibrodrive.kernels.summary import OUT
+from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method
-from vibrodrive.model.records import ERRORS, MAIN_IMPACTS, SUMMARIES
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import ERROR, ERRORS, IMPACTS, MAIN_IMPACTS, SECTION, SUMMARIES, SUMMARY
+
+Rows = tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]
 
 
 class Arrays(NamedTuple):
@@ -20,6 +27,27 @@ class Arrays(NamedTuple):
     impacts: np.ndarray | None = None  # float64 (points, 2 × periods, 4): main impacts, kernels/record.py
     summary: np.ndarray | None = None  # float64 (points, OUT), kernels/summary.py
     errors: Errors | None = None  # bounds of errors, kernels/certainty.py
+
+    @classmethod
+    def new(cls, plan: Plan, n: int, rows: Rows | None = None) -> Arrays:
+        """Allocate the arrays for n points of a plan. `rows` may give the first four (`Results.rows`)."""
+        periods = plan.settings.periods
+        if rows is None:
+            section = np.empty((n, periods, 2)) if SECTION in plan.record else None
+            rows = section, np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64)
+        section, status, margin, counts = rows
+        impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
+        summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
+        errors = new_errors(plan.settings.method, n, 1) if ERROR in plan.record else None
+        return cls(section, status, margin, counts, impacts, summary, errors)
+
+    def block(self, span: tuple[int, int, int], at: int) -> Block:
+        """Return the block (index, start, stop) whose first point is in row `at`."""
+        part = slice(at, at + span[2] - span[1])
+        section, impacts, summary = (None if a is None else a[part] for a in (self.section, self.impacts, self.summary))
+        errors = None if self.errors is None else Errors(self.errors.section[part], self.errors.until[part])
+        records = as_quantities(summary, impacts, errors)
+        return Block(*span, section, self.status[part], self.margin[part], self.counts[part], records)
 
 
 def new_errors(method: int, points: int, instants: int) -> Errors:

@@ -1,10 +1,11 @@
 """Computation of the points of a plan (model/plan.py) on all cores, in blocks. Each finished block is yielded.
 
 Without an executor, blocks are computed on local threads (parallel.py). An executor is any object with the interface of
-`concurrent.futures`; each block is then a task on one thread. Both ways give the same results to the bit. A lane is the
-memory of one motion in a kernel (kernels/lane.py).
+`concurrent.futures`; each task then computes some blocks on one thread. Both ways give the same results to the bit. A
+lane is the memory of one motion in a kernel (kernels/lane.py).
 """
 
+import math
 import os
 import tempfile
 from collections import deque
@@ -12,6 +13,8 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import closing
 from dataclasses import replace
+from queue import SimpleQueue
+from time import monotonic
 from typing import Any
 from uuid import uuid4
 
@@ -19,7 +22,7 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.parallel import BRIEF, run
-from vibrodrive.batch.records import Arrays, as_quantities, new_errors
+from vibrodrive.batch.records import Arrays, Rows, as_quantities
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels.arguments import SWITCH, Arguments
 from vibrodrive.kernels.engine import batch
@@ -28,50 +31,67 @@ from vibrodrive.kernels.lane import LANES, new_lanes
 from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.setup import fast_amplitude
 from vibrodrive.kernels.single import single
-from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
-from vibrodrive.model.choices import Method
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check_count
-from vibrodrive.model.plan import IN_FLIGHT, Plan
-from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
+from vibrodrive.model.plan import BLOCK_WORK, IN_FLIGHT, Plan
+from vibrodrive.model.records import SECTION
 from vibrodrive.model.results import Results
 
 RETRIES = 3
 """Number of times that a failed block is submitted again. With a larger number, a sweep can lose more workers and
 continue."""
 
+UNFINISHED = int(Status.NOT_COMPUTED)
 
 REGISTER = 8
 """Number of lanes in the widest register, and least number of lanes of a thread. A full register costs little more than
 one lane."""
+
+TASK_SECONDS = 1.0
+"""Time in seconds after which a task of an executor begins no other block. A task of a tenth of a second would take
+noticeably longer, because it must be sent, and a longer task is lost if the sweep is stopped."""
 
 Span = tuple[int, int, int]  # block to compute: index, start, stop
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
     """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
-    return compute_wave(plan, [(0, start, stop)], threads, halt or Halt())[0]
+    found: list[Block] = []
+    compute_wave(plan, [(0, start, stop)], threads, halt or Halt(), found.append)
+    return found[0]
 
 
-def compute_wave(plan: Plan, blocks: Sequence[Span], threads: int, halt: Halt) -> list[Block]:
+def compute_wave(
+    plan: Plan,
+    blocks: Sequence[Span],
+    threads: int,
+    halt: Halt,
+    give: Callable[[Block], None],
+    rows: Rows | None = None,
+) -> None:
     """Compute several blocks together, so that no thread is idle at the end of a block.
 
-    Raises Halted if `halt` is called.
+    `give` is called with each block soon after its last point is finished, while other blocks are computed. `rows` are
+    arrays for the results (`Results.rows`); by default new arrays are allocated. Raises Halted if `halt` is called.
     """
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
-    n = len(points)
-    section = np.empty((n, plan.settings.periods, 2)) if SECTION in plan.record else None
-    status, margin, counts = np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64)
-    records = fill_records(plan, points, threads, halt, section, status, margin, counts)
-    out, at = [], 0
-    for index, start, stop in blocks:
-        part = slice(at, at + stop - start)
-        own = {name: values[part] for name, values in records.items()}
-        there = None if section is None else section[part]
-        out.append(Block(index, start, stop, there, status[part], margin[part], counts[part], own))
-        at += stop - start
-    return out
+    arrays = Arrays.new(plan, len(points), rows)
+    arrays.status[:] = UNFINISHED
+    left, at = {}, 0
+    for span in blocks:
+        left[span] = at
+        at += span[2] - span[1]
+
+    def look() -> None:
+        for span, at in [*left.items()]:
+            if (arrays.status[at : at + span[2] - span[1]] != UNFINISHED).all():
+                del left[span]
+                give(arrays.block(span, at))
+
+    fill(plan.settings, points, threads, halt, arrays, look)
+    look()
 
 
 def fill_records(
@@ -91,28 +111,33 @@ def fill_records(
     number of switches into each state. Other arrays that the plan records are returned as a dict by the names in
     model/records.py.
     """
-    n, periods = len(points), plan.settings.periods
-    impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
-    summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
-    errors = new_errors(plan.settings.method, n, 1) if ERROR in plan.record else None
-    arrays = Arrays(section, status, margin, counts, impacts, summary, errors)
+    arrays = Arrays.new(plan, len(points), (section, status, margin, counts))
     fill(plan.settings, points, threads, halt, arrays)
-    return as_quantities(summary, impacts, errors)
+    return as_quantities(arrays.summary, arrays.impacts, arrays.errors)
 
 
-def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, arrays: Arrays) -> None:
+def fill(
+    settings: Settings,
+    points: np.ndarray,
+    threads: int,
+    halt: Halt,
+    arrays: Arrays,
+    look: Callable[[], None] | None = None,
+) -> None:
     """Compute `points`, float64 (n, columns), and write the results into `arrays`, which have one row for each point.
 
-    The columns of `points` are the parameters in the order of COLUMNS (model/parameters.py).
+    The columns of `points` are the parameters in the order of COLUMNS (model/parameters.py). The status of a point is
+    written last. `look` is called periodically meanwhile.
     """
     section, status, margin, counts, impacts, summary, errors = arrays
     s, n = settings, len(points)
     if n == 0:
         return
     bounded = errors is not None and s.method != Method.FIXED
-    alone = s.one_by_one or bounded
-    brief = n * (s.transient + s.periods) <= BRIEF and n * _most_work(s, points, bounded) <= BRIEF
-    threads = 1 if brief else min(threads, n if alone else -(-n // REGISTER))
+    alone = s.one_by_one(bounded)
+    work = n * _most_work(s, points, summary is not None, bounded)
+    brief = work <= BRIEF
+    threads = 1 if brief else busy_threads(threads, n, alone)
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads)
     recorded = impacts is not None or summary is not None
@@ -134,19 +159,27 @@ def fill(settings: Settings, points: np.ndarray, threads: int, halt: Halt, array
         ]
 
     if alone:
-        run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief)
+        run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief, look=look)
         return
     disturbed = _disturbed(points)
-    # points with a disturbance are expensive and are computed first, because some lanes are empty during the last
-    # points, which should therefore be cheap
-    kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (True, False)]
-    run([(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)], halt, brief=brief)
+    # some lanes are empty during the last points, which should therefore be the cheap ones, without a disturbance; in a
+    # long wave these come first, so that blocks are finished in their order
+    first = work <= threads * BLOCK_WORK
+    kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (first, not first)]
+    calls = [(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)]
+    run(calls, halt, brief=brief, look=look)
 
 
-def _most_work(settings: Settings, points: np.ndarray, bounded: bool) -> float:
-    """Return an upper bound of the work of any of the points, in excitation periods without a disturbance."""
-    eps, eta, dtau = (points[:, COLUMNS.index(name)] for name in ("eps", "eta", "dtau"))
-    return settings.work(eps.max(), eta.max(), dtau.min(), bounded)
+def busy_threads(threads: int, points: int, alone: bool) -> int:
+    """Return how many of the threads have work, for this number of points that are computed one by one, or in lanes."""
+    return min(threads, points if alone else -(-points // REGISTER))
+
+
+def _most_work(settings: Settings, points: np.ndarray, summary: bool, bounded: bool) -> float:
+    """Return an upper bound of the work of any of the points, in microseconds."""
+    low, high = (dict(zip(COLUMNS, end.tolist(), strict=True)) for end in (points.min(axis=0), points.max(axis=0)))
+    worst = low["A"], high["B"], high["eps"], high["eta"], low["dtau"]
+    return settings.work(*worst, summary=summary, bounded=bounded)
 
 
 def _disturbed(points: np.ndarray) -> np.ndarray:
@@ -195,9 +228,9 @@ def run_blocks(
 ) -> Generator[Block, None, None]:
     """Compute the blocks of a plan (all, or those with the indices `which`) and yield each block when it is finished.
 
-    On local threads, several blocks are computed together as a wave. While the caller uses the blocks of one wave, the
-    next wave is computed. The computation ends if the generator is closed. Raises TypeError or ValueError if the number
-    of threads is invalid.
+    On local threads, several blocks are computed together as a wave. While the caller uses the last blocks of one wave,
+    the next wave is computed. The computation ends if the generator is closed. Raises TypeError or ValueError if the
+    number of threads is invalid.
     """
     spans = _spans(plan)
     todo = spans if which is None else [spans[i] for i in which]
@@ -206,13 +239,19 @@ def run_blocks(
         return
     count = check_threads(threads)
     waves, halt = list(_waves(plan, todo)), Halt()
+    found: SimpleQueue[Block | Future[None]] = SimpleQueue()  # the blocks of each wave, and then the wave itself
     with ThreadPoolExecutor(1, thread_name_prefix="compute") as pool:
-        ahead: Future[list[Block]] | None = None
+        now: Future[None] | None = None
         try:
             for wave in [*waves, None]:
-                finished = ahead.result() if ahead is not None else []
-                ahead = pool.submit(compute_wave, plan, wave, count, halt) if wave is not None else None
-                yield from finished
+                ahead = pool.submit(compute_wave, plan, wave, count, halt, found.put) if wave is not None else None
+                if ahead is not None:
+                    ahead.add_done_callback(found.put)
+                while now is not None and not isinstance(item := found.get(), Future):
+                    yield item
+                if now is not None:
+                    now.result()
+                now = ahead
         finally:
             halt.call()
 
@@ -223,7 +262,7 @@ def _spans(plan: Plan) -> list[Span]:
 
 
 def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
-    most = plan.wave_points
+    most = plan.wave_points if len(todo) > 1 else 0
     wave: list[Span] = []
     held = 0
     for block in todo:
@@ -237,32 +276,49 @@ def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
         yield wave
 
 
+def compute_some(plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
+    """Compute blocks as a task on one thread: the first, then twice as many together, and so on.
+
+    The task ends before a block if TASK_SECONDS have passed; another task then computes the rest.
+    """
+    found: list[Block] = []
+    began, at, n = monotonic(), 0, 1
+    while at < len(blocks) and (at == 0 or monotonic() - began < TASK_SECONDS):
+        compute_wave(plan, blocks[at : at + n], 1, halt, found.append)
+        at, n = at + n, 2 * n
+    return found
+
+
 def _run_remote(plan: Plan, todo: list[Span], executor: Executor) -> Iterator[Block]:
     limit = 2 * getattr(executor, "_max_workers", IN_FLIGHT // 2)
     queue = deque(todo)
-    flying: dict[Future[Block], tuple[Span, int]] = {}
+    most = max(1, plan.wave_points // math.prod(plan.chunk))
+    flying: dict[Future[list[Block]], tuple[list[Span], int]] = {}
     halt = Halt(os.path.join(tempfile.gettempdir(), f"vibrodrive-halt-{uuid4().hex}"))
 
-    def launch(block: Span, tries: int) -> None:
-        flying[executor.submit(compute, plan, block[1], block[2], 1, halt)] = (block, tries)
+    def launch(blocks: list[Span], tries: int) -> None:
+        flying[executor.submit(compute_some, plan, blocks, halt)] = (blocks, tries)
 
     try:
         while True:
             while len(flying) < limit and queue:
-                launch(queue.popleft(), 0)
+                size = min(most, 1 + len(queue) // (2 * limit))  # small towards the end, so that no worker is idle
+                launch([queue.popleft() for _ in range(size)], 0)
             if not flying:
                 return
             done, _ = wait(list(flying), return_when=FIRST_COMPLETED)
             for future in done:
-                block, tries = flying.pop(future)
+                blocks, tries = flying.pop(future)
                 try:
-                    result = future.result()
+                    results = future.result()
                 except Exception:
                     if tries >= RETRIES:
                         raise
-                    launch(block, tries + 1)
+                    launch(blocks, tries + 1)
                 else:
-                    yield result._replace(index=block[0])
+                    found = {block.index for block in results}
+                    queue.extendleft(span for span in reversed(blocks) if span[0] not in found)
+                    yield from results
     finally:
         halt.call_across([future for future in flying if not future.cancel()])
 
@@ -275,9 +331,8 @@ def collect(
 ) -> Results:
     """Compute all points of a plan in memory.
 
-    After each wave (`Plan.wave_points`) or, with an executor, after each block, `progress` is called with the number of
-    points in it. Raises TypeError or ValueError if the number of threads or the executor is invalid, or if the results
-    do not fit into memory.
+    After each block, `progress` is called with the number of points in it. Raises TypeError or ValueError if the number
+    of threads or the executor is invalid, or if the results do not fit into memory.
     """
     tell = progress or (lambda points: None)
     count = check_threads(threads)
@@ -286,11 +341,13 @@ def collect(
         with closing(run_blocks(plan, executor=executor)) as blocks:  # `closing` cancels tasks that have not started
             return Results.collect(plan, _counted(blocks, tell))
     results, halt = Results.uncomputed(plan), Halt()
+
+    def put(block: Block) -> None:
+        results.put(block.start, block.stop, block.records)
+        tell(block.stop - block.start)
+
     for wave in _waves(plan, _spans(plan)):
-        start, stop = wave[0][1], wave[-1][2]
-        records = fill_records(plan, plan.points(start, stop), count, halt, *results.rows(start, stop))
-        results.put(start, stop, records)
-        tell(stop - start)
+        compute_wave(plan, wave, count, halt, put, results.rows(wave[0][1], wave[-1][2]))
     return results
 
 

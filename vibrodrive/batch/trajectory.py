@@ -437,9 +437,8 @@ def simulate(
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     """Simulate the motion from the single point of a plan. Raises Halted if `halt` is called before the motion ends."""
     s, halt = plan.settings, halt or Halt()
-    eps, eta, dtau = (plan.scalars[name] for name in ("eps", "eta", "dtau"))
-    brief = s.work(eps, eta, dtau, bounded=False) <= BRIEF
-    capacity = fitting_rows(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
+    brief = s.work(*(plan.scalars[name] for name in ("A", "B", "eps", "eta", "dtau")), bounded=True) <= BRIEF
+    capacity = fitting_rows(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
     while True:
         section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
         status, margin = np.empty(1, np.int8), np.empty(1)

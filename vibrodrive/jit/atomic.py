@@ -1,4 +1,8 @@
-"""Atomic access to integers that threads share: the index of the next point, and the flag that ends a kernel early."""
+"""Atomic access to integers that threads share.
+
+These are the index of the next point, the flag that ends a kernel early, and the status that shows that a point is
+finished.
+"""
 
 import threading
 
@@ -29,6 +33,20 @@ def _load(typingctx, array):
     return None
 
 
+@intrinsic
+def _store(typingctx, array, index, value):
+    def codegen(context, builder, signature, args):
+        view = context.make_array(signature.args[0])(context, builder, args[0])
+        item = context.cast(builder, args[2], signature.args[2], array.dtype)
+        place = builder.gep(view.data, [args[1]])
+        builder.store_atomic(item, place, "release", context.get_abi_sizeof(item.type))
+        return context.get_dummy_value()
+
+    if isinstance(array, types.Array) and array.ndim == 1 and isinstance(index, types.Integer):
+        return types.void(array, types.int64, value), codegen
+    return None
+
+
 _ONE_AT_A_TIME = threading.Lock()
 
 
@@ -53,3 +71,16 @@ def is_set(flag):
 @overload(is_set)
 def _is_set(flag):
     return lambda flag: _load(flag) != 0
+
+
+def publish(array, index, value):
+    """Set array[index] so that a thread that reads the value also reads everything that this thread has written before.
+
+    `array` contains integers and has one dimension.
+    """
+    array[index] = value
+
+
+@overload(publish)
+def _publish(array, index, value):
+    return lambda array, index, value: _store(array, index, value)

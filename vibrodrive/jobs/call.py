@@ -129,7 +129,7 @@ def sweep(
     Notes
     -----
     Ctrl-C ends the call within a second. It also ends threads, and the tasks of an executor in threads or processes of
-    this machine. Workers of Dask finish their current block, but the call does not wait for them. If a call takes
+    this machine. Workers of Dask finish their current task, but the call does not wait for them. If a call takes
     longer than a second, it shows its progress on a terminal or in a notebook.
     """
     plan = make_plan({name: value for name, value in written.items() if name not in OWN})

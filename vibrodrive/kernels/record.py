@@ -19,6 +19,7 @@ applied. The impacts of a motion that repeats itself are copied together with it
 
 import math
 
+from vibrodrive.jit.atomic import publish
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI
 from vibrodrive.kernels import certainty, history, motion, switch
@@ -219,6 +220,6 @@ def finish(w, k, i, extent, section, impacts, recorder, errors, outcome):
         certainty.end_errors(w, k, i, extent.periods, errors)
     for state in range(5):
         outcome.counts[row, state] = k[r.SWITCHES + state * r.STRIDE + i]
-    outcome.status[row] = k[r.STATUS + i]
     outcome.margin[row] = w[r.MARGIN + i]
     outcome.work[row] = w[r.WORK + i]
+    publish(outcome.status, row, k[r.STATUS + i])  # last, because other threads then use the results of the point

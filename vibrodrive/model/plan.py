@@ -8,6 +8,7 @@ written only once.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,23 +21,24 @@ from vibrodrive.model.records import ERROR, SECTION, SUMMARY, check_record, poin
 
 BLOCK_BYTES = 4 << 20
 """Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
-need less memory, and less work is lost if the process is killed."""
+need less memory."""
 
 BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
 """Largest number of points of a block. The second number holds if only summaries are recorded, the first otherwise."""
+
+BLOCK_WORK = 2e6
+"""Largest work of a block, in microseconds of one core (`Settings.work`). If a sweep is stopped, the unfinished blocks
+are lost."""
+
+LEAST_POINTS = 64
+"""Least number of points of a block, even if their work exceeds BLOCK_WORK: as many motions advance together on each
+core (LANES in kernels/lane.py), so fewer points would not finish earlier. Motions that are computed one by one have no
+such limit."""
 
 WAVE_BYTES = 8 << 20
 WAVE_POINTS = 8192
 """Largest number of bytes and of points of a wave, the blocks that are computed together. Some lanes of the kernels
 (kernels/engine.py) become idle towards the end of a wave. With this number of points idle lanes cost little."""
-
-WAVE_WORK = 1 << 25
-"""Largest work of a wave, in the unit of `Settings.work`. If a sweep is stopped, at most this work is lost: 1.5 to 2.5
-s on one core."""
-
-LEAST_POINTS, LEAST_POINTS_ALONE = 256, 64
-"""Least number of points of a wave, even if their work exceeds WAVE_WORK. Fewer points would leave lanes or threads
-idle. The second number holds for points that are computed one by one."""
 
 IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
@@ -126,7 +128,7 @@ class Plan:
         rows = max(1, min(most, self._most_points, BLOCK_BYTES // point_bytes(self.record, self.settings.periods)))
         chunk = [1] * len(self.shape)
         for k in range(len(self.shape) - 1, -1, -1):
-            chunk[k] = min(self.shape[k], rows)
+            chunk[k] = -(-self.shape[k] // -(-self.shape[k] // rows))  # blocks of nearly equal length
             rows //= chunk[k]
             if chunk[k] < self.shape[k] or rows == 0:
                 break
@@ -135,25 +137,38 @@ class Plan:
     @property
     def wave_points(self) -> int:
         """Largest number of points of a wave of several blocks."""
-        most = min(WAVE_POINTS, self._most_points)
-        return max(1, min(most, WAVE_BYTES // point_bytes(self.record, self.settings.periods)))
+        most = min(WAVE_POINTS, WAVE_BYTES // point_bytes(self.record, self.settings.periods))
+        corners = self._corners()
+        if {point["eps"] == 0.0 for point in corners} == {True, False}:
+            # the points with ε = 0 are computed first, and may finish no block
+            most = min(most, int(BLOCK_WORK // max(self._work(point | {"eps": 0.0}) for point in corners)))
+        return max(1, most)
 
     @property
     def point_work(self) -> float:
-        """Largest work of a point, in the unit of `Settings.work`."""
-        (eps, eta), dtau = (self._ends(name)[1] for name in ("eps", "eta")), self._ends("dtau")[0]
-        return self.settings.work(eps, eta, dtau, ERROR in self.record)
+        """Largest work of a point (`Settings.work`)."""
+        return max(map(self._work, self._corners()))
 
     @property
     def _most_points(self) -> int:
-        """Number of points whose work is WAVE_WORK, but at least the least number of points of a wave."""
-        alone = self.settings.one_by_one or ERROR in self.record
-        return max(LEAST_POINTS_ALONE if alone else LEAST_POINTS, int(WAVE_WORK // self.point_work))
+        """Number of points whose work is BLOCK_WORK, but at least the least number of points of a block."""
+        alone = self.settings.one_by_one(ERROR in self.record)
+        return max(1 if alone else LEAST_POINTS, int(BLOCK_WORK // self.point_work))
 
-    def _ends(self, name: str) -> tuple[float, float]:
-        """Return (least value, largest value) of a parameter."""
-        values: Any = {name: PARAMETERS[name].default, **self.scalars, **self.together, **self.axes}[name]
-        return float(np.min(values)), float(np.max(values))
+    def _work(self, point: Mapping[str, float]) -> float:
+        five = (point[name] for name in ("A", "B", "eps", "eta", "dtau"))
+        return self.settings.work(*five, summary=SUMMARY in self.record, bounded=ERROR in self.record)
+
+    def _corners(self) -> list[dict[str, float]]:
+        """Return A, B, ε, η and Δτ by name at all combinations of the least and largest values of the parameters.
+
+        One of these points has the largest work, which is monotone in each of them, as A and B are in each quantity of
+        a scene.
+        """
+        given: dict[str, Any] = {**self.scalars, **self.together, **self.axes}
+        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in given]
+        ends = ({v} if isinstance(v := given[n], float) else {float(v.min()), float(v.max())} for n in names)
+        return [with_A_and_B(dict(zip(names, values, strict=True))) for values in product(*ends)]
 
     def blocks(self) -> list[tuple[int, int]]:
         """Return (number of the first point, number of the last point + 1) for every block."""

@@ -75,10 +75,8 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
     blocks.
     """
     block = block_bytes(plan)
-    if remote:
-        return IN_FLIGHT * block + block // 2
     points = min(plan.n_points, plan.wave_points)
-    return 2 * max(block, points * _bytes_of_a_point(plan)) + block // 2
+    return (IN_FLIGHT if remote else 2) * max(block, points * _bytes_of_a_point(plan)) + block // 2
 
 
 def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
