@@ -137,7 +137,8 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     # a separate thread computes, because the main thread handles a signal only between two steps of this thread
     with common.working(path.name), ThreadPoolExecutor(1) as pool:
         found = pool.submit(estimate, plan, threads).result()
-    click.echo(f"time     about {duration(found.computing)}, plus {duration(found.loading)} to load the kernels")
+    computing, least, most, loading = map(duration, found)
+    click.echo(f"time     about {computing} ({least} to {most}) on idle cores, plus {loading} to load the kernels")
 
 
 BASE_MEMORY = 200_000_000  # bytes of memory for the interpreter, NumPy, Numba and the compiled kernels
