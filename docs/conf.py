@@ -18,6 +18,7 @@ from sphinx.application import Sphinx
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 os.environ["PYTHONPATH"] = str(ROOT)  # for the kernels that run the examples of the pages
+os.environ["PYTHONSTARTUP"] = str(ROOT / "docs" / "quiet.py")
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
 
 import vibrodrive  # noqa: E402
@@ -42,7 +43,7 @@ html_math_renderer = "mathml"
 smartquotes = False
 
 nb_execution_mode = "force"
-nb_execution_timeout = 300
+nb_execution_timeout = 900  # a cell may have to compile kernels
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
 nb_render_markdown_format = "myst"
