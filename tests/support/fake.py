@@ -6,29 +6,17 @@ As with kernels, the results of a point depend on this point only. `delay` is th
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from vibrodrive.model.block import Block
 from vibrodrive.model.config import parse
 from vibrodrive.model.physical import Measure
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION, quantities
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.writer import open_writer
-
-
-class Block(NamedTuple):
-    """Block of results, like `Block` of a sweep but without Numba."""
-
-    index: int
-    start: int
-    stop: int
-    section: np.ndarray | None
-    status: np.ndarray
-    margin: np.ndarray
-    switches: np.ndarray
-    records: dict[str, np.ndarray]
 
 
 def block(plan: Plan, k: int) -> Block:
