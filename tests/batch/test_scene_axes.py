@@ -58,7 +58,7 @@ def test_commands_compute_draw_or_refuse(run):
     assert run("sweep", "s.toml", "--plot")[0] == 0
     assert "nothing to compute" in run("sweep", "s.toml")[2]
     assert "axis      omega0 = 120 to 160 rad/s, 12 values" in run("info", "s.h5")[1]
-    assert run("verify", "s.h5")[0] == 0
+    assert run("info", "--check", "s.h5")[0] == 0
     code, _, err = run("trajectory", "s.toml")
     assert code == 2
     assert "sweep.omega0 = 12 values from 120 to 160: must be one number (--set omega0=120)" in err

@@ -140,5 +140,3 @@ def test_scene_without_a_name_is_refused_with_its_name():
     ):
         with pytest.raises(TypeError, match=r"= Scene\(a0=.*: must be given by name, as scene=…$"):
             call(SCENE)
-    with pytest.raises(TypeError):
-        vd.simulate(SCENE.A, transient=0, periods=1).describe(SCENE)  # whose B is another one
