@@ -1,4 +1,4 @@
-"""Bounds of the errors of a motion, propagated from switch to switch (docs/certainty.md).
+"""Bounds of the errors of a motion, propagated from switch to switch (docs/certified.md).
 
 The acceleration of a slide, ξ'' = H(τ) - s, depends only on the time τ. So the error E of ξ' is constant along a slide,
 except for the rounding of the closed form. If ξ has the error X at the start of the slide, its error is X + E h at the

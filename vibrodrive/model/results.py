@@ -428,17 +428,19 @@ class Results:
         x: str | None = None,
         y: str | None = None,
         limits: tuple[float, float] | None = None,
+        over: Sequence[Any] | Results | None = None,
         ax: Axes | Sequence[Axes] | None = None,
         style: Style | None = None,
         width: Width | None = None,
         notes: bool | None = None,
     ) -> Figure:
-        """Draw a bifurcation diagram, Poincaré sections or a map.
+        """Draw a bifurcation diagram, Poincaré sections, a map or limits.
 
         If neither `kind` nor `quantity` nor `y` is given, the axes and the record determine the kind, whatever the
         number of values. The first condition that is true decides:
 
         - Without an axis: the Poincaré section of the motion.
+        - With the record "limit": the limits over one axis (`vd.plot.limits`), or a map of them.
         - Without sections in the record: a map of the period or, if only impacts are recorded, a diagram of their
           phases.
         - If there are several axes, all of them coordinates of the start (xi0, dxi0, tau0): a map of the last section
@@ -460,6 +462,8 @@ class Results:
             axes.
         limits : (float, float), optional
             range of the quantity (diagram and map); by default that of the values (for a map see `vd.plot.map`).
+        over : list of Bifurcation, Results with the record "limit", or a list with both, optional
+            lines over a map (see `vd.plot.map`).
         ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
             your axes to draw into; by default those of a new figure. They keep their style: the data have the next
             colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second
@@ -486,7 +490,8 @@ class Results:
             result that would be hidden.
         """
         drawn = above("the figure of results")
-        return drawn(self, kind, quantity, x, y, limits, ax=ax, style=style, width=width, notes=notes)
+        lines = {} if over is None else {"over": over}
+        return drawn(self, kind, quantity, x, y, limits, **lines, ax=ax, style=style, width=width, notes=notes)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
