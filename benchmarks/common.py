@@ -1,4 +1,4 @@
-"""Functions shared by the benchmarks: timing in pairs, errors relative to the 50-digit reference, JSON and PNG.
+"""Functions shared by the benchmarks: timing in pairs, switches of the 50-digit reference, JSON and PNG.
 
 Speeds are compared as ratios measured in one run. Each repetition runs all programs (the contestants) one after the
 other. Every second repetition uses the opposite order. The result is the median of the ratios over all repetitions.
@@ -18,7 +18,6 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
-from difflib import SequenceMatcher
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,6 @@ import numpy as np
 from vibrodrive.model.plain import plain
 
 TWO_PI = 2.0 * math.pi
-FAR = 0.5 * math.pi  # two switches correspond if their states are equal and their τ differ by at most this
 RESULTS = Path(__file__).parent / "results"
 
 STYLE: dict[Any, Any] = {
@@ -145,77 +143,29 @@ def ratio(slow: Timing, fast: Timing, per_slow: float = 1.0, per_fast: float = 1
     return float(np.median((a / per_slow) / (b / per_fast)))
 
 
-# -- errors ------------------------------------------------------------------------------------------------
+# -- reference ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Truth:
-    """50-digit reference of one trajectory from rest. Phases and section points are arrays of mpmath numbers."""
+    """Switches of one trajectory from rest, with 50 digits. `phase` is an array of mpmath numbers."""
 
     period: np.ndarray
     phase: np.ndarray
     kinds: list[tuple[int, int]]
-    section: np.ndarray
 
 
 @cache
-def truth(A: float, eps: float, periods: int, section_phase: float = 0.0) -> Truth:
-    """Return switches and section points of the first `periods` periods from rest."""
+def truth(A: float, eps: float, periods: int) -> Truth:
+    """Return the switches of the first `periods` periods from rest."""
     from tests.exact import reference as digits50  # needs mpmath, which only some benchmarks need
 
-    r = digits50.reference(A, 0.1, eps, periods=periods, section_phase=section_phase)
+    switches = digits50.reference(A, 0.1, eps, periods=periods).switches
     return Truth(
-        np.array([s.period for s in r.switches], dtype=np.int64),
-        np.array([s.phase for s in r.switches], dtype=object),
-        [(int(s.before), int(s.after)) for s in r.switches],
-        np.array(r.section, dtype=object),
+        np.array([s.period for s in switches], dtype=np.int64),
+        np.array([s.phase for s in switches], dtype=object),
+        [(int(s.before), int(s.after)) for s in switches],
     )
-
-
-@dataclass(frozen=True)
-class SwitchError:
-    """Errors of switches: the largest difference in τ of two switches that correspond, and the number `wrong` of
-    missed, invented or different switches. `of` is the number of true switches."""
-
-    largest: float
-    wrong: int
-    of: int
-
-
-def switch_error(true: Truth, period: np.ndarray, phase: np.ndarray, before: Any, after: Any) -> SwitchError:
-    """Compare switches with the reference. The two sequences are aligned by the states before and after each switch, so
-    that a missed pair does not affect other switches."""
-    kinds = [(int(b), int(a)) for b, a in zip(before, after, strict=True)]
-    if kinds == true.kinds:
-        pairs = [(i, i) for i in range(len(kinds))]
-    else:
-        matcher = SequenceMatcher(None, true.kinds, kinds, autojunk=False)
-        pairs = [(m.a + i, m.b + i) for m in matcher.get_matching_blocks() for i in range(m.size)]
-    late = []
-    for i, j in pairs:
-        # subtract period numbers, which are small integers, and phases separately, so that no digit is lost
-        apart = float(float(phase[j]) - true.phase[i])
-        late.append(abs(apart + TWO_PI * (int(period[j]) - int(true.period[i]))))
-    near = [x for x in late if x <= FAR]
-    wrong = len(true.kinds) + len(kinds) - 2 * len(near)
-    return SwitchError(max(near, default=math.nan), wrong, len(true.kinds))
-
-
-@cache
-def orbit(A: float, n: int, section_phase: float, settle: int = 1200) -> np.ndarray:
-    """Return the section points p_0 … p_{n−1} of the undisturbed stable n-periodic orbit, float64 (n, 2)."""
-    points = np.array(truth(A, 0.0, settle, section_phase).section[-2 * n :], dtype=float)
-    if np.abs(points[n:] - points[:n]).max() > 1e-13:
-        raise ValueError(f"A = {A}: not {n}-periodic after {settle} periods")
-    return points[n:]
-
-
-def rho(section: np.ndarray, points: np.ndarray) -> float:
-    """Return ρ = max_k |x_k − p_(k+s mod n)| of the section points x_k and the n points p of an orbit, with the best
-    shift s. Return NaN if a section point is missing."""
-    n = len(points)
-    k = np.arange(len(section))
-    return min(float(np.hypot(*(section - points[(k + s) % n]).T).max()) for s in range(n))
 
 
 # -- pictures ----------------------------------------------------------------------------------------------
