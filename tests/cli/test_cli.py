@@ -416,11 +416,9 @@ def test_trajectory_draws_one_motion_and_writes_its_switches(run):
     assert Path("small.png").read_text() == "the diagram of a sweep"
     switches = vd.simulate(A=3.04, transient=50, periods=6).switches
     assert f"small_trajectory.png drawn: {len(switches)} switches\n" in err
-    assert run("trajectory", "small.toml", *options, "-o", "t.csv") == (
-        0,
-        out,
-        f"t.csv written: {len(switches)} switches\n",
-    )
+    code, again, err = run("trajectory", "small.toml", *options, "-o", "t.csv")
+    assert (code, again) == (0, out)
+    assert err.endswith(f"t.csv written: {len(switches)} switches\n")  # the first line may report the compilation
     table = read_table(Path("t.csv"))
     assert [float(row["xi"]) for row in table] == switches["xi"].tolist()
     assert [row["after"] for row in table] == [vd.State(k).name for k in switches["after"]]
@@ -432,7 +430,8 @@ def test_orbits_are_printed_drawn_and_written_and_drawn_over_a_map(run):
     Path("o.toml").write_text(axis + runs + "[orbits]\nmax_period = 2\n")
     (bifurcation,) = vd.bifurcations((2.59, 2.62), max_period=2)
     code, out, err = run("orbits", "o.toml", "-o", "o.csv", "-o", "o.png")
-    assert (code, err) == (0, "o.csv written\no.png drawn\no_multipliers.png drawn\n")
+    assert code == 0
+    assert err.endswith("o.csv written\no.png drawn\no_multipliers.png drawn\n")
     line = out.splitlines()[1]
     assert float(line.split()[0]) == pytest.approx(bifurcation.A, abs=1e-13)
     assert "period doubling" in line

@@ -16,6 +16,7 @@ from vibrodrive.figures.bifurcation import PANEL_ROWS
 from vibrodrive.figures.curves import curve
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
+from vibrodrive.model.records import quantities
 from vibrodrive.model.states import State
 
 PERIODS = 400
@@ -31,6 +32,7 @@ def results(section, status=None, **axes):
         scalars=plan.scalars,
         settings=plan.settings,
         record=("section",),
+        quantities=quantities(("section",)),
         section=section,
         status=status,
         **UNITLESS,

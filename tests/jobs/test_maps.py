@@ -76,6 +76,6 @@ def test_only_limits_and_bifurcations_are_drawn_over_a_map(tmp_path):
     assert limits.k2.shape == (2,)
     assert bifurcation == Exact("fold", 3, 2, 3.19, 0.1)
     for name, words in (("summary.h5", 'record = "limit"'), ("other.csv", "a table of `vibrodrive orbits")):
-        with pytest.raises(ConfigError, match=f"--over = '.*{name}': must be .*{words}"):
+        with pytest.raises(ConfigError, match=f"--over = '.*must be .*{words}"):
             read_overlays([tmp_path / name])
     assert read_overlays([]) == []
