@@ -164,13 +164,11 @@ vd.plot.bifurcation(r, "xi", ax=None).savefig("figure.png")
 lengths: list[int] = list(r.to_xarray().sizes.values()) + [len(motion.to_dataframe("impacts"))]
 motion.plot(("phase", "time"))
 vd.plot.limits([vd.load("limits.h5"), r], ax=None).savefig("figure.png")
-vd.load("limits.h5").plot("bars")  # wrong: argument 1
 vd.load("limits.h5", kind="limits")  # wrong: kind
 vd.simulate(A=3.04, periods="many")  # wrong: periods
 vd.simulate(A=3.04, bogus=3)  # wrong: bogus
 vd.simulate(A=[3.0, 3.1])  # wrong: "A"
 vd.simulate(A=3.04, method="newton")  # wrong: method
-vd.simulate(eps=0.0)  # wrong: "A"
 vd.sweep(A=A, periods=[1, 2])  # wrong: periods
 vd.sweep(A=A, bogus=3)  # wrong: bogus
 vd.sweep(A="3")  # wrong: "A"
