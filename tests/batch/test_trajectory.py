@@ -60,6 +60,7 @@ def test_motion_is_described_in_words():
 SCENE = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
 
 
+@pytest.mark.jit
 def test_machine_is_described_in_si_units():
     motion = vd.simulate(scene=SCENE, transient=1000, periods=252)
     assert motion == vd.simulate(SCENE.A, B=SCENE.B, transient=1000, periods=252)
@@ -99,6 +100,7 @@ def free_velocity(A: float, B: float, steps: int = 20_000) -> float:
     return mean
 
 
+@pytest.mark.jit
 @pytest.mark.parametrize("a0", [0.4e-3, 0.8e-3])
 def test_mass_without_an_obstacle_is_conveyed_down_the_incline(a0):
     scene = replace(SCENE, a0=a0)
@@ -108,6 +110,7 @@ def test_mass_without_an_obstacle_is_conveyed_down_the_incline(a0):
     assert steep["machine"]["conveying"] == -math.inf
 
 
+@pytest.mark.jit
 @pytest.mark.parametrize("omega0", [2e3 * math.pi, 4e4 * math.pi])
 def test_conveying_velocity_has_settled_or_is_not_given(omega0, monkeypatch):
     """The limit for A >> 1 is -a0 Ω0 sin(πB/2). At A = 80 821 a motion from rest reaches it in 10⁵ periods only."""
