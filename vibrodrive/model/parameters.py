@@ -70,6 +70,8 @@ def as_number(key: str, value: object, allowed: str) -> object:
     Any other value is returned unchanged. Raises TypeError with the sentence of `bad` for a masked value, for a time,
     and for a unit, because the number alone is not what was given.
     """
+    if isinstance(value, float) or type(value) is int:  # nearly always
+        return value.item() if hasattr(value, "item") else value
     refuse_unit(key, value, allowed)
     if getattr(value, "shape", None) != () or not hasattr(value, "item"):
         return value

@@ -405,6 +405,8 @@ def _checked(key: str, value: object, place: str = "") -> np.ndarray:
 
     Messages put `place` before the name. Raises TypeError or ValueError.
     """
+    if isinstance(value, float) or type(value) is int:  # nearly always
+        return np.array(check_at(key, value, place + key))
     allowed = PARAMETERS[key].allowed if key in PARAMETERS else "a number or a one-dimensional axis"
     array = real_array(place + key, value, allowed)
     if array.ndim == 0:

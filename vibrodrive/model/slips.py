@@ -47,16 +47,20 @@ def unlikely(plan: Any) -> list[str]:
             meant = f"numpy.linspace({ends}) or, in a configuration, {{start, stop, num}}"
             said.append(f"{name} = {ends}: these are three values (is a range meant, {meant}?)")
     given: dict[str, Any] = {**plan.scalars, **plan.together, **plan.axes}
-    phases, step = np.ravel(given["section_phase"]), np.max(given["dtau"])
-    phase = phases[np.abs(phases).argmax()]
+    phase, (_, step) = max(_ends(given["section_phase"]), key=abs), _ends(given["dtau"])
     if abs(phase) > 2.0 * TURN:
         said.append(f"section_phase = {phase:g}: a phase is in radians, usually below 2π (is it in degrees?)")
     if step > TURN:
         said.append(f"dtau = {step:g}: the step of the grid is longer than the excitation period, 2π")
-    eps = np.min(given["eps"])
+    eps, _ = _ends(given["eps"])
     if eps > 1.0:
         said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
     return said
+
+
+def _ends(values: Any) -> tuple[float, float]:
+    """Return the smallest and the largest of the values of a parameter, fast if there is one."""
+    return (values, values) if isinstance(values, float) else (values.min(), values.max())
 
 
 def _is_range(start: float, stop: float, num: float) -> bool:
