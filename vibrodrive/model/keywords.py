@@ -12,11 +12,11 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Concatenate, ParamSpec, TypeAlias, TypeVar, get_args, get_type_hints
+from typing import Any, Concatenate, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
-from vibrodrive.model.names import PARAMETERS, SCENE
+from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, unknown
 from vibrodrive.model.physical import Scene
 
@@ -34,13 +34,12 @@ R = TypeVar("R")
 def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Callable[P, R]:
     """Wrap `function` so that its first argument is a dictionary of the given arguments in the order of the call.
 
-    Raises TypeError with one sentence for an unknown or missing keyword and for too many positional arguments.
+    Raises TypeError with one sentence for an unknown keyword and for too many positional arguments.
     """
     full = inspect.signature(function)
     public = full.replace(parameters=list(full.parameters.values())[1:])
     names = list(public.parameters)
     known, most = set(names), sum(p.kind != p.KEYWORD_ONLY for p in public.parameters.values())
-    required = [p.name for p in public.parameters.values() if p.default is p.empty]
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -57,11 +56,6 @@ def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Call
             if name not in known:
                 raise TypeError(unknown("argument", name, names))
         written = dict(zip(names, args, strict=False)) | kwargs
-        for name in required:
-            if name not in written:
-                choices = () if name in PARAMETERS else get_args(get_type_hints(function)[name])
-                allowed = "one of " + ", ".join(choices) if choices else PARAMETERS[name].allowed
-                raise TypeError(f"{name} is missing: must be given, {allowed}")
         return function(written, *args, **kwargs)
 
     call.__signature__ = public  # type: ignore[attr-defined]

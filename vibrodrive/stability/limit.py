@@ -151,16 +151,6 @@ class Limit(Found):
         """`last_kept` as a velocity amplitude."""
         return self.as_velocity(self.last_kept)
 
-    @property
-    def rho_kept(self) -> float:
-        """Largest distance of the section points of the motion at `kept_below` from the orbit; NaN if not known."""
-        return self.kept.rho if self.kept is not None else math.nan
-
-    @property
-    def rho_lost(self) -> float:
-        """Largest distance of the section points of the motion at `k2` from the orbit; NaN if not known."""
-        return self.lost.rho if self.lost is not None else math.nan
-
 
 def each_limit(
     arguments: Mapping[str, Any],
