@@ -54,9 +54,8 @@ class Method(NamedTuple):
 
 def methods(eps: float) -> Iterator[Method]:
     """Yield all methods. Of the two adaptive methods of scipy, yield the better one at this ε."""
-    paper = {"method": "muller", "tol": 1e-7, "scan": "literal"}
-    yield Method("Muller on a grid", None, "dtau", decades(-1, -6), paper)
-    yield Method("fixed Δτ", None, "dtau", decades(-1, -6), {"method": "fixed", "scan": "literal"})
+    yield Method("Muller on a grid", None, "dtau", decades(-1, -6), {"method": "muller", "tol": 1e-7})
+    yield Method("fixed Δτ", None, "dtau", decades(-1, -6), {"method": "fixed"})
     yield Method("scan + Newton", "scan_newton", "step", decades(0, -4, 4), {})
     yield Method("RK4 + bisection", "rk4_bisection", "step", decades(-1, -4), {})
     yield Method("heyoka", "heyoka_events", "tol", [*TOLERANCES, *decades(-14, -15, 1)], {})

@@ -21,7 +21,7 @@ FIRST_SIMULATE = "import vibrodrive as vd; vd.simulate(A=3.04, transient=1, peri
 WHOLE_API = (
     FIRST_SWEEP + "; vd.simulate(A=3.04, transient=1, periods=1);"
     "vd.sweep(A=[1.5], method='muller', dtau=1e-3, transient=1, periods=1);"
-    "vd.sweep(A=[1.5], method='fixed', dtau=1e-3, scan='literal', transient=1, periods=1)"
+    "vd.sweep(A=[1.5], method='fixed', dtau=1e-3, transient=1, periods=1)"
 )
 HELP = "import sys; sys.argv = ['vibrodrive', '--help']; from vibrodrive.cli import main; main()"
 PYTHON = "pass"

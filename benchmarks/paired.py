@@ -26,8 +26,6 @@ CASES = {
     " transient=500, periods=50, threads=1)",
     "fixed": "vd.sweep(A=np.linspace(3, 3.06, 128), eps=2e-4, method='fixed', dtau=0.1,"
     " transient=50, periods=50, threads=1)",
-    "literal": "vd.sweep(A=np.linspace(3, 3.06, 16), method='fixed', dtau=0.001, scan='literal',"
-    " transient=10, periods=10, threads=1)",
     "single": "[vd.simulate(A=a, transient=200, periods=50) for a in np.linspace(3, 3.06, 64)]",
     "orbits": "vd.orbits(A=3.04, max_period=3)",
 }

@@ -1,9 +1,9 @@
 """Scaling of a sweep: time over the number of points, periods and threads and over 1/Δτ; memory over the number of
 points.
 
-A straight line of slope 1 means that the time is proportional. If grid points are skipped, the time should not depend
-on 1/Δτ. Memory is the peak of a separate process. This process runs the command line, which writes each block of points
-to a file as soon as the block is complete.
+A straight line of slope 1 means that the time is proportional. The grid methods skip grid points, so their time should
+not depend on 1/Δτ. Memory is the peak of a separate process. This process runs the command line, which writes each
+block of points to a file as soon as the block is complete.
 """
 
 import os
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 import vibrodrive as vd
+from benchmarks import obvious_loop
 from benchmarks.common import arguments, figure, look, paired, say, write
 
 RANGE = (3.0, 3.25)
@@ -69,23 +70,23 @@ def over_periods(quick: bool, repeats: int) -> dict[str, float]:
 
 
 def over_grid(quick: bool, repeats: int) -> dict[str, dict[str, float]]:
-    """Return the CPU time per period in seconds at each Δτ, for both grid methods with both scans (`literal` visits all
-    grid points), and for certified switching."""
+    """Return the CPU time per period in seconds at each Δτ, for both grid methods, for certified switching and for the
+    obvious loop, which visits every grid point."""
     found: dict[str, dict[str, float]] = {}
     steps = (1e-1, 1e-2, 1e-3) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
     for method in ("fixed", "muller"):
-        for scan in ("skip", "literal"):
-            runs: dict[Any, dict[str, Any]] = {}
-            for dtau in steps:
-                # a literal scan of Δτ = 1e-6 has six million points a period
-                periods = 200 if scan == "skip" else max(1, min(200, round(200 * dtau / 1e-4)))
-                runs[dtau] = {
-                    "A": np.linspace(*RANGE, 64), "method": method, "dtau": dtau, "scan": scan,
-                    "transient": 0, "periods": periods, "threads": 1,
-                }  # fmt: skip
-            spent = seconds(runs, repeats)
-            found[f"{method}, {scan}"] = {str(d): spent[str(d)] / (64 * run["periods"]) for d, run in runs.items()}
-            say(f"over 1/Δτ: {method}, {scan}")
+        run = {"A": np.linspace(*RANGE, 64), "method": method, "transient": 0, "periods": 200, "threads": 1}
+        spent = seconds({dtau: {**run, "dtau": dtau} for dtau in steps}, repeats)
+        found[method] = {str(d): spent[str(d)] / (64 * 200) for d in steps}
+        say(f"over 1/Δτ: {method}")
+    # Δτ = 1e-6 has six million points a period
+    periods = {dtau: max(1, min(200, round(200 * dtau / 1e-3))) for dtau in steps}
+    A = np.linspace(*RANGE, 4)
+    loops = {str(dtau): partial(obvious_loop.sweep, A, dtau, periods=n) for dtau, n in periods.items()}
+    found["obvious loop"] = {
+        str(d): t.seconds / (4 * n) for (d, n), t in zip(periods.items(), paired(loops, repeats).values(), strict=True)
+    }
+    say("over 1/Δτ: obvious loop")
     certified = {"A": np.linspace(*RANGE, 64), "transient": 0, "periods": 200, "threads": 1}
     once = seconds({"certified": certified}, repeats)["certified"] / (64 * 200)
     found["certified"] = {str(d): once for d in steps}
@@ -138,7 +139,7 @@ def draw(data: dict[str, Any]):
         ax.set_yscale("log")
     for k, (name, values) in enumerate(data["grid"].items()):
         inverse = {str(1.0 / float(s)): v for s, v in values.items()}
-        curve(c, inverse, r"$1/\Delta\tau$", "CPU time a period (s)", label=name, **look(k, "skip" in name))
+        curve(c, inverse, r"$1/\Delta\tau$", "CPU time a period (s)", label=name, **look(k, name != "obvious loop"))
     handles, labels = c.get_legend_handles_labels()
     free.set_axis_off()
     free.legend(handles, labels, loc="center left", title=r"over $1/\Delta\tau$")

@@ -1,10 +1,9 @@
 """Throughput: excitation periods per second of a sweep over A = 3…3.25, compared with other methods.
 
-Three comparisons use the same sweep. Certified switching in batches is compared with one motion at a time and with
-solvers of the set of switches (benchmarks/switches): hand-written Numba, heyoka and scipy. The literal scan, which
-visits every grid point, is compared with a simple loop over the grid. The setting of the paper (Δτ = 1e-5, Muller to
-1e-7) is compared with certified switching. All programs use one thread. A last measurement of certified switching uses
-all threads.
+All comparisons use the same sweep. Certified switching in batches is compared with one motion at a time, with solvers
+of the set of switches (benchmarks/switches): hand-written Numba, heyoka and scipy, with the setting of the paper
+(Δτ = 1e-5, Muller to 1e-7), and with the obvious loop, which visits every grid point. All programs use one thread. A
+last measurement of certified switching uses all threads.
 
 The first switches of every other program are compared with those of certified switching, so that no program is fast
 only because it is wrong. If the state of a certified motion at ε = 0 repeats bit for bit, the rest of the motion is
@@ -20,10 +19,10 @@ from typing import Any
 import numpy as np
 
 import vibrodrive as vd
+from benchmarks import obvious_loop
 from benchmarks.common import TWO_PI, arguments, environment, figure, paired, ratio, say, write
 from benchmarks.switches import solvers
-from benchmarks.switches.loop import event_loop
-from benchmarks.switches.model import DOWN, STICK, UP, Point, constants, force, gap, jit, velocity
+from benchmarks.switches.model import Point
 
 RANGE = (3.0, 3.25)
 EPS = (0.0, 2e-4)
@@ -98,28 +97,6 @@ def by_solver(events: Callable[..., Any], eps: float, **setting: Any) -> Callabl
     return work
 
 
-@jit
-def locate_obvious(point, setting, state, t0, xi, dxi, end):
-    """Visit every grid point. Return τ of the first point at which the state has ended, True at an impact, and ξ."""
-    sign = 1.0 if state == UP else -1.0
-    k, tau, s = round(t0 / setting[0]), t0, constants(point, sign, t0, xi, dxi)
-    while tau <= end:
-        k += 1
-        tau = k * setting[0]
-        h = force(point, tau)
-        v, x = velocity(point, s, tau), gap(point, s, tau)
-        if state in (UP, DOWN):
-            landed = state == DOWN and x < 0.0
-            if landed or sign * v < 0.0:
-                return tau, landed, x
-        elif h > 1.0 or (state == STICK and h < -1.0):
-            return tau, False, xi
-    return tau, False, xi
-
-
-obvious_loop = event_loop(locate_obvious, compiled=True)
-
-
 def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[str]]:
     """Return all contestants, and the names of missing programs. Each contestant runs some tenths of a second."""
     n, p = (100, 100) if quick else (POINTS, PERIODS)
@@ -128,16 +105,10 @@ def contestants(eps: float, quick: bool) -> tuple[dict[str, Contestant], list[st
     everyone = {
         "certified": Contestant(values(n), p, ours(eps=eps, method="certified")),
         ONE_BY_ONE: Contestant(few, p, one_by_one(eps)),
-        "paper's setting, skipping": Contestant(values(n), p, ours(eps=eps, **paper)),
-        "paper's setting, literal": Contestant(
-            values(10)[:8], 1 if quick else 50, ours(eps=eps, scan="literal", **paper)
-        ),
-        "fixed Δτ = 0.1, skipping": Contestant(values(n), p, ours(eps=eps, method="fixed", dtau=0.1)),
-        "fixed Δτ = 1e-4, literal": Contestant(
-            values(10)[:8], 10 if quick else 100, ours(eps=eps, method="fixed", dtau=1e-4, scan="literal")
-        ),
+        "paper's setting": Contestant(values(n), p, ours(eps=eps, **paper)),
+        "fixed Δτ = 0.1": Contestant(values(n), p, ours(eps=eps, method="fixed", dtau=0.1)),
         "obvious loop, fixed Δτ = 1e-4": Contestant(
-            values(10)[:2], 4 if quick else 20, by_solver(obvious_loop, eps, step=1e-4)
+            values(10)[:2], 4 if quick else 20, by_solver(obvious_loop.events, eps, step=1e-4)
         ),
     }
     if eps == 0.0:
@@ -189,11 +160,8 @@ def one_thread(eps: float, quick: bool) -> dict[str, Any]:
         "eps": eps,
         "periods_per_second": rate,
         "certified_over": ratios,
-        "literal_over_obvious_loop": times_faster("fixed Δτ = 1e-4, literal", "obvious loop, fixed Δτ = 1e-4"),
-        "literal_ns_per_step": 1e9 / (rate["fixed Δτ = 1e-4, literal"] * steps),
         "obvious_ns_per_step": 1e9 / (rate["obvious loop, fixed Δτ = 1e-4"] * steps),
-        "paper_over_certified": times_faster("certified", "paper's setting, skipping"),
-        "paper_skipping_over_literal": times_faster("paper's setting, skipping", "paper's setting, literal"),
+        "paper_over_certified": times_faster("certified", "paper's setting"),
         "computed_over_one_at_a_time": times_faster(computed, ONE_BY_ONE),
         "wrong_share": {name: off(everyone[name], eps) for name in others[1:]},
         "missing": missing,

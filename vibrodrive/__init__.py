@@ -15,7 +15,6 @@ __all__ = [
     "ETA",
     "Method",
     "Results",
-    "Scan",
     "Scene",
     "State",
     "Status",
@@ -33,7 +32,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    **dict.fromkeys(["Method", "Scan", "Status"], "model.choices"),
+    **dict.fromkeys(["Method", "Status"], "model.choices"),
     "limit": "stability.questions",
     "ETA": "model.names",
     "Scene": "model.physical",
@@ -56,7 +55,7 @@ if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory, simulate
     from vibrodrive.explorer.notebook import explore
     from vibrodrive.jobs.call import sweep
-    from vibrodrive.model.choices import Method, Scan, Status
+    from vibrodrive.model.choices import Method, Status
     from vibrodrive.model.names import ETA
     from vibrodrive.model.physical import Scene
     from vibrodrive.model.results import Results

@@ -57,7 +57,7 @@ def impacts():
 CASES = {
     "simulate": simulate(transient=10**9),
     "simulate disturbed": simulate(eps=1e-4, transient=10**9),
-    "simulate literal": simulate(method="muller", dtau=1e-6, scan="literal", transient=10**7),
+    "simulate on a grid": simulate(method="muller", dtau=1e-6, transient=10**9),
     "sweep": sweep(),
     "sweep on one thread": sweep(threads=1),
     "sweep on two threads": sweep(threads=2),
@@ -88,7 +88,7 @@ def prepare() -> None:
     MOTION.sample(1)
     vd.simulate(A=3.04, eps=1e-4, transient=0, periods=1)
     for method in ("fixed", "muller"):
-        vd.simulate(A=3.04, method=method, dtau=1e-2, scan="literal", transient=0, periods=1)
+        vd.simulate(A=3.04, method=method, dtau=1e-2, transient=0, periods=1)
     vd.sweep(A=[3.0, 3.04], eps=[0.0, 1e-4], transient=0, periods=1)
     vd.limit(3.04, transient=20, periods=10)
     vd.orbits(3.04)

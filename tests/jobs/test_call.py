@@ -50,7 +50,7 @@ def command(*arguments):
         {"A": [3.04]},
         {"eps": np.geomspace(1e-6, 1e-2, 33), "A": np.linspace(3, 3.25, 1000)},
         {"A": np.random.default_rng(1).random(500), "B": [0.1, 0.2, 0.25], "record": ["summary", "impacts"]},
-        {"A": np.linspace(3.25, 3, 7), "dtau": [0.1, 1e-5], "method": "fixed", "scan": "literal", "budget": 7},
+        {"A": np.linspace(3.25, 3, 7), "dtau": [0.1, 1e-5], "method": "fixed", "budget": 7},
         {"A": [1e9, 0.0, 5e-324, 0.1 + 0.2], "tau0": -0.0, "dxi0": -1.5, "section_phase": [1, 2, 3, 4]},
         {"A": np.linspace(3, 4, 5) * [1, 1 + 1e-12, 1, 1, 1], "eps": np.geomspace(1, 9, 4) * [1, 1 + 1e-12, 1, 1]},
         {"A": np.full(5, 2.0), "tol": 1e-9, "method": "muller", "dtau": 0.5, "eta": 3, "xi0": np.arange(4)},

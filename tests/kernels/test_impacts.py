@@ -17,7 +17,6 @@ PATHS = {
     "disturbed": {"eps": 2e-4},
     "muller": {"method": "muller", "dtau": 1e-3},
     "muller, disturbed": {"method": "muller", "dtau": 1e-3, "eps": 1e-4},
-    "muller, literal": {"method": "muller", "dtau": 1e-2, "scan": "literal"},
     "fixed": {"method": "fixed", "dtau": 0.05},
     "fixed, disturbed": {"method": "fixed", "dtau": 0.05, "eps": 1e-4},
     "from another phase": {"tau0": 2.5},

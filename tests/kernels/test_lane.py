@@ -13,7 +13,6 @@ from vibrodrive.kernels import codes, lane
 SHARED = {
     "a search begins in first_zero.py or undisturbed.py, and each way to search moves its cursor": ["CURSOR"],
     "a search for the end of a stick may change to the other side of S4": ["SIG", "SEARCH"],
-    "a literal scan records the points that it has visited": ["LAST_NONNEGATIVE"],
     "margins.py clears the smallest distance from a zero at each new state": ["DIP_DENOMINATOR"],
     "each kind of search sets its outcome": ["OUTCOME"],
     "each module counts its own evaluations": ["WORK"],

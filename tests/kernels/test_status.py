@@ -107,11 +107,9 @@ def test_samples_end_with_the_last_computed_switch():
 
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
-@pytest.mark.parametrize("scan", ["skip", "literal"])
-def test_budget_ends_a_very_long_scan(method, scan):
-    """A literal scan of 6e10 points exceeds the budget, because each evaluated point counts. Skipped points do not."""
-    t = vd.simulate(A=1.5, method=method, dtau=1e-10, scan=scan, transient=0, periods=1, budget=20_000)
-    assert t.status == (Status.BUDGET if scan == "literal" else Status.OK)
+def test_skipped_grid_points_do_not_count_in_the_budget(method):
+    t = vd.simulate(A=1.5, method=method, dtau=1e-10, transient=0, periods=1, budget=20_000)  # a grid of 6e10 points
+    assert t.status == Status.OK
 
 
 @pytest.mark.parametrize("eps", [0.0, 1e-6])

@@ -39,14 +39,14 @@ def test_axis_has_exact_ends():
 def test_every_table():
     config = parse(
         'title = "T"\n[model]\nB = 0.2\neta = 50\ntau0 = 1\n[sweep]\nA = 3\n'
-        '[switching]\nmethod = "muller"\ndtau = 1e-3\ntol = 1e-9\nscan = "literal"\n'
+        '[switching]\nmethod = "muller"\ndtau = 1e-3\ntol = 1e-9\n'
         "[run]\ntransient = 7\nperiods = 8\nsection_phase = 0.5\nbudget = 99\n"
         '[figure]\nkind = "poincare"\nquantity = "xi"\nlimits = [-1, 2]\nx = "A"\n'
         '[trajectory]\nperiods = 3\ncurves = ["phase"]\n'
     )
     plan = config.plan()
     s = plan.settings
-    assert (s.method, s.scan, s.transient, s.periods, s.budget) == (Method.MULLER, 1, 7, 8, 99)
+    assert (s.method, s.transient, s.periods, s.budget) == (Method.MULLER, 7, 8, 99)
     expected = {"B": 0.2, "eta": 50.0, "tau0": 1.0, "dtau": 1e-3, "tol": 1e-9, "section_phase": 0.5}
     assert {k: plan.scalars[k] for k in expected} == expected
     assert config.title == "T"

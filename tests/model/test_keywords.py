@@ -19,14 +19,13 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.model.choices import Method, Scan
+from vibrodrive.model.choices import Method
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import PARAMETERS, SCENE, Settings
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 
 ROOT = Path(__file__).parent.parent.parent
-CHOICES = {"method": Method, "scan": Scan}
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit]
 OWN = {
     vd.simulate: {"A": None, "scene": None},
@@ -54,8 +53,7 @@ def defaults_of_the_model():
     known |= {"A": inspect.Parameter.empty, "dtau": None, "tol": None}
     assert math.isnan(PARAMETERS["dtau"].default)
     for field in fields(Settings):
-        choices = CHOICES.get(field.name)
-        known[field.name] = choices(field.default).name.lower() if choices else field.default
+        known[field.name] = Settings().words[field.name]
     return known
 
 
@@ -74,7 +72,7 @@ def test_signatures_show_every_keyword_and_its_default(function):
 def test_omitted_arguments_have_the_default_of_the_signature():
     motion = vd.simulate(A=1.5, transient=0, periods=1)
     shown = {name: p.default for name, p in inspect.signature(vd.simulate).parameters.items()}
-    shown |= {"A": 1.5, "transient": 0, "periods": 1, "method": Method.CERTIFIED, "scan": Scan.SKIP}
+    shown |= {"A": 1.5, "transient": 0, "periods": 1, "method": Method.CERTIFIED}
     del shown["scene"]  # A and B of the scene are arguments
     assert motion.arguments | {"dtau": None, "tol": None} == shown
     assert motion.arguments["tol"] == 1e-7
@@ -152,7 +150,7 @@ import numpy as np
 import vibrodrive as vd
 
 A = np.linspace(3.0, 3.25, 10)
-motion = vd.simulate(3.04, eps=0, B=0.1, eta=vd.ETA, method="certified", dtau=None, tol=None, scan="literal")
+motion = vd.simulate(3.04, eps=0, B=0.1, eta=vd.ETA, method="certified", dtau=None, tol=None)
 motion = vd.simulate(A=3.04, method=vd.Method.FIXED, dtau=1e-3, periods=10)
 r = vd.sweep(A=A, eps=[0, 2e-4], dtau=(1e-3, 1e-2), method="muller", threads=2, executor=None)
 k = vd.limit(3.04, "dtau", method="fixed", periods=100, threads=1)

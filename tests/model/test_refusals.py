@@ -43,7 +43,6 @@ REFUSED = {
     "simulate dxi0": ("dxi0", lambda v: vd.simulate(A=3, dxi0=v, **SHORT), OPTIONAL),
     "simulate dtau": ("dtau", lambda v: vd.simulate(A=3, method="fixed", dtau=v, **SHORT), [*OPTIONAL, 0.0]),
     "simulate method": ("method", lambda v: vd.simulate(A=3, method=v), TEXT),
-    "simulate scan": ("scan", lambda v: vd.simulate(A=3, scan=v), TEXT),
     "simulate periods": ("periods", lambda v: vd.simulate(A=3, periods=v), [*COUNT, 10**12]),
     "simulate budget": ("budget", lambda v: vd.simulate(A=3, budget=v), COUNT),
     "sample": ("points_per_period", lambda v: vd.simulate(A=3, **SHORT).sample(v), COUNT),

@@ -280,7 +280,7 @@ def test_shared_parameters_are_attributes(finished):
             assert data.attrs[name] == plan.scalars[name]
         for name in ("transient", "periods", "budget"):
             assert data.attrs[name] == getattr(plan.settings, name)
-        assert (data.attrs["method"], data.attrs["scan"], data.attrs["record"]) == ("certified", "skip", "section")
+        assert (data.attrs["method"], data.attrs["record"]) == ("certified", "section")
         assert not {"A", "eps", "dtau"} & set(data.attrs)  # axes and parameters without effect are no attributes
         told = data.attrs["comment"]
         assert [name for name in plan.scalars if name not in ("eps", "dtau") and f"{name}: " not in told] == []

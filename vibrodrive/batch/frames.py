@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibrodrive.model.choices import Method, Scan, Status
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Measure
 from vibrodrive.model.states import State
@@ -49,10 +49,9 @@ def frame(
     for name in {"before", "after"} & known.keys():
         known[name] = pandas.Categorical(known[name], [str(s) for s in State])
     found = pandas.DataFrame(known)
-    named = {"method": Method, "scan": Scan}
-    given = {name: value for name, value in arguments.items() if value == value}
-    found.attrs = {name: named[name](value).name.lower() if name in named else value for name, value in given.items()}
-    found.attrs |= {"status": str(status), "units": {n: unit.si for n, unit in units.items() if unit.si != "1"}}
+    found.attrs = {name: value for name, value in arguments.items() if value == value}
+    found.attrs |= {"method": Method(arguments["method"]).name.lower(), "status": str(status)}
+    found.attrs |= {"units": {n: unit.si for n, unit in units.items() if unit.si != "1"}}
     return found
 
 

@@ -22,7 +22,7 @@ from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
 from vibrodrive.model.above import above
-from vibrodrive.model.choices import Method, MethodLike, ScanLike, Status
+from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, check_count
@@ -133,7 +133,7 @@ class Trajectory:
     evaluations : int
         number of evaluations of switching functions.
     arguments : dict
-        all arguments by name, with their defaults; method and scan are the integers of `Method` and `Scan`.
+        all arguments by name, with their defaults; method is the integer of `Method`.
 
     Examples
     --------
@@ -171,7 +171,7 @@ class Trajectory:
     def __eq__(self, other: object) -> bool:
         """Return True if arguments and results are equal to the bit (NaN equals NaN).
 
-        Motions with different arguments (method, scan, …) are not equal: compare their switches or sections.
+        Motions with different arguments (method, …) are not equal: compare their switches or sections.
         """
         if not isinstance(other, Trajectory):
             return NotImplemented
@@ -400,7 +400,6 @@ def simulate(
     transient: int = 1000,
     periods: int = 250,
     section_phase: float = 0.0,
-    scan: ScanLike = "skip",
     budget: int = 100_000,
 ) -> Trajectory:
     """Simulate one trajectory of the oscillator, eqs. (1)-(10) and the scheme of Fig. 2.
@@ -434,9 +433,6 @@ def simulate(
         number of excitation periods before the record, and number of excitation periods of the record.
     section_phase : float
         phase φ_s of the Poincaré section in radians.
-    scan : "skip" or "literal"
-        "skip" omits grid points at which a sign change is proved to be impossible; "literal" evaluates each grid point.
-        The results are the same to the bit.
     budget : int
         largest number of switches in one excitation period. Evaluations of switching functions also count, with a
         small weight. A motion that exceeds the budget, for example by chattering, ends with the status BUDGET.

@@ -14,7 +14,7 @@ from typing import Any
 
 from vibrodrive.jobs.progress import Tally, make_display, shown
 from vibrodrive.model.block import Block
-from vibrodrive.model.choices import MethodLike, ScanLike
+from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
@@ -45,7 +45,6 @@ def sweep(
     transient: int = 1000,
     periods: int = 250,
     section_phase: Axis = 0.0,
-    scan: ScanLike = "skip",
     budget: int = 100_000,
     record: str | Callable[[Any], Any] | Sequence[str | Callable[[Any], Any]] = "section",
     points: Points | None = None,
@@ -69,7 +68,7 @@ def sweep(
     A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
         as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of this length, even if n = 1. The axes
         have the order of the keywords in the call. A is required, as this argument or in `points`.
-    method, transient, periods, scan, budget
+    method, transient, periods, budget
         as in `simulate`, for all points.
     record : "section", "impacts", "summary" or "error", or several of them
         quantities to record. "section": the section points. "impacts": the main impacts, which have no faster impact

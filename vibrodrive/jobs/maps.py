@@ -28,7 +28,7 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
     from vibrodrive.stability.structure import SETTLING, WATCHED
 
     s = results.settings
-    settings = Settings(int(Method.CERTIFIED), s.scan, max(SETTLING, s.transient), WATCHED, s.budget)
+    settings = Settings(int(Method.CERTIFIED), max(SETTLING, s.transient), WATCHED, s.budget)
     axes = {name: values for name, values in results.axes.items() if name not in NONE}
     plan = Plan(axes, {**results.scalars, **NONE}, settings, record=(SUMMARY,))
     gaps = Results.collect(plan, run_blocks(plan)).gaps.astype(np.int64)

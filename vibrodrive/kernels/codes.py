@@ -3,14 +3,12 @@
 `kernels/__init__.py` explains the terms.
 """
 
-from vibrodrive.model.choices import Method, Scan, Status
+from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.states import State
 
 UP, DOWN, STICK, REST, IMPACT = (int(s) for s in State)
 
 FIXED, MULLER, CERTIFIED = int(Method.FIXED), int(Method.MULLER), int(Method.CERTIFIED)
-
-LITERAL = int(Scan.LITERAL)
 
 OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
     int(s) for s in (Status.OK, Status.TOO_CLOSE, Status.NEVER_LEAVES, Status.BUDGET)
@@ -19,7 +17,7 @@ OK, TOO_CLOSE, NEVER_LEAVES, BUDGET = (
 
 MULLER_BRACKETED, FIXED_BRACKETED = -1, -2
 """Values that replace MULLER and FIXED in a sweep at ε = 0, where a search in a bracket replaces the scan of the grid
-(switch_grid.py). With a literal scan the method remains MULLER or FIXED."""
+(switch_grid.py)."""
 
 
 CONTINUE, STRETCHED, END = 0, -1, -2

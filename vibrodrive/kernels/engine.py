@@ -9,7 +9,7 @@ ordinary switches are loops over lanes that vectorise. All other switches are pr
 
 The cycles of a motion that repeats itself are copied (recurrence.py). If the trajectory of a lane ends, the lane begins
 the next point in the same pass. Lanes are independent, so the bits of a trajectory depend only on its point. Single
-trajectories and literal scans have another loop (single.py). `kernels/__init__.py` explains the terms.
+trajectories have another loop (single.py). `kernels/__init__.py` explains the terms.
 """
 
 from functools import cache
@@ -173,7 +173,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
         """Take points by the counter and compute their trajectories, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
         w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
-        points, order, lanes = a.points, a.order, a.numbers[4]
+        points, order, lanes = a.points, a.order, a.numbers[3]
         extent = extent_of(a.numbers, switch.SEARCH_PRICE)
         section, outcome = a.section, Outcome(a.status, a.margin, a.counts, a.work)
         impacts = a.impacts if recorded else None

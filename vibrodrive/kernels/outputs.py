@@ -31,9 +31,9 @@ class Extent(NamedTuple):
 
 
 def numbers_of(settings: Settings, lanes: int) -> np.ndarray:
-    """Return (transient, periods, budget, literal, lanes), int64 (5,); `lanes` is the number of lanes to use."""
+    """Return (transient, periods, budget, lanes), int64 (4,); `lanes` is the number of lanes to use."""
     s = settings
-    return np.array([s.transient, s.periods, s.budget, s.literal, lanes], np.int64)
+    return np.array([s.transient, s.periods, s.budget, lanes], np.int64)
 
 
 @inline

@@ -1,15 +1,14 @@
 """Loop for trajectories that are computed one by one.
 
-These are single trajectories whose switches are recorded, and literal scans, which vectorise along their grid. Each
-search runs to its end in registers, whereas the searches of a batch (engine.py) are in memory. The trajectory is in
-lane 0. `kernels/__init__.py` explains the terms.
+These are single trajectories whose switches are recorded. Each search runs to its end in registers, whereas the
+searches of a batch (engine.py) are in memory. The trajectory is in lane 0. `kernels/__init__.py` explains the terms.
 """
 
 from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index
 from vibrodrive.jit.compile import inline_each, jit, part, part_each
-from vibrodrive.kernels import arguments, event, first_zero, history, literal_scan, record, setup, switch, undisturbed
+from vibrodrive.kernels import arguments, event, first_zero, history, record, setup, switch, undisturbed
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
 from vibrodrive.kernels.outputs import Errors, Log, Outcome, Recorder, extent_of
@@ -43,12 +42,10 @@ def follow_on_grid(w, fast):
 
 
 @inline_each("method")
-def follow(w, k, table, method, literal):
-    """Continue the search in lane 0. `literal` is true for a literal scan, which uses `table`."""
+def follow(w, k, method):
+    """Continue the search in lane 0."""
     if method == CERTIFIED:
         follow_certified(w, k)
-    elif literal:
-        literal_scan.scan(w, k, 0, table)
     elif w[r.AF] > 0.0:
         follow_on_grid(w, True)
     else:
@@ -67,10 +64,8 @@ def single(method: int, recorded: bool, bounded: bool):
     def run(address):
         """Take points by the counter and compute their trajectories, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
-        w, table, k = a.lanes_w[0], a.lanes_w[1], a.lanes_k[0]
-        literal = a.numbers[3] != 0
-        price = switch.SCAN_PRICE if literal else switch.SEARCH_PRICE
-        extent = extent_of(a.numbers, price)
+        w, k = a.lanes_w[0], a.lanes_k[0]
+        extent = extent_of(a.numbers, switch.SEARCH_PRICE)
         section, impacts, outcome = a.section, a.impacts, Outcome(a.status, a.margin, a.counts, a.work)
         log = Log(a.rows, a.stored)
         recorder = Recorder(a.history, a.totals, a.summary) if recorded else None
@@ -83,10 +78,8 @@ def single(method: int, recorded: bool, bounded: bool):
                 if c >= a.order.shape[0]:
                     return 0
                 under_way = setup.load(w, k, 0, a.points, a.order[c], method, extent, section, log, errors)
-                if under_way and method != CERTIFIED and literal:
-                    literal_scan.fill_tables(table, w[r.DTAU], w[r.ETA])
             if under_way:
-                follow(w, k, table, method, literal)
+                follow(w, k, method)
                 if w[r.OUTCOME] == NOTHING:
                     continue
                 under_way = event.process_event(w, k, 0, method, extent, section, impacts, recorder, log, errors)

@@ -13,9 +13,9 @@ from vibrodrive.kernels import lane as r
 from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, S4, S5, STICK, UP, WRITE_POINT
 
-SEARCH_PRICE, SCAN_PRICE = 1e-2, 1e-5
-"""Costs of one evaluation in a search, and of one grid point of a literal scan. The unit is the cost of a switch. They
-are parts of the cost of a period, which the budget limits."""
+SEARCH_PRICE = 1e-2
+"""Cost of one evaluation in a search, in the unit of the cost of a switch. It is a part of the cost of a period, which
+the budget limits."""
 
 STEEP_COST = 1.0 / SEARCH_PRICE  # number of evaluations that cost as much of the budget as one switch
 

@@ -1,4 +1,4 @@
-"""Choices that kernels take as integers: method of the search, scan of the grid, status of a trajectory.
+"""Choices that kernels take as integers: method of the search, status of a trajectory.
 
 This module imports no other module of the package. An edit of this module recompiles every kernel.
 """
@@ -44,25 +44,6 @@ the motions one by one."""
 def used_by(name: str) -> str:
     """Return the names of the methods that use `dtau` or `tol`, for messages."""
     return " and ".join(method.name.lower() for method in ACTS_ON[name])
-
-
-class Scan(Named):
-    """Grid points that `fixed` and `muller` evaluate. Both choices give bitwise equal results.
-
-    Examples
-    --------
-    >>> import vibrodrive as vd
-    >>> grid = {"method": "fixed", "dtau": 0.01, "transient": 0, "periods": 5}
-    >>> skip, literal = (vd.simulate(1.5, **grid, scan=scan) for scan in vd.Scan)
-    >>> bool((skip.section == literal.section).all())
-    True
-    """
-
-    SKIP = 0  # skip grid points at which a sign change is proved impossible
-    LITERAL = 1  # visit every grid point
-
-
-ScanLike: TypeAlias = Scan | Literal["skip", "literal"]
 
 
 class Status(Named):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from vibrodrive.model.choices import IN_LANES, Method, Scan
+from vibrodrive.model.choices import IN_LANES, Method
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -105,7 +105,6 @@ each point. Exactly one of `omega0` and `frequency` is given."""
 
 SETTINGS: dict[str, Name] = {
     "method": Name("method of finding switches", "method", "", "switching", Method.CERTIFIED, choices=Method),
-    "scan": Name("scan of the grid", "scan", "", "switching", Scan.SKIP, choices=Scan),
     "transient": Name(
         "excitation periods before the record begins", "transient", "", "run", 1000, slider=(0, 2000, 10)
     ),
@@ -149,7 +148,6 @@ class Settings:
     """Settings common to all points of a sweep."""
 
     method: int = _default("method")
-    scan: int = _default("scan")
     transient: int = _default("transient")
     periods: int = _default("periods")
     budget: int = _default("budget")
@@ -161,20 +159,15 @@ class Settings:
 
     @property
     def words(self) -> dict[str, int | str]:
-        """All settings by name, with method and scan as in a configuration."""
-        return vars(self) | {"method": self.method_name, "scan": Scan(self.scan).name.lower()}
-
-    @property
-    def literal(self) -> bool:
-        """True if every grid point is visited. It is False for `certified`, which has no grid."""
-        return self.scan == Scan.LITERAL and self.method != Method.CERTIFIED
+        """All settings by name, with the method as in a configuration."""
+        return vars(self) | {"method": self.method_name}
 
     def one_by_one(self, bounded: bool) -> bool:
         """Return True if the points of a sweep are computed one by one, not in batches.
 
         `bounded` states whether error bounds are recorded, which the method FIXED does not compute.
         """
-        return self.literal or self.method not in IN_LANES or (bounded and self.method != Method.FIXED)
+        return self.method not in IN_LANES or (bounded and self.method != Method.FIXED)
 
     def work(
         self, A: float, B: float, eps: float, eta: float, dtau: float, *, summary: bool = False, bounded: bool = False
@@ -193,8 +186,6 @@ class Settings:
         period, switch = COSTS[Method(self.method)]
         if alone:
             period, switch = 2.5, 6.0 * switch
-        if self.literal:
-            period += 0.0045 * TURN / dtau
         if eps > 0.0:
             rest, slow = 1.5 * eps * eta**2, 0.35 * eps * eta
             share = (1.0 if A < 2.0 + 6.0 * B else 0.125) * rest / (1.0 + rest) + slow / (1.0 + 2.0 * slow)

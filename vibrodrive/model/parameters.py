@@ -171,7 +171,7 @@ def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
 
 
 def check_choice(name: str, value: object, choices: type[IntEnum]) -> int:
-    """Return the int of a method or scan that is given as a member or by its name, in upper or lower case."""
+    """Return the int of a method that is given as a member or by its name, in upper or lower case."""
     names = [m.name.lower() for m in choices]
     if isinstance(value, choices):
         return int(value)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.choices import ACTS_ON, Method, Scan, used_by
+from vibrodrive.model.choices import ACTS_ON, Method, used_by
 from vibrodrive.model.names import AXES, PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
 from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, with_A_and_B
@@ -148,7 +148,7 @@ class Plan:
         point |= dict.fromkeys(idle(s.method))
         if point["dtau"] is not None and math.isnan(point["dtau"]):  # no grid step
             point["dtau"] = None
-        return point | vars(s) | {"method": Method(s.method), "scan": Scan(s.scan)}
+        return point | vars(s) | {"method": Method(s.method)}
 
     @property
     def sought(self) -> str:

@@ -9,7 +9,7 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import slips
 from vibrodrive.model.above import above
-from vibrodrive.model.choices import MethodLike, ScanLike
+from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.physical import Scene
@@ -41,7 +41,6 @@ def limit(
     transient: int = 1000,
     periods: int = PERIODS,
     section_phase: float = 0.0,
-    scan: ScanLike = "skip",
     budget: int = 100_000,
     threads: int | None = None,
 ) -> Limit:
@@ -69,7 +68,7 @@ def limit(
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
-    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, scan, budget
+    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget
         as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
         number of threads; by default the number of threads of Numba (`numba.set_num_threads`).

@@ -25,7 +25,7 @@ def plain(plan: Plan) -> dict[str, Any]:
 
 
 def settings_in_words(plan: Plan) -> dict[str, Any]:
-    """Return the settings of a plan by name. The method and the scan are texts."""
+    """Return the settings of a plan by name. The method is a text."""
     return plan.settings.words | {"record": ", ".join(plan.record)}
 
 

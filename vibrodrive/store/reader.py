@@ -191,7 +191,7 @@ class Report:
         found += [
             ("fixed", numbers({name: value for name, value in shared.items() if name in plan.scalars})),
             ("record", ", ".join(map(str, plan.record))),
-            ("switches", f"{shared['method']}, scan {shared['scan']}"),
+            ("switches", str(shared["method"])),
             ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
         ]
         return found + [("status", f"{name}: {points} points") for name, points in self.statuses.items()]
