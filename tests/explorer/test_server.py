@@ -12,7 +12,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from http.client import HTTPConnection
 
-import click
 import numba
 import pytest
 
@@ -259,12 +258,6 @@ def test_command_opens_a_link_without_its_token(link, monkeypatch):
     monkeypatch.setattr(Explorer, "run", lambda explorer: (seen.append(explorer.view), explorer.close()))
     explore.main(["--no-browser", "--port", "0", link], standalone_mode=False)
     assert [(view.low, view.eps) for view in seen] == [(3.0, 2e-4)]
-
-
-@pytest.mark.parametrize("option", [["--set", "eps=0"], ["--method", "fixed"]])
-def test_link_with_a_configuration_option_is_refused(option):
-    with pytest.raises(click.ClickException, match="--set and --method: must be left out without a configuration file"):
-        explore.main(["--no-browser", *option, "?low=3.0"], standalone_mode=False)
 
 
 def test_port_in_use_is_refused_in_one_line(explorer):

@@ -24,10 +24,22 @@ from vibrodrive.cli.plot import plot
 from vibrodrive.cli.sweep import sweep
 from vibrodrive.cli.trajectory import trajectory
 from vibrodrive.jobs.signals import catch
+from vibrodrive.model.parameters import bad
 from vibrodrive.version import __version__
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class _Commands(click.Group):
+    """Commands by their names. click would answer `limits` by the similar name `init`, which does something else."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in self.commands:
+            raise click.UsageError(bad("command", args[0], "one of " + ", ".join(self.commands)))
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, message="%(prog)s %(version)s")
 def cli() -> None:
     """Simulate a mass on a vibrating incline with friction and impacts, for many parameter values.
@@ -54,8 +66,9 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     catch(_on_signal)
     warnings.showwarning = lambda message, *place: say(f"warning: {message}")
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # the encoding of pipes on Windows does not contain ξ
+        if isinstance(stream, io.TextIOWrapper):  # the encoding of a terminal need not contain ξ
             stream.reconfigure(errors="replace")
+    arguments = list(arguments or sys.argv[1:]) or ["--help"]
     code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
     if message:
         print(f"vibrodrive: {message}", file=sys.stderr)

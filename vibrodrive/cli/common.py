@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from vibrodrive.errors import ConfigError, Damaged
-from vibrodrive.model.choices import Method, used_by
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, is_name
 
@@ -45,11 +44,6 @@ SET = click.option(
     multiple=True,
     help="Set an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
 )
-METHOD = click.option(
-    "--method",
-    type=click.Choice([method.name.lower() for method in reversed(Method)]),
-    help=f"Method that finds the switches (default: the method of CONFIG, or certified); {used_by('dtau')} need dtau.",
-)
 OUTPUTS = click.option(
     "-o",
     "--output",
@@ -58,27 +52,12 @@ OUTPUTS = click.option(
     multiple=True,
     help="Table (.csv) or figure (.png, .pdf, .svg), by the ending; repeatable (default: a figure).",
 )
-OVERWRITE = click.option("--overwrite", is_flag=True, help="Replace an existing result file; do not use its contents.")
-THREADS = click.option("--threads", type=click.IntRange(min=1), help="Number of threads (default: all cores).")
 
 
-JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, for other programs.")
-
-
-def put_json(content: object) -> None:
-    """Print a JSON document. NaN and infinities become null."""
-    import json
-
-    from vibrodrive.model.plain import plain
-
-    click.echo(json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False))
-
-
-def read(config: Path, overrides: tuple[str, ...], method: str | None) -> Config:
+def read(config: Path, overrides: tuple[str, ...] = ()) -> Config:
     from vibrodrive.model import config as configuration
 
-    flags = (f"switching.method={method}",) if method else ()
-    return configuration.read(config, (*overrides, *flags))
+    return configuration.read(config, overrides)
 
 
 def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Path | None, Path | None]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, METHOD, SET, THREADS, judge_slip, read
+from vibrodrive.cli.common import FILE, judge_slip, read
 
 
 @click.command()
@@ -16,17 +16,7 @@ from vibrodrive.cli.common import FILE, METHOD, SET, THREADS, judge_slip, read
     help="Port of the page; 0 selects any free port (default: 6283, or any free port if 6283 is in use).",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
-@SET
-@METHOD
-@THREADS
-def explore(
-    config: Path | None,
-    port: int | None,
-    no_browser: bool,
-    overrides: tuple[str, ...],
-    method: str | None,
-    threads: int | None,
-) -> None:
+def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
     """Show interactive diagrams in the browser.
 
     CONFIG is a configuration, or a link that the page has saved ("link to this view"). The page then begins with the
@@ -36,20 +26,16 @@ def explore(
     """
     if find_spec("bokeh") is None:
         raise click.ClickException("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
-    link = config is not None and "?" in config.name and not config.exists()
-    if (config is None or link) and (overrides or method):
-        allowed = "left out without a configuration file, because they change its keys"
-        raise click.ClickException(f"--set and --method: must be {allowed}")
     from vibrodrive.explorer.controls import part_shown
     from vibrodrive.explorer.session import read_address
     from vibrodrive.explorer.view import View, view_of
 
     try:
         view = View()
-        if config is not None and link:
+        if config is not None and "?" in config.name and not config.exists():
             view = read_address(config.name.partition("?")[2])
         elif config is not None:
-            settings = read(config, overrides, method)
+            settings = read(config)
             judge_slip(settings)
             view = view_of(settings)
             click.echo(f"shows {part_shown(view, settings.plan())}", err=True)
@@ -58,7 +44,7 @@ def explore(
     from vibrodrive.explorer.server import Explorer
 
     try:
-        explorer = Explorer(view, port, threads)
+        explorer = Explorer(view, port)
     except ValueError as error:
         raise click.ClickException(f"--{error}") from None
     except OSError as error:

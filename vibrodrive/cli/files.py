@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, JSON, put_json, say
+from vibrodrive.cli.common import FILE, say
 
 
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("--check", is_flag=True, help="Read the complete file and check it; exit code 1 if a part is damaged.")
-@JSON
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, for other programs.")
 def info(file: Path, check: bool, as_json: bool) -> None:
     """Show the contents and the progress of a result file.
 
@@ -22,6 +23,7 @@ def info(file: Path, check: bool, as_json: bool) -> None:
     libraries; on stderr the parts that are damaged, with what to do. An incomplete file is not an error.
     """
     from vibrodrive.jobs.progress import Show
+    from vibrodrive.model.plain import plain
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import contradictions, look, verify
 
@@ -40,7 +42,8 @@ def info(file: Path, check: bool, as_json: bool) -> None:
         faults += contradictions(found.header)
     if as_json:
         about = {"file": str(file), "title": title, "computed": found.share, **found.facts(), "versions": versions}
-        put_json(about | {"damaged": faults, "bytes": size, "written": written})
+        about |= {"damaged": faults, "bytes": size, "written": written}
+        click.echo(json.dumps(plain(about), indent=1, ensure_ascii=False, allow_nan=False))  # NaN and ∞ as null
     else:
         lines = [
             ("computed", f"{100 * found.share:.1f} %"),

@@ -4,34 +4,31 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, say
+from vibrodrive.cli.common import say
 
 
 @click.command()
 @click.argument("name", required=False)
-@click.option("-o", "--output", type=FILE, help="File to write (default: NAME.toml in this directory).")
-def init(name: str | None, output: Path | None) -> None:
+def init(name: str | None) -> None:
     """List the supplied configurations, or write one of them.
 
     Without NAME: print the name and title of each configuration.
 
-    With NAME: write the configuration NAME, with comments, and print the commands that use it. An existing file is not
-    replaced.
+    With NAME: write the configuration NAME.toml, with comments, and print the commands that use it. An existing file is
+    not replaced.
     """
     from vibrodrive.model.packaged import configurations, titles
     from vibrodrive.model.parameters import bad
 
     known = titles()
     if name is None:
-        if output is not None:
-            raise click.ClickException(bad("output", str(output), "given with the NAME of a configuration"))
         wide = max(map(len, known))
         for each, title in known.items():
             click.echo(f"{each:<{wide}}  {title}")
         return
     if name not in known:
         raise click.ClickException(bad("name", name, "one of " + ", ".join(known)))
-    target = output or Path(f"{name}.toml")
+    target = Path(f"{name}.toml")
     text = (configurations() / f"{name}.toml").read_text(encoding="utf-8")
     # comments contain the paths of configurations in a checkout
     text = text.replace(f"configs/{name}.toml", str(target)).replace("configs/", "")

@@ -25,7 +25,7 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     Output: the bifurcations on stdout; the figures, which are the bifurcation diagram and the multipliers, or the plane
     of A and B; and, with -o FILE.csv, a table of all orbits and bifurcations.
     """
-    settings = common.read(config, overrides, None)
+    settings = common.read(config, overrides)
     common.judge_idle(settings)
     common.judge_slip(settings, always=True)
     table, picture = common.targets(outputs, Path(config.stem + ".png"), config)

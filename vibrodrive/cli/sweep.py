@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import click
 
 from vibrodrive.cli import common
-from vibrodrive.cli.common import FILE, METHOD, OVERWRITE, SET, THREADS
+from vibrodrive.cli.common import FILE, SET
 from vibrodrive.cli.plot import check_drawing, draw
-from vibrodrive.model.drawing import FORMATS
+from vibrodrive.model.choices import Method, used_by
 from vibrodrive.store.place import check_output
 
 if TYPE_CHECKING:
@@ -25,13 +25,8 @@ class _Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words = pairwise([*args, ""])
-        alone = ["--plot=" if w == "--plot" and not after.lower().endswith(FORMATS) else w for w, after in words]
-        try:
-            return super().parse_args(ctx, alone)
-        except click.UsageError:
-            if "--plot" not in args[:-1] or args[args.index("--plot") + 1].startswith("-"):
-                raise
-            return super().parse_args(ctx, args)  # CONFIG is elsewhere, so the value is a figure of another format
+        alone = [w == "--plot" and (after[:1] in ("", "-") or after.endswith(".toml")) for w, after in words]
+        return super().parse_args(ctx, ["--plot=" if a else w for w, a in zip(args, alone, strict=True)])
 
 
 def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> Path | None:
@@ -46,8 +41,12 @@ def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> P
 @click.argument("config", type=FILE)
 @click.option("-o", "--output", type=FILE, help="Result file (default: name of CONFIG with .h5, in this directory).")
 @SET
-@METHOD
-@THREADS
+@click.option(
+    "--method",
+    type=click.Choice([method.name.lower() for method in reversed(Method)]),
+    help=f"Method that finds the switches (default: the method of CONFIG, or certified); {used_by('dtau')} need dtau.",
+)
+@click.option("--threads", type=click.IntRange(min=1), help="Number of threads (default: all cores).")
 @click.option(
     "--dask",
     metavar="ADDRESS",
@@ -61,7 +60,7 @@ def _figure(ctx: click.Context, option: click.Parameter, value: str | None) -> P
     help="Also draw the complete result: .png, .pdf or .svg (default: name of the result file with .png).",
 )
 @click.option("--dry-run", is_flag=True, help="Estimate file size, memory and time; compute no result.")
-@OVERWRITE
+@click.option("--overwrite", is_flag=True, help="Replace an existing result file; do not use its contents.")
 def sweep(
     config: Path,
     output: Path | None,
@@ -87,7 +86,7 @@ def sweep(
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import refuse_large_block
 
-    settings = common.read(config, overrides, method)
+    settings = common.read(config, (*overrides, f"switching.method={method}") if method else overrides)
     plan = settings.plan()
     common.judge_idle(settings)
     common.judge_slip(settings)

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from vibrodrive.cli import common
-from vibrodrive.cli.common import FILE, METHOD, SET, judge_idle, judge_slip, read, refuse_axes, say, working
+from vibrodrive.cli.common import FILE, SET, judge_idle, judge_slip, read, refuse_axes, say, working
 from vibrodrive.model import drawing
 
 
@@ -16,8 +16,7 @@ from vibrodrive.model import drawing
 @click.argument("config", type=FILE)
 @common.OUTPUTS
 @SET
-@METHOD
-def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...], method: str | None) -> None:
+def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) -> None:
     """Compute one motion, describe it and draw it.
 
     CONFIG has one value for each parameter; --set A=3.04 replaces the axis A by one value. [trajectory] selects the
@@ -28,7 +27,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     -o FILE.csv, a table of the switches. With [physical] all are in SI units, and a further table shows the machine and
     the effect of 1 % of a0, omega0, mu or alpha.
     """
-    settings = read(config, overrides, method)
+    settings = read(config, overrides)
     drawn = dict(settings.trajectory)
     plan = settings.plan()
     judge_idle(settings)
