@@ -33,7 +33,7 @@ __all__ = [
 
 _HOMES = {
     **dict.fromkeys(["Method", "Status"], "model.choices"),
-    "limit": "stability.questions",
+    "limit": "stability.limit",
     "ETA": "model.names",
     "Scene": "model.physical",
     "State": "model.states",
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
     from vibrodrive.periodic.bifurcations import bifurcations
     from vibrodrive.periodic.impact_map import impact_map
     from vibrodrive.periodic.search import orbits
-    from vibrodrive.stability.questions import limit
+    from vibrodrive.stability.limit import limit
     from vibrodrive.store.load import load
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.exact.reference import IMPACT, reference
-from vibrodrive.stability.questions import limit
+from vibrodrive.stability.limit import limit
 
 TRANSIENT, PERIODS = 10, 40
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from vibrodrive.errors import ConfigError, Damaged
+from vibrodrive.errors import ConfigError, VibrodriveError
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, is_name
 
@@ -91,13 +91,11 @@ def refuse_axes(plan: Plan) -> None:
 
 
 def judge_idle(settings: Config) -> None:
-    """Raise ConfigError for a parameter that the method does not use."""
+    """Refuse a parameter that the method does not use."""
     from vibrodrive.model.plan import refuse_idle
 
-    try:
+    with in_one_line():
         refuse_idle(settings.plan(), settings.arguments)
-    except ValueError as error:
-        raise ConfigError(str(error)) from None
 
 
 def judge_slip(settings: Config, always: bool = False) -> None:
@@ -133,7 +131,21 @@ def leave(code: int, message: str) -> NoReturn:
 
 
 @contextmanager
-def working(name: str) -> Iterator[Show]:
+def in_one_line(before: str = "") -> Iterator[None]:
+    """Turn a TypeError or ValueError of a function into an error of one line, which begins with `before`.
+
+    Errors of this program have their own line and exit code.
+    """
+    try:
+        yield
+    except VibrodriveError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise click.ClickException(f"{before}{error}") from error
+
+
+@contextmanager
+def working(name: str) -> Iterator[None]:
     """Show the progress and the time of compilations. Turn a TypeError or ValueError into an error of one line."""
     from vibrodrive.jit.compile import compilation
     from vibrodrive.jobs.progress import Show, duration, shown
@@ -150,12 +162,7 @@ def working(name: str) -> Iterator[Show]:
             show.clear()
         counting = compilation.running
 
-    try:
-        with shown(show, look, after=0.0):
-            yield show
-    except Damaged:
-        raise
-    except (TypeError, ValueError) as error:
-        raise click.ClickException(str(error)) from error
+    with in_one_line(), shown(show, look, after=0.0):
+        yield
     if compilation.seconds >= 1:
         show.say(f"kernels compiled in {duration(compilation.seconds)}")

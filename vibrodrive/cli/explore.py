@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, judge_slip, read
+from vibrodrive.cli.common import FILE, in_one_line, judge_slip, read, say
 
 
 @click.command()
@@ -30,29 +30,25 @@ def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
     from vibrodrive.explorer.session import read_address
     from vibrodrive.explorer.view import View, view_of
 
-    try:
-        view = View()
+    view = View()
+    with in_one_line():
         if config is not None and "?" in config.name and not config.exists():
             view = read_address(config.name.partition("?")[2])
         elif config is not None:
             settings = read(config)
             judge_slip(settings)
             view = view_of(settings)
-            click.echo(f"shows {part_shown(view, settings.plan())}", err=True)
-    except ValueError as error:
-        raise click.ClickException(str(error)) from None
+            say(f"shows {part_shown(view, settings.plan())}")
     from vibrodrive.explorer.server import Explorer
 
     try:
         explorer = Explorer(view, port)
-    except ValueError as error:
-        raise click.ClickException(f"--{error}") from None
     except OSError as error:
         why = (error.strerror or str(error)).partition(" (")[0]
         raise click.ClickException(f"{'no free port' if port is None else f'--port {port}'}: {why}") from None
     click.echo(explorer.address)
     if explorer.hub:
-        click.echo(f"open this path on the hub; {explorer.advice}", err=True)
+        say(f"open this path on the hub; {explorer.advice}")
     elif not no_browser:
         import webbrowser
 

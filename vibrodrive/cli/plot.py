@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibrodrive.cli.common import FILE, say, working
-from vibrodrive.errors import ConfigError, NoResult
+from vibrodrive.cli.common import FILE, in_one_line, say, working
+from vibrodrive.errors import ConfigError
 from vibrodrive.model import drawing
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.place import check_figure
@@ -112,17 +112,6 @@ def _look(file: Path) -> dict[str, Any]:
 
 
 @contextmanager
-def _in_one_line() -> Iterator[None]:
-    """Turn the error of an option that does not apply into one line. Errors of unreadable files are not changed."""
-    try:
-        yield
-    except NoResult:
-        raise
-    except ValueError as error:
-        raise click.ClickException(str(error)) from None
-
-
-@contextmanager
 def _left_out(damaged: list[str]) -> Iterator[None]:
     """Append the warnings of damaged blocks to `damaged`. Other warnings are issued again."""
     from vibrodrive.store.reader import DamagedBlock
@@ -157,7 +146,7 @@ def _figure(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tupl
     if wanted.get("quantity") == drawing.KEPT:
         with working(file.name):
             others["undisturbed"] = undisturbed_gaps(results)
-    with _in_one_line():
+    with in_one_line():
         return figures.from_results(results, **wanted, **others), report.share
 
 
@@ -169,7 +158,7 @@ def _several(files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path,
     for name, value in {**options, **({"over": str(over[0])} if over else {})}.items():
         raise click.ClickException(bad(f"--{name}", value, "left out for several files, which must contain limits"))
     results = [load(file) for file in files]
-    with _in_one_line():
+    with in_one_line():
         return limits_figure(results), min(one.computed for one in results)
 
 

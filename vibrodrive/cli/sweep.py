@@ -102,7 +102,10 @@ def sweep(
         check_dask(dask)
     refuse_large_block(plan, remote=dask is not None)
     if threads and not dask:
-        _check_threads(threads)
+        from vibrodrive.batch.sweep import check_threads
+
+        with common.in_one_line("--"):
+            check_threads(threads)
     if dry_run:
         _dry_run(plan, path, threads, remote=dask is not None)
         return
@@ -117,15 +120,6 @@ def sweep(
     _print_statuses(path)
     if picture:
         draw((path,), picture, {})
-
-
-def _check_threads(threads: int) -> None:
-    from vibrodrive.batch.sweep import check_threads
-
-    try:
-        check_threads(threads)
-    except ValueError as error:
-        raise click.ClickException(f"--{error}") from None
 
 
 def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from vibrodrive.periodic.family import family, phase_traces, section, traces
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import Orbit, orbits_of
-from vibrodrive.stability.questions import limit
+from vibrodrive.stability.limit import limit
 
 VALUES = 240  # number of values of A at which orbits are computed; `family` adds values near bifurcations
 SAME = 1e-6  # largest difference in rad of the impact phases of a motion and of an orbit that count as equal

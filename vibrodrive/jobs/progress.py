@@ -223,14 +223,14 @@ def shown(show: Show | None, look: Callable[[Show], None], after: float | None =
 
 
 @contextlib.contextmanager
-def under_way(name: str, found: Callable[[], str] = str) -> Iterator[None]:
-    """While the block runs, show its elapsed time and the text `found()` about its results, or a compilation."""
+def under_way(name: str) -> Iterator[None]:
+    """While the block runs, show its elapsed time, or a compilation."""
     from vibrodrive.jit.compile import compilation
 
     began = time.monotonic()
 
     def line() -> str:
-        return f"under way: {duration(time.monotonic() - began)}  {found()}"
+        return f"under way: {duration(time.monotonic() - began)}"
 
     with shown(make_display(name), lambda show: show.look(line, compilation)):
         yield

@@ -9,7 +9,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last one if the 
 
 def catch(handler: Callable[[int, Any], None]) -> dict[int, Any]:
     """Install `handler` for all SIGNALS except an ignored SIGHUP (nohup), and return the previous handlers."""
-    before = {s: signal.getsignal(s) for s in SIGNALS}
+    before: dict[int, Any] = {s: signal.getsignal(s) for s in SIGNALS}
     for s, was in before.items():
         if not (s == signal.SIGHUP and was == signal.SIG_IGN):
             signal.signal(s, handler)

@@ -1,4 +1,4 @@
-"""The limit k₂ of practically orbital stability (§1): the disturbance at which the structure of an orbit is lost.
+"""`vd.limit`, and the search for limits k₂ (§1): the disturbances at which the structure of an orbit is lost.
 
 structure.py defines the structure, and criterion.py the criteria. A value of the disturbance is *kept* if the motion
 under this disturbance still satisfies the criterion, and *lost* if the motion does not.
@@ -24,26 +24,27 @@ import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model import choices, size
-from vibrodrive.model.choices import Status
-from vibrodrive.model.parameters import bad, check
+from vibrodrive.model import slips
+from vibrodrive.model.above import above
+from vibrodrive.model.choices import Method, MethodLike, Status
+from vibrodrive.model.keywords import as_written
+from vibrodrive.model.names import ETA
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
-from vibrodrive.model.records import How
+from vibrodrive.model.records import LIMIT, How
+from vibrodrive.model.size import fitting_rows
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
-from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, check_disturbance, search_band
+from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
 from vibrodrive.stability.structure import ReferenceOrbit, Structure
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
-AXES = ("A", "B", "eta")  # possible axes of limits
 NO_PERIOD = "the undisturbed motion has no period, so there is no structure to lose"
 SEEN = 4
 """Shortest record, in periods of the orbit (n excitation periods each). More than one period is needed, because the
 comparison omits the first and the last impact of a record."""
-
-PERIODS = 1500  # default length of the record
 
 AT_A_TIME = 256
 """Number of simultaneous searches. It is large, so that a sweep contains many motions even after most searches have
@@ -54,26 +55,7 @@ EXPLAINED_AT_A_TIME = 32
 
 
 @dataclass(frozen=True, repr=False)
-class Found:
-    """Arguments of the search for one limit, in ε or in Δτ."""
-
-    A: float
-    B: float
-    eta: float
-    disturbance: str
-    method: str
-
-    def as_velocity(self, value: float) -> float:
-        """Return the dimensionless amplitude of the velocity that a value of the disturbance adds to the motion.
-
-        The velocity of the disturbance ξ_p = -ε A sin ητ, eq. (9), has the amplitude εηA. A switch that is late by Δτ
-        changes the velocity by about Δτ, because accelerations are of the order 1.
-        """
-        return value * (self.A * self.eta) if self.disturbance == "eps" else value
-
-
-@dataclass(frozen=True, repr=False)
-class Limit(Found):
+class Limit:
     """The limit k₂ of one orbit (§1).
 
     A disturbance is a dimensionless value of ε or Δτ. It is *kept* if the motion under it satisfies the criterion, and
@@ -113,6 +95,11 @@ class Limit(Found):
         machine in SI units, if it was given.
     """
 
+    A: float
+    B: float
+    eta: float
+    disturbance: str
+    method: str
     criterion: str
     k2: float = math.nan
     kept_below: float = math.nan
@@ -133,6 +120,14 @@ class Limit(Found):
         how = f"{self.how}; kept up to {self.kept_below:.6g}" if math.isfinite(self.k2) else self.how
         return f"<Limit {found}: {how}; period {self.n}, {self.method}, criterion {self.criterion}>"
 
+    def as_velocity(self, value: float) -> float:
+        """Return the dimensionless amplitude of the velocity that a value of the disturbance adds to the motion.
+
+        The velocity of the disturbance ξ_p = -ε A sin ητ, eq. (9), has the amplitude εηA. A switch that is late by Δτ
+        changes the velocity by about Δτ, because accelerations are of the order 1.
+        """
+        return value * (self.A * self.eta) if self.disturbance == "eps" else value
+
     @property
     def velocity(self) -> float:
         """`k2` as a velocity amplitude, dimensionless like ξ': k2·η·A for ε, and k2 for Δτ.
@@ -152,66 +147,147 @@ class Limit(Found):
         return self.as_velocity(self.last_kept)
 
 
+@as_written
+def limit(
+    written: Mapping[str, Any],
+    /,
+    A: float | None = None,
+    disturbance: Disturbance = "eps",
+    method: MethodLike | None = None,
+    criterion: str = IMPACTS,
+    *,
+    scene: Scene | None = None,
+    B: float = 0.1,
+    eps: float = 0.0,
+    eta: float = ETA,
+    dtau: float | None = None,
+    tol: float | None = None,
+    xi0: float = 0.0,
+    dxi0: float = 0.0,
+    tau0: float = 0.0,
+    transient: int = 1000,
+    periods: int = 1500,
+    section_phase: float = 0.0,
+    budget: int = 100_000,
+    threads: int | None = None,
+) -> Limit:
+    """Find the limit k₂ of practically orbital stability (§1) at one A.
+
+    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit.
+
+    Parameters
+    ----------
+    A : float
+        excitation amplitude, dimensionless like all parameters. Required without a scene.
+    disturbance : "eps" or "dtau"
+        the quantity whose limit is computed: the physical disturbance ε, eq. (9), or the step Δτ of the numerical
+        disturbance (§5).
+    method : "certified", "muller" or "fixed", optional
+        method that finds the switches of the disturbed motion. The default is "certified" for a limit in ε and "fixed"
+        for a limit in Δτ. A limit in Δτ cannot have the method "certified", which has no grid. The undisturbed motion
+        is always computed with ε = 0 and the method "certified".
+    criterion : str, optional
+        condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
+        (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
+        the orbit. Both conditions may be joined by "and".
+    scene : Scene, optional
+        machine in SI units, which gives A and B, as in `simulate`.
+    eps, dtau : float
+        values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
+        and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
+    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget
+        as in `simulate`; they apply to each disturbed motion.
+    threads : int, optional
+        number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
+
+    Returns
+    -------
+    Limit
+        `k2` is the smallest disturbance found at which the criterion fails, dimensionless.
+        `kept_below` is the largest disturbance found below `k2` at which the criterion holds.
+        `last_kept` is the upper end of the band above `k2` in which the criterion holds at some values.
+        `share_kept` is the share of the values between `k2` and `last_kept` at which the criterion holds, 0 to 1.
+        `n` is the period of the undisturbed orbit in excitation periods.
+        `how` is a text that describes the loss.
+        `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
+        `velocity_si` is the limit as a velocity in m/s, if there is a scene.
+
+    Raises
+    ------
+    TypeError, ValueError
+        if an argument is invalid. The message is one sentence: name, value and allowed values of the argument.
+    ValueError
+        if `periods` is less than four times the period of the undisturbed motion. Such a record is too short for a
+        comparison of the structure.
+
+    Warns
+    -----
+    UserWarning
+        for values that are probably a mistake: those of `simulate`; A <= 1 + B, at which the mass never leaves the
+        obstacle; or an A that is above 100 and above 100 B.
+
+    Examples
+    --------
+    The limit in ε at A = 1.5, from records of 50 periods:
+
+    >>> import vibrodrive as vd
+    >>> k = vd.limit(1.5, "eps", transient=50, periods=50)
+    >>> k.n, k.kept_below < k.k2
+    (1, True)
+    >>> f"{k.k2:.3g}: {k.how}"
+    '0.00388: gaps 1 became 1, 2'
+    """
+    own = ("disturbance", "method", "criterion", "threads")
+    plan = plan_limits({name: value for name, value in written.items() if name not in own}, disturbance, method)
+    for name, values in plan.axes.items():
+        hint = 'for axes use `sweep` with record = "limit"'
+        raise TypeError(f"{name} = array of length {len(values)}: must be one number ({hint})")
+    refuse_idle(plan, written)
+    search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads), Halt())
+    slips.warn([*slips.slip(plan.ends()), *slips.unlikely(plan), *slips.forgotten(A, B)])
+    with above("the progress of a call")("limit"):
+        ((_, found),) = search.run([0])
+    if found.status == Status.TOO_SHORT:
+        raise ValueError(found.how)
+    return found
+
+
 def each_limit(
     arguments: Mapping[str, Any],
     disturbance: str = "eps",
-    method: str | choices.Method | None = None,
+    method: str | Method | None = None,
     criterion: str | Criterion = IMPACTS,
     threads: int | None = None,
 ) -> Iterator[tuple[int, Limit]]:
-    """Yield (number of the point, Limit) for limits over axes of A, B and η, in the order in which they are found.
+    """Yield (number of the point, Limit) for limits over axes, in the order in which they are found.
 
     `arguments` are those arguments of `limit` that describe the motion. The points are all combinations of
     the values of the axes. The axes have the order of the arguments, and the last axis varies fastest. If `periods` is
     too small at a point, the numbers of the Limit at this point are NaN, and `how` gives the reason. `criterion` may be
     a Criterion with names that `parse_criterion` does not allow, such as "order".
     """
-    plan = plan_over_axes(arguments, disturbance, method)
-    search = LimitSearch(plan, disturbance, parse_criterion(criterion), check_threads(threads), Halt())
-    return search.run(range(plan.n_points))
+    plan = plan_limits(arguments, disturbance, method)
+    return LimitSearch(plan, parse_criterion(criterion), check_threads(threads), Halt()).run(range(plan.n_points))
 
 
-def plan_at_one_point(written: Mapping[str, Any], disturbance: str, method: object, hint: str = "") -> Plan:
-    """Return the plan of `limit` from the arguments of the call. `hint` is added to the message that refuses axes."""
-    if isinstance(disturbance, str) and disturbance in GRIDS and written.get(disturbance) is not None:
-        raise TypeError(bad(disturbance, written[disturbance], "left out, because its limit is computed"))
-    A = written.get("A")
-    if A is not None and not hasattr(A, "__len__"):
-        check("A", A)
-    own = ("disturbance", "method", "criterion", "threads")
-    arguments = {name: value for name, value in written.items() if name not in own}
-    plan = plan_disturbed(arguments, disturbance, method, (), hint)
-    refuse_idle(plan, written)
-    return plan
-
-
-def plan_over_axes(arguments: Mapping[str, Any], disturbance: object, method: object) -> Plan:
-    """Return the plan of limits over axes."""
-    return plan_disturbed(arguments, disturbance, method, AXES, f" (axes may be {', '.join(AXES)})")
-
-
-def plan_disturbed(
-    arguments: Mapping[str, Any], disturbance: object, method: object, axes: Sequence[str], hint: str
-) -> Plan:
-    """Return the checked plan of disturbed motions. In this plan the disturbance has the placeholder value 1e-3."""
-    name = check_disturbance(disturbance)
+def plan_limits(arguments: Mapping[str, Any], disturbance: object, method: object) -> Plan:
+    """Return the checked plan of limits in a disturbance: that of a sweep with the record "limit"."""
+    if not isinstance(disturbance, str) or disturbance not in GRIDS:
+        kind = ValueError if isinstance(disturbance, str) else TypeError
+        raise kind(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
+    if arguments.get(disturbance) is not None:
+        raise TypeError(bad(disturbance, arguments[disturbance], "left out, because its limit is computed"))
     if method is None:
-        method = "fixed" if name == "dtau" else "certified"
-    plan = make_plan({"periods": PERIODS, **arguments, "method": method, name: 1e-3})
-    refuse_axes(plan, axes, hint)
-    if name == "dtau" and plan.settings.method == choices.Method.CERTIFIED:
-        raise ValueError(
-            bad("method", "certified", "fixed or muller for a limit in dtau, because certified has no grid")
-        )
-    size.fitting_rows(plan.settings.periods, 0)  # raises an error if the record does not fit in memory
+        method = "fixed" if disturbance == "dtau" else "certified"
+    plan = make_plan({**arguments, "method": method, "record": LIMIT})
+    if disturbance != plan.sought:
+        if disturbance == "dtau":
+            allowed = "fixed or muller for a limit in dtau, because certified has no grid"
+            raise ValueError(bad("method", "certified", allowed))
+        name = plan.settings.method_name
+        raise ValueError(f"dtau is missing: must be given for a limit in eps with method = {name!r}")
+    fitting_rows(plan.settings.periods, 0)  # raises an error if the record does not fit in memory
     return plan
-
-
-def refuse_axes(plan: Plan, allowed: Sequence[str], hint: str = "") -> None:
-    """Raise TypeError for an axis that is not allowed."""
-    for name, values in plan.axes.items():
-        if name not in allowed:
-            raise TypeError(f"{name} = array of length {len(values)}: must be one number{hint}")
 
 
 @dataclass
@@ -226,22 +302,17 @@ class _Problem:
 
 @dataclass(frozen=True)
 class LimitSearch:
-    """Searches at all points of a plan, with the checked arguments of `each_limit`."""
+    """Searches for the limits in the disturbance `plan.sought` at points of a plan."""
 
     plan: Plan
-    disturbance: str
     wanted: Criterion
     threads: int
     halt: Halt
 
-    def run(self, points: Sequence[int], strict: bool = False) -> Iterator[tuple[int, Limit]]:
-        """Yield (number of the point, Limit) for each of these points of the plan, in the order in which limits are
-        found.
-
-        If `strict`, too few `periods` at a point raise ValueError. Otherwise they give a Limit without numbers.
-        """
+    def run(self, points: Sequence[int]) -> Iterator[tuple[int, Limit]]:
+        """Yield (number of the point, Limit) for these points of the plan, in the order in which limits are found."""
         plan = self.plan
-        with Evaluator(plan, self.disturbance, self.threads, self.halt) as evaluator:
+        with Evaluator(plan, plan.sought, self.threads, self.halt) as evaluator:
             for start in range(0, len(points), AT_A_TIME):
                 active: list[_Problem] = []
                 numbers = np.array(points[start : start + AT_A_TIME])
@@ -252,11 +323,9 @@ class LimitSearch:
                     elif (periods := plan.settings.periods) < SEEN * base.n:
                         enough = f">= {SEEN * base.n} ({SEEN} times the period of the undisturbed motion"
                         how = bad("periods", periods, f"{enough} at A = {plan.arguments(index)['A']:g})")
-                        if strict:
-                            raise ValueError(how)
                         yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
                     else:
-                        search = search_band(GRIDS[self.disturbance])
+                        search = search_band(GRIDS[plan.sought])
                         active.append(_Problem(index, base, search, next(search)))
                 yield from self._searched(active, evaluator)
 
@@ -309,7 +378,6 @@ class LimitSearch:
 
     def _limit(self, index: int, **found: Any) -> Limit:
         """Return the Limit at a point of the plan."""
-        at = self.plan.arguments(index)
-        method = self.plan.settings.method_name
-        scene = scene_of(self.plan.scalars)
-        return Limit(at["A"], at["B"], at["eta"], self.disturbance, method, self.wanted.text, scene=scene, **found)
+        plan, at = self.plan, self.plan.arguments(index)
+        way = plan.sought, plan.settings.method_name, self.wanted.text
+        return Limit(at["A"], at["B"], at["eta"], *way, scene=scene_of(plan.scalars), **found)

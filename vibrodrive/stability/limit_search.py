@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.model.parameters import bad
-
 INTERIOR = 7  # values that one round of bisection tries between two neighbouring values of the grid
 ROUNDS = 2  # rounds of bisection; two rounds divide a step of the grid by 64
 BEYOND = 2.0  # the search ends at this multiple of `last_kept` or, if it is larger, of the first value lost
@@ -36,14 +34,6 @@ GRIDS = {
     "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4),  # one narrow edge: a ratio of 1.15 is enough
     "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses: the grid is finer
 }
-
-
-def check_disturbance(disturbance: object) -> str:
-    """Return the name of a disturbance. Raises TypeError or ValueError if it is not a name in GRIDS."""
-    if not isinstance(disturbance, str) or disturbance not in GRIDS:
-        kind = ValueError if isinstance(disturbance, str) else TypeError
-        raise kind(bad("disturbance", disturbance, "one of " + ", ".join(GRIDS)))
-    return disturbance
 
 
 BandSearch = Generator[np.ndarray, np.ndarray, "Band"]

@@ -101,7 +101,7 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
 
 def _find_limits(plan: Plan, block: Block, threads: int, halt: Halt) -> None:
     """Write the limit of each point into a block."""
-    search = LimitSearch(plan, plan.sought, parse_criterion(KEEPS_IMPACTS), threads, halt)
+    search = LimitSearch(plan, parse_criterion(KEEPS_IMPACTS), threads, halt)
     for at, found in search.run(range(block.start, block.stop)):
         block.status[at - block.start] = found.status
         values = {"orbit_period": found.n, "how": found.code}
