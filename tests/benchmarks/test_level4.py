@@ -23,14 +23,10 @@ def table():
 def test_every_scene_has_a_row_for_each_disturbance(table):
     found = [(float(row["A"]), float(row["B"]), row["disturbance"], row["method"]) for row in table]
     assert found == [(*scene, *way) for scene in level4.SCENES for way in level4.WAYS]
-
-
-def test_orbits_have_a_phase_and_a_speed_for_each_gap(table):
     for row in table:
         gaps, phases, speeds = (row[name].split() for name in ("gaps", "phases", "speeds"))
         assert sum(map(int, gaps)) == int(row["n"])
         assert len(gaps) == len(phases) == len(speeds)
-        assert math.isfinite(float(row["searched_to"]))
 
 
 @pytest.mark.jit

@@ -2,18 +2,14 @@
 
 import ast
 import json
-import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from benchmarks.paper import __main__ as program
 from benchmarks.paper.claim import CLAIMS, HEAD, Verdict, page
-from benchmarks.paper.drawing import ALPHA, drawing, scheme
 from benchmarks.paper.figures import FIGURES
 from benchmarks.paper.motions import Paper
-from vibrodrive.model.states import TRANSITIONS, State
 
 HERE = Path(program.__file__).parent
 
@@ -55,35 +51,6 @@ def test_page_has_a_row_for_each_claim():
     lines = [line.replace(r"\|", "|") for line in text.splitlines() if line.startswith("| ")]
     ordered = sorted(CLAIMS, key=lambda claim: program.SUBJECTS.index(claim.figure))
     assert [line.split(" | ")[:2] for line in lines[1:]] == [[f"| {claim.figure}", claim.says] for claim in ordered]
-
-
-def test_drawing_shows_each_quantity_and_its_direction():
-    ax = drawing().axes[0]
-    labels = " ".join(t.get_text() for t in ax.texts)
-    for shown in ("gap $x$", r"\xi", "F_H", r"\mu", r"\alpha", "mg", r"a_0 \sin", "obstacle", "$m$"):
-        assert shown in labels, shown
-    # the xy of an annotation is the head of the arrow, and xyann is the tail
-    ways = [
-        math.degrees(math.atan2(a.xy[1] - a.xyann[1], a.xy[0] - a.xyann[0]))
-        for a in ax.texts
-        if getattr(a, "arrow_patch", None) is not None
-    ]
-    # directions in degrees: adhesive force down the incline, weight, and ξ, ξ' and y up the incline
-    assert sorted(ways) == pytest.approx([ALPHA - 180, -90, ALPHA, ALPHA, ALPHA])
-
-
-def test_scheme_shows_exactly_the_transitions():
-    ax = scheme({(State.UP, State.STICK)}, "a path").axes[0]
-    arrows = [a for a in ax.texts if getattr(a, "arrow_patch", None) is not None]
-    assert len(arrows) == len(TRANSITIONS)
-    thick = [a for a in arrows if a.arrow_patch.get_linewidth() > 1]
-    assert len(thick) == 1
-    labels = [t.get_text() for t in ax.texts]
-    for function in ("S_1", "S_2", "S_3", "S_4", "S_5"):
-        assert any(function in text for text in labels)
-    heads = np.array([a.xy for a in arrows])
-    apart = np.linalg.norm(heads[:, None] - heads, axis=2) + 9 * np.eye(len(heads))
-    assert apart.min() > 0.15, "the heads of two arrows must be apart"
 
 
 @pytest.mark.jit

@@ -9,7 +9,8 @@ import re
 
 import pytest
 
-from benchmarks import draw, passes, tables
+import vibrodrive as vd
+from benchmarks import draw, passes, ruler, tables
 from benchmarks.common import RESULTS
 from benchmarks.switches import run, score
 
@@ -49,45 +50,12 @@ def test_stored_answers_give_the_stored_verdicts(path):
             assert run.LETTERS[verdict] == letter.lower(), (case["id"], first)
 
 
-def test_every_method_has_a_label_and_a_row():
-    assert {m.label for m in passes.methods()} <= set(passes.NAMES.values())
-    _, rows = passes.table(0)
-    assert len({row[0] for row in rows}) == len(rows) >= 3
-
-
 @pytest.mark.parametrize("name", [name for name in tables.TABLES if name.startswith("switches")])
 def test_tables_of_the_page_show_the_stored_results(name):
     place = tables.TABLES[name]
     text = place.page.read_text(encoding="utf-8")
     assert re.search(f"<!-- benchmark:{name} -->", text)
     assert tables.fill(text, name, place.make({})) == text
-
-
-CASE = {"level": 0, "family": "a", "inputs_hex": {"T": (4.0).hex()}, "zeros": ["1.0", "3.0"]}
-
-
-def test_summary_of_answers():
-    answers = {
-        "a": ({"zeros": [1.0, 3.0]}, 0.5),
-        "b": ({"zeros": [1.0]}, 0.25),
-        "c": ({"zeros": [3.0]}, 0.25),
-        "d": ("ValueError: no", 0.0),
-    }
-    cases = [CASE | {"id": name} for name in answers]
-    found = run.summary(cases, answers | {"of another level": ("ValueError: no", 0.0)})
-    assert found["verdicts"] == "Rrm-"
-    assert found["digits"] == "30 30 - -"
-    assert found["refused"] == {"ValueError: no": ["d"]}
-
-
-def test_error_of_a_solver_does_not_end_the_run():
-    class Broken:
-        @staticmethod
-        def zeros(function, T):
-            raise ZeroDivisionError("by nothing")
-
-    given, _ = run.timed(Broken, 0, run.WAVES, {}, 0.0)
-    assert given == "ZeroDivisionError: by nothing"
 
 
 def stored(name):
@@ -116,34 +84,24 @@ def test_examples_name_cases_of_the_set():
     assert {example["case"] for example in stored("failures")["examples"].values()} <= ids
 
 
-def test_points_of_the_chart_have_an_error_if_right():
-    data = stored("accuracy_speed")
-    for p in data["points"]:
-        assert (p["error"] is not None) == p["right"] == (p["until"] == data["periods"])
-
-
 @pytest.mark.parametrize("chart", draw.charts(), ids=lambda chart: chart.picture.name)
 def test_picture_shows_the_stored_measurements(chart):
     assert draw.fingerprint(chart.load()).encode() in chart.picture.read_bytes()
 
 
-def test_every_wrong_setting_of_the_chart_has_a_cause():
-    wrong = [(p["eps"], p["method"], p["value"]) for p in stored("accuracy_speed")["points"] if not p["right"]]
-    rows = stored("first_difference")["rows"]
-    assert sorted((row["eps"], row["method"], row["value"]) for row in rows) == sorted(wrong)
-    assert {row["cause"] for row in rows} <= set(tables.CAUSES)
-    assert all(row["depth"] > 0.0 for row in rows if row["cause"] == "sunk")
+def test_stored_limits_of_five_disturbances_are_complete():
+    data = stored("ruler")
+    assert data["A"] == list(ruler.AMPLITUDES)
+    assert set(data["limits"]) == set(ruler.NAMES)
+    for found in data["limits"].values():
+        assert len(found["points"]) == len(data["A"])
+        assert all(row["k2"] > row["kept_below"] > 0 for row in found["points"] if row)
+    assert ruler.markdown(data) in ruler.PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize(("method", "value"), [("scan + Newton", 0.001), ("time-stepping", 0.0001)])
-def test_cause_of_a_wrong_setting_is_reproduced(method, value):
-    pytest.importorskip("mpmath")
-    from benchmarks import first_difference
-
-    kept = next(r for r in stored("first_difference")["rows"] if (r["method"], r["value"]) == (method, value))
-    made = first_difference.row(next(m for m in first_difference.methods(2e-4) if m.name == method), 2e-4, value)
-    assert {key: x for key, x in made.items() if not isinstance(x, float)} == {
-        key: x for key, x in kept.items() if not isinstance(x, float)
-    }
-    assert made["period"] == kept["period"]
+def test_stored_limit_equals_that_of_the_package():
+    data = stored("ruler")
+    row = data["limits"]["dtau"]["points"][data["A"].index(ruler.PAPER)]
+    found = vd.limit(ruler.PAPER, "dtau")
+    assert (row["k2"], row["last_kept"]) == pytest.approx((found.k2, found.last_kept))
