@@ -4,7 +4,6 @@ Each switch is compared with the switch of a certified motion that is restarted 
 """
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,12 +68,3 @@ def test_restart_finds_the_next_switch_of_the_motion():
         (period,), (phase,), (to,) = next_switches(p, np.array([tau]), np.array([xi]), np.array([state]))
         assert (period, to) == (following["period"], following["after"])
         assert abs(phase - following["phase"]) < 1e-11
-
-
-@pytest.mark.parametrize("name", ["atlas_dtau", "atlas_eps", "atlas_undisturbed"])
-def test_failures_configurations(name):
-    from vibrodrive.model import config
-
-    found = config.read(Path(__file__).parents[2] / "configs" / f"{name}.toml").plan()
-    assert next(iter(found.axes)) == "A"
-    assert found.shape == (40, 40)

@@ -44,6 +44,9 @@ def test_period_is_the_smallest_and_must_occur_twice():
     assert structure.period(np.tile(POINTS, (2, 1))[:5]) == 0
     assert structure.period(np.ones((4, 2))) == 1
     assert structure.period(np.full((4, 2), np.nan)) == 0
+    irregular = np.random.default_rng(0).uniform(size=(60, 2))
+    assert structure.period(np.stack([np.tile(POINTS, (20, 1)), irregular, np.ones((60, 2))])).tolist() == [3, 0, 1]
+    assert structure.reference_orbit(motion(times=[], word=(UP, DOWN), section=irregular)) is None
 
 
 def test_motion_alternating_about_its_orbit_has_no_period():
@@ -53,12 +56,6 @@ def test_motion_alternating_about_its_orbit_has_no_period():
     assert np.abs(section[2:] - section[:-2]).max() < structure.SAME_POINT, "the section repeats after two periods"
     assert structure.period(section) == 0
     assert structure.period(section + 0.01 * (-1.0) ** np.arange(60)[:, None]) == 2
-
-
-def test_period_of_many_points():
-    irregular = np.random.default_rng(0).uniform(size=(60, 2))
-    sections = np.stack([np.tile(POINTS, (20, 1)), irregular, np.ones((60, 2))])
-    assert structure.period(sections).tolist() == [3, 0, 1]
 
 
 def test_shifted_copy_has_the_same_structure_and_gives_its_shift():
@@ -71,18 +68,10 @@ def test_shifted_copy_has_the_same_structure_and_gives_its_shift():
 
 def test_one_skipped_point_breaks_the_order():
     section = np.tile(POINTS, (20, 1))
-    assert structure.order(POINTS, section)
-    assert not structure.order(POINTS, np.delete(section, 31, axis=0))
+    skipped, unknown = section.copy(), section.copy()
+    skipped[7], unknown[3, 1] = skipped[8], np.nan
+    assert structure.order(POINTS, np.stack([section, skipped, unknown])).tolist() == [True, False, False]
     assert not structure.order(POINTS, np.repeat(section, 2, axis=0))
-
-
-def test_order_of_many_sections():
-    good = np.tile(POINTS, (20, 1))
-    bad = good.copy()
-    bad[7] = bad[8]
-    bad_number = good.copy()
-    bad_number[3, 1] = np.nan
-    assert structure.order(POINTS, np.stack([good, bad, bad_number])).tolist() == [True, False, False]
 
 
 @given(
@@ -139,11 +128,6 @@ def test_missed_interruption_changes_the_word_only():
     once.impacts["row"] -= once.impacts["row"] > at
     found = structure.compare_structure(base, once)
     assert (found.order, found.gaps, found.impacts, found.word) == (True, True, True, False)
-
-
-def test_irregular_motion_has_no_reference_orbit():
-    irregular = np.random.default_rng(0).uniform(size=(60, 2))
-    assert structure.reference_orbit(motion(times=[], word=(UP, DOWN), section=irregular)) is None
 
 
 @given(
