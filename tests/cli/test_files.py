@@ -92,23 +92,18 @@ def test_output_replaces_neither_the_configuration_nor_foreign_data(run, idle):
     assert_refused(run, *call, "pipe.h5", words=["pipe.h5", "a named pipe"])
 
 
-@pytest.mark.parametrize(
-    ("role", "name", "call"),
-    [
-        ("figure", "c.png", ("sweep", "--plot")),
-        ("figure", "c.png.part", ("sweep", "--plot", "-o", "c.h5")),
-        ("figure", "c.png", ("orbits", *ORBITS, "-o", "c.png")),
+def test_figures_and_tables_never_replace_the_configuration(run, idle):
+    Path("link.svg").symlink_to("sweep.toml")
+    for role, name, call in (
+        ("figure", "c.png", ("sweep", "--plot=c.png")),
+        ("figure", "c.png.part", ("sweep", "--plot=c.png", "-o", "c.h5")),
         ("table", "c.csv", ("orbits", *ORBITS, "-o", "c.csv")),
         ("figure", "c_multipliers.png", ("orbits", *ORBITS, "-o", "c.png")),
-        ("figure", "c.png", ("trajectory", *ONE, "-o", "c.png")),
         ("table", "c.csv.part", ("trajectory", *ONE, "-o", "c.csv")),
-        ("figure", "c.toml", ("trajectory", *ONE, "-o", "link.svg")),
-    ],
-)
-def test_figures_and_tables_never_replace_the_configuration(run, idle, role, name, call):
-    Path(name).write_text(SWEEP)
-    Path("link.svg").symlink_to(name)
-    assert_refused(run, call[0], name, *call[1:], words=[role, "another file", name])
+        ("figure", "sweep.toml", ("trajectory", *ONE, "-o", "link.svg")),
+    ):
+        Path(name).write_text(SWEEP)
+        assert_refused(run, call[0], name, *call[1:], words=[role, "another file", name])
 
 
 def test_figures_and_tables_never_replace_a_result(run, idle):
@@ -142,22 +137,21 @@ def test_overwrite_replaces_a_damaged_result_that_is_recognised(run, quick):
         assert_refused(run, "sweep", "sweep.toml", "-o", "s.h5", *option, code=2 if option else 1, words=words)
 
 
-@pytest.mark.parametrize("kind", [*BEFORE, "basins"])
-def test_kinds_of_file_of_before_are_answered_with_what_replaces_them(run, idle, kind):
-    with h5py.File(a_sweep("s.h5"), "r+") as file:
-        file.attrs["kind"] = kind
-    told = f"s.h5: contains {kind}, a kind of file of before 0.1.0; "
-    for call in (
-        ("info", "s.h5"),
-        ("info", "--check", "s.h5"),
-        ("plot", "s.h5"),
-        ("sweep", "sweep.toml", "-o", "s.h5"),
-    ):
-        assert_refused(
-            run, *call, words=[told.removeprefix("s.h5: ") if call[0] == "sweep" else told, BEFORE.get(kind, "")]
-        )
-    with pytest.raises(NoResult, match=told):
-        vd.load("s.h5")
+def test_kinds_of_file_of_before_are_answered_with_what_replaces_them(run, idle):
+    a_sweep("s.h5")
+    for kind in [*BEFORE, "basins"]:
+        with h5py.File("s.h5", "r+") as file:
+            file.attrs["kind"] = kind
+        told = f"contains {kind}, a kind of file of before 0.1.0; "
+        for call in (
+            ("info", "s.h5"),
+            ("info", "--check", "s.h5"),
+            ("plot", "s.h5"),
+            ("sweep", "sweep.toml", "-o", "s.h5"),
+        ):
+            assert_refused(run, *call, words=[told, BEFORE.get(kind, "")])
+        with pytest.raises(NoResult, match=told):
+            vd.load("s.h5")
 
 
 # symbolic links to themselves, pipes, a full disk
@@ -228,20 +222,12 @@ def test_full_disk_is_reported_with_the_file_name(tmp_path, small_disk):
 # addresses of a Dask scheduler
 
 
-@pytest.mark.parametrize(
-    "address", ["foo", "", "foo://x:1", "tcp://x", "x:port", "tcp://x:0", "tcp://x:99999", "inproc://1/2/3", "a b:1"]
-)
-def test_bad_scheduler_addresses_are_refused(run, idle, address):
-    assert_refused(run, "sweep", "sweep.toml", "--dask", address, words=["--dask", address, "tcp://scheduler:8786"])
-
-
-@pytest.mark.parametrize("address", ["tcp://scheduler:8786", "10.0.0.1:8786", "tls://[::1]:8786", "node-1.cluster:1"])
-def test_scheduler_addresses_are_accepted(address):
-    pytest.importorskip("distributed")
-    runner.check_dask(address)
-
-
-def test_dask_without_its_extra_is_refused(run, idle, monkeypatch):
+def test_bad_scheduler_addresses_and_a_missing_extra_are_refused(run, idle, monkeypatch):
+    monkeypatch.setattr(runner, "find_spec", lambda name: name)
+    for address in ("tcp://scheduler:8786", "10.0.0.1:8786", "tls://[::1]:8786", "node-1.cluster:1"):
+        runner.check_dask(address)
+    for address in ("foo", "", "foo://x:1", "x:port", "tcp://x:0", "tcp://x:99999", "inproc://1/2/3", "a b:1"):
+        assert_refused(run, "sweep", "sweep.toml", "--dask", address, words=["--dask", address, "tcp://scheduler:8786"])
     monkeypatch.setattr(runner, "find_spec", lambda name: None)
     assert_refused(run, "sweep", "sweep.toml", "--dask", "tcp://127.0.0.1:1", words=["pip install 'vibrodrive[dask]'"])
 

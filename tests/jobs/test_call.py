@@ -46,9 +46,7 @@ def command(*arguments):
 @pytest.mark.parametrize(
     "arguments",
     [
-        {"A": 3.04},
         {"A": [3.04]},
-        {"eps": np.geomspace(1e-6, 1e-2, 33), "A": np.linspace(3, 3.25, 1000)},
         {"A": np.random.default_rng(1).random(500), "B": [0.1, 0.2, 0.25], "record": ["summary", "impacts"]},
         {"A": np.linspace(3.25, 3, 7), "dtau": [0.1, 1e-5], "method": "fixed", "budget": 7},
         {"A": [1e9, 0.0, 5e-324, 0.1 + 0.2], "tau0": -0.0, "dxi0": -1.5, "section_phase": [1, 2, 3, 4]},
@@ -191,22 +189,44 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_nothing_is_shown_without_a_terminal(quick, capfd):
-    vd.sweep(**SWEEP, path="x.h5")
+def test_progress_is_shown_on_a_terminal_only(quick, monkeypatch, capfd):
     vd.sweep(**SWEEP, path="x.h5")
     assert capfd.readouterr() == ("", "")
-
-
-def test_progress_is_shown_on_a_terminal(quick, monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
-    vd.sweep(**SWEEP, path="x.h5")
+    vd.sweep(**SWEEP, path="y.h5")
     shown = terminal.getvalue()
-    assert "\r\x1b[Kx.h5  " in shown  # this line is overwritten
-    assert "\nx.h5: 3000 points in " in shown.replace("\x1b[K", "\n")
-    vd.sweep(**SWEEP, path="x.h5")
-    assert terminal.getvalue().endswith("x.h5 is complete: nothing to compute\n")
+    assert "\r\x1b[Ky.h5  " in shown  # this line is overwritten
+    assert "\ny.h5: 3000 points in " in shown.replace("\x1b[K", "\n")
+    vd.sweep(**SWEEP, path="y.h5")
+    assert terminal.getvalue().endswith("y.h5 is complete: nothing to compute\n")
+
+
+@pytest.mark.parametrize(
+    ("place", "call", "line"),
+    [
+        ("batch.trajectory.follow", lambda: vd.simulate(3.0, transient=10**9), "simulate  under way: "),
+        ("stability.limit.LimitSearch.run", lambda: vd.limit(3.0, transient=10**9), "limit  under way: "),
+        ("batch.sweep.collect", lambda: vd.sweep(A=[3.0], transient=10**9), "sweep    0.0 %"),
+    ],
+)
+def test_long_call_shows_its_progress(monkeypatch, place, call, line):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
+
+    def work(*arguments, **options):
+        """Wait until the line appears, or for one minute."""
+        for _ in range(600):
+            if line in terminal.getvalue():
+                raise InterruptedError
+            time.sleep(0.1)
+
+    monkeypatch.setattr(f"vibrodrive.{place}", work)
+    with pytest.raises(InterruptedError):
+        call()
+    assert terminal.getvalue().endswith("\r\x1b[K")  # the line is removed at the end
 
 
 class Notebook(types.ModuleType):
@@ -241,45 +261,6 @@ def test_progress_is_shown_below_a_notebook_cell(quick, monkeypatch, capfd):
     show.clear()
     assert notebook.cells[-1] == ["y.h5  1 %", "resumed", "resumed\ny.h5  2 %", "resumed"]
     assert capfd.readouterr() == ("", "")
-
-
-def test_ipython_in_a_terminal_is_a_terminal(monkeypatch):
-    monkeypatch.setitem(sys.modules, "IPython", Notebook(types.SimpleNamespace()))
-    assert progress.make_display("x.h5") is None
+    monkeypatch.setitem(sys.modules, "IPython", Notebook(types.SimpleNamespace()))  # IPython in a terminal
     monkeypatch.setattr(sys, "stderr", Terminal())
     assert type(progress.make_display("x.h5")) is progress.Show
-
-
-@pytest.mark.jit
-def test_progress_of_a_sweep_in_memory_is_shown(monkeypatch):
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
-    vd.sweep(A=np.linspace(3, 3.25, 500), transient=100, periods=5)
-    assert "\r\x1b[Ksweep    0.0 %" in terminal.getvalue()
-    assert terminal.getvalue().endswith("\r\x1b[K")  # the line is removed at the end
-
-
-@pytest.mark.parametrize(
-    ("place", "call"),
-    [
-        ("batch.trajectory.follow", lambda: vd.simulate(3.0, transient=10**9)),
-        ("stability.limit.LimitSearch.run", lambda: vd.limit(3.0, transient=10**9)),
-    ],
-)
-def test_long_call_is_shown_as_under_way(monkeypatch, place, call):
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setattr(progress, "SHOWN_AFTER", 0.0)
-
-    def work(*arguments, **options):
-        """Wait until the line appears, or for one minute."""
-        for _ in range(600):
-            if "under way: " in terminal.getvalue():
-                raise InterruptedError
-            time.sleep(0.1)
-
-    monkeypatch.setattr(f"vibrodrive.{place}", work)
-    with pytest.raises(InterruptedError):
-        call()
-    assert terminal.getvalue().endswith("\r\x1b[K")

@@ -1,7 +1,5 @@
 """The command for orbits lists, writes and draws orbits and their bifurcations. Simulated motions agree with them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from vibrodrive.figures.plane import Exact
 from vibrodrive.jobs.orbits import COLUMNS, check, find, printed, read_bifurcations, rows
 from vibrodrive.jobs.tables import read_table, write_table
 from vibrodrive.model.config import parse
-from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import Family, family, section
 from vibrodrive.periodic.search import orbits
 
@@ -60,17 +57,6 @@ def test_brute_force_agrees_with_the_stable_branches():
         assert apart.min(axis=1).max() < 1e-9
 
 
-def test_branches_end_at_bifurcations():
-    found = family(np.linspace(2.5, 2.7, 21), max_period=2)
-    ends = [b.A for b in found.bifurcations]
-    for branch in found.branches():
-        assert len({(o.name, o.kind) for o in branch.orbits}) == 1
-        inside = [a for a in ends if branch.A[0] < a - 1e-6 and a + 1e-6 < branch.A[-1]]
-        assert not inside or branch.unstable  # a branch continues only if its orbit has no part in the bifurcation
-        for end in (branch.A[0], branch.A[-1]):
-            assert min(abs(end - a) for a in [*ends, 2.5, 2.7]) < 2e-7
-
-
 def test_orbit_that_reappears_is_a_new_branch():
     (orbit,) = orbits(1.5)
     there = [[orbit], [], [orbit], [orbit]]
@@ -90,26 +76,6 @@ def test_figures_show_branches_marks_and_cobweb():
     assert multiplier_diagram(found).axes[0].get_yscale() == "symlog"
     (orbit,) = (o for o in orbits(3.04) if o.kind == "stable")
     assert len(cobweb(3.04, 0.1, orbit).axes[0].lines) > 5
-
-
-def test_dense_bifurcations_have_a_separate_panel():
-    """Six of ten bifurcations are in an interval of A of length 0.01. Only the second panel marks these six."""
-    seen = bifurcations((2.6, 2.7), max_period=2)[:3]
-    places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6))]
-    many = [replace(seen[k % 3], A=float(A)) for k, A in enumerate(places)]
-    found = replace(family([2.5, 2.6, 2.7], max_period=2), bifurcations=many)
-    for figure in (bifurcation_diagram(found), multiplier_diagram(found)):
-        whole, close = figure.axes
-        assert whole.get_xlim() == (2.5, 2.7)
-        low, high = close.get_xlim()
-        marks = [set(np.round(np.concatenate([m.get_xdata() for m in ax.lines if m.get_marker() != "None"]), 9))
-                 for ax in (whole, close)]  # fmt: skip
-        assert {a for a in marks[0] if a > 2.5} == set(places[:4])
-        assert {a for a in marks[1] if low <= a <= high} == {round(a, 9) for a in places[4:]}
-        assert low < 2.68 - 5e-4 < 2.69 + 5e-4 < high
-        (shade,) = (p for p in whole.patches if "b)" in str(p.get_label()))
-        assert all(line.get_zorder() > shade.get_zorder() for line in whole.lines), "the shade must hide no line"
-        assert any("b)" in t.get_text() for t in figure.legends[0].get_texts()), "the legend must explain the shade"
 
 
 def test_orbits_on_the_level():
