@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
@@ -23,7 +22,6 @@ def info(file: Path, check: bool, as_json: bool) -> None:
     libraries; on stderr the parts that are damaged, with what to do. An incomplete file is not an error.
     """
     from vibrodrive.jobs.progress import Show
-    from vibrodrive.model.plain import plain
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import contradictions, look, verify
 
@@ -41,6 +39,10 @@ def info(file: Path, check: bool, as_json: bool) -> None:
     if check:
         faults += contradictions(found.header)
     if as_json:
+        import json
+
+        from vibrodrive.model.plain import plain
+
         about = {"file": str(file), "title": title, "computed": found.share, **found.facts(), "versions": versions}
         about |= {"damaged": faults, "bytes": size, "written": written}
         click.echo(json.dumps(plain(about), indent=1, ensure_ascii=False, allow_nan=False))  # NaN and ∞ as null

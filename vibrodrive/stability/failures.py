@@ -87,8 +87,7 @@ class Comparison(NamedTuple):
 def compared(motion: Trajectory) -> Comparison:
     """Compare each switch of a motion (method fixed or muller) with the certified one.
 
-    No method finds a zero before the first one, so only rounding and `tol` can
-    make a delay negative.
+    No method finds a zero before the first one, so only rounding and `tol` can make a delay negative.
     """
     rows = motion.switches
     judged = np.flatnonzero(rows["after"][:-1] != State.IMPACT)

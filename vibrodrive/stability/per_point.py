@@ -12,7 +12,6 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pickle import PicklingError
 from time import monotonic
-from typing import Any
 
 import numpy as np
 
@@ -146,15 +145,10 @@ def numbers_of(own: Own, motion: Trajectory) -> Mapping[str, float]:
     found = own.function(motion)
     named = found if isinstance(found, Mapping) else {own.name: found}
     allowed = f"a number, or numbers by name, as the result of {own.name}"
-    values = {name: real_number(str(name), _plain(value), allowed) for name, value in named.items()}
+    values = {name: real_number(str(name), value, allowed) for name, value in named.items()}
     if own.numbers and set(values) != set(own.numbers):
         raise ValueError(bad("names", list(values), f"{', '.join(own.numbers)}, as at the first point"))
     return values
-
-
-def _plain(value: Any) -> Any:
-    """Return an array of one number as this number, and any other value unchanged."""
-    return value.item() if getattr(value, "shape", None) == () else value
 
 
 def with_names(plan: Plan) -> Plan:
