@@ -176,6 +176,7 @@ REFUSED = [
         ["orbits", "small.toml", "--set", "eps=0", "--set", "max_period=0"],
         ["orbits.max_period = 0: must be an integer >="],
     ),
+    (["sweep", "--plot", "small.toml", "--set", "figure.x=B"], ["figure.x = 'B': must be one of the axes A, eps"]),
 ]
 """(Arguments of the program, words of its answer)"""
 

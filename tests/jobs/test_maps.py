@@ -41,6 +41,15 @@ def test_undisturbed_gaps_equal_the_cycle_of_limits():
 
 
 @pytest.mark.jit
+def test_undisturbed_motion_has_settled():
+    """From rest this motion needs more than 500 periods until each impact follows after 6 periods."""
+    point = {"A": 2.8722, "B": 0.024}
+    swept = vd.sweep(**{**point, "A": [2.8722]}, eps=[1e-5], transient=10, periods=10, record="summary")
+    assert undisturbed_gaps(swept).tolist() == [[6]]
+    assert np.unique(np.diff(vd.simulate(**point, transient=20_000, periods=60).impacts["period"])).tolist() == [6]
+
+
+@pytest.mark.jit
 def test_structure_is_lost_at_the_limit():
     """The gaps in a summary equal the undisturbed gaps at three values of ε below k₂, and differ from them at k₂.
 

@@ -43,6 +43,9 @@ def test_table_holds_every_orbit_and_bifurcation(found, tmp_path):
         for row in there
         if float(row["A"]) == A[14]
     ]
+    ends = [row for row in there if "orbit" not in row["kind"]]
+    sides = [[float(row[f"multiplier_{side}"] or "nan") for side in ("below", "above")] for row in ends]
+    assert np.array_equal(sides, [[b.multiplier_below, b.multiplier_above] for b in found.bifurcations], equal_nan=True)
     assert read_bifurcations(tmp_path / "o.csv") == [
         Exact(b.kind, b.orbit.period, b.orbit.impacts, b.A, b.B) for b in found.bifurcations
     ]

@@ -49,7 +49,7 @@ class Motion:
 
     @property
     def complete(self) -> bool:
-        """False if the motion has exceeded its budget."""
+        """False if the motion has exceeded its budget, so that its last section points are NaN."""
         return bool(np.isfinite(self.section).all())
 
     @cached_property
@@ -129,8 +129,7 @@ class Evaluator:
     def _compute_single(self, point: np.ndarray) -> Motion:
         """Compute a disturbed motion with all its switches."""
         trajectory = self._follow(point, self._plan.settings)
-        section = np.where(trajectory.status == Status.BUDGET, np.nan, trajectory.section)
-        return Motion(section, trajectory.impacts, lambda: trajectory)
+        return Motion(trajectory.section, trajectory.impacts, lambda: trajectory)
 
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
         """Yield the motions at these points, in order. While one batch is evaluated, the next batch is computed."""
@@ -138,20 +137,18 @@ class Evaluator:
         parts = [points[at : at + most] for at in range(0, len(points), most)]
         tasks = [self._ahead.submit(self._computed, part, settings) for part in parts[:1]]
         for n, part in enumerate(parts):
-            section, impacts, status = tasks.pop().result()
+            section, impacts = tasks.pop().result()
             if n + 1 < len(parts):
                 tasks.append(self._ahead.submit(self._computed, parts[n + 1], settings))
             for k, point in enumerate(part):
-                section[k][status[k] == Status.BUDGET] = np.nan
                 yield Motion(section[k], main_impacts(impacts[k]), partial(self._follow, point, settings))
 
-    def _computed(self, points: np.ndarray, settings: Settings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _computed(self, points: np.ndarray, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
         n, periods = len(points), settings.periods
         section, impacts = np.empty((n, periods, 2)), np.empty((n, 2 * periods, 4))
-        status = np.empty(n, np.int8)
-        arrays = Arrays(section, status, np.empty(n), np.empty((n, 5), np.int64), impacts)
+        arrays = Arrays(section, np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), impacts)
         fill(settings, points, self._threads, self._halt, arrays)
-        return section, impacts, status
+        return section, impacts
 
     def _follow(self, point: np.ndarray, settings: Settings) -> Trajectory:
         scalars = dict(zip(COLUMNS, point.tolist(), strict=True))
