@@ -43,6 +43,9 @@ def test_a_grid_method_without_a_step_has_its_limit_in_the_step():
     r = vd.sweep(A=[3.04], method="fixed", record="limit", **SHORT)
     k = vd.limit(3.04, "dtau", **SHORT)
     assert (r.k2[0], r.last_kept[0], r.velocity[0]) == (k.k2, k.last_kept, k.k2)
+    disturbed = vd.sweep(A=[3.04], eps=[0.0, 1e-5], method="fixed", record="limit", **SHORT)
+    assert disturbed.orbit_period.tolist() == [[2, 2]], "the orbit is that of the undisturbed motion"
+    assert disturbed.k2.tolist() == [[k.k2, vd.limit(3.04, "dtau", eps=1e-5, **SHORT).k2]]
     with_step = vd.sweep(A=[3.04], method="fixed", dtau=1e-4, record="limit", **SHORT)
     assert with_step.k2[0] == vd.limit(3.04, "eps", "fixed", dtau=1e-4, **SHORT).k2
 
