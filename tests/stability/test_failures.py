@@ -10,7 +10,7 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.model.states import State
-from vibrodrive.stability.failures import compared, count_failures, next_switches
+from vibrodrive.stability.failures import Comparison, compared, count_failures, next_switches
 
 
 def motion(method, **arguments):
@@ -32,6 +32,13 @@ def test_two_zeros_in_one_step_are_counted(method):
     """At ε = 5e-4 and A = 1.5 there are 83 switches in a period, so methods with the step 0.1 miss many."""
     verdict = count_failures(motion(method, A=1.5, eps=5e-4, dtau=0.1))
     assert verdict.missed + verdict.late > 0.05 * verdict.judged
+
+
+def test_kinds_of_failures_are_those_of_the_module():
+    """Four switches: the certified one; the same one later; another one in time; another one later."""
+    same, in_time = np.array([True, True, False, False]), np.array([True, False, True, False])
+    found = Comparison(*[np.zeros(4)] * 5, same, in_time)
+    assert [found.of(kind).nonzero()[0].tolist() for kind in ("late", "wrong", "missed")] == [[1], [2], [3]]
 
 
 @pytest.mark.jit
