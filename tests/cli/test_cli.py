@@ -472,7 +472,6 @@ def test_memory_does_not_grow_with_the_sweep(run):
     assert peak[60_000] - peak[2000] < 60 * 1024
 
 
-@pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_during_imports_prints_one_line():
     script = """if True:
         import os, signal, sys
@@ -490,7 +489,6 @@ def test_ctrl_c_during_imports_prints_one_line():
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "vibrodrive: stopped by SIGINT\n")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="streams of a shell")
 def test_neither_a_closed_stream_nor_the_backend_of_a_display_stops_a_command(tmp_path):
     fake.write(tmp_path / "small.h5", SMALL)
     command = f'exec "{sys.executable}" -m vibrodrive plot small.h5 2>&-'

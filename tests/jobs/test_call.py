@@ -21,6 +21,7 @@ from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.toml import as_toml
 from vibrodrive.store.compare import compare
+from vibrodrive.store.layout import Origin
 from vibrodrive.store.lock import Lock
 from vibrodrive.store.reader import verify
 
@@ -79,7 +80,7 @@ def test_sweep_writes_the_same_bytes_as_the_command(quick):
         assert r.section[start:stop].tobytes() == fake.block(make_plan(SWEEP), k).section.tobytes()
 
 
-def test_call_and_command_resume_files_of_each_other(quick):
+def test_call_and_command_resume_files_of_each_other(quick, monkeypatch, capsys):
     vd.sweep(**SWEEP, path="x.h5")
     Path("c.toml").write_text("[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n")
     quick.clear()
@@ -91,6 +92,10 @@ def test_call_and_command_resume_files_of_each_other(quick):
     quick.clear()
     assert vd.sweep(**SWEEP, path=Path("y.h5")).computed == 1.0
     assert quick == [1]
+    monkeypatch.setattr("vibrodrive.store.layout.__version__", "0.0.9")
+    fake.write(Path("z.h5"), make_plan(SWEEP), Origin(Path("c.toml").read_text()), [0])
+    command("c.toml", "-o", "z.h5")
+    assert f"z.h5: begun by vibrodrive 0.0.9, continued by {vd.__version__}\n" in capsys.readouterr().err
 
 
 def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
