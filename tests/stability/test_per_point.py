@@ -157,6 +157,8 @@ def test_a_point_at_which_a_function_raises_is_nan():
         r = vd.sweep(A=[3.04, 1.5], record=picky, **SHORT)
     assert r.status.tolist() == [vd.Status.RAISED, vd.Status.OK]
     assert np.array_equal(r.picky, [np.nan, 1.0], equal_nan=True)
+    cut = vd.sweep(A=[3.04], record=lambda motion: len(motion.switches), budget=1, **SHORT)
+    assert cut.status.tolist() == [vd.Status.BUDGET], "the status of the motion is kept"
 
 
 @pytest.mark.slow("8 s: processes that load the kernels")

@@ -20,7 +20,6 @@ from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, is_name
 
 if TYPE_CHECKING:
-    from vibrodrive.jobs.progress import Show
     from vibrodrive.model.config import Config
     from vibrodrive.model.plan import Plan
 
@@ -146,23 +145,12 @@ def in_one_line(before: str = "") -> Iterator[None]:
 
 @contextmanager
 def working(name: str) -> Iterator[None]:
-    """Show the progress and the time of compilations. Turn a TypeError or ValueError into an error of one line."""
+    """Show the time that has passed, and that of compilations. Turn a TypeError or ValueError into one line."""
     from vibrodrive.jit.compile import compilation
-    from vibrodrive.jobs.progress import Show, duration, shown
+    from vibrodrive.jobs.progress import Show, duration, under_way
 
     show = Show(sys.stderr, name)
-    show.update(lambda: "started")
-    counting = False
-
-    def look(show: Show) -> None:
-        nonlocal counting
-        if compilation.running:
-            show.compiling(compilation.seconds)
-        elif counting:
-            show.clear()
-        counting = compilation.running
-
-    with in_one_line(), shown(show, look, after=0.0):
+    with in_one_line(), under_way(name, show):
         yield
     if compilation.seconds >= 1:
         show.say(f"kernels compiled in {duration(compilation.seconds)}")

@@ -88,8 +88,10 @@ def draw(
     from vibrodrive.figures.style import drawn_as, save
 
     damaged: list[str] = []
-    with drawn_as(**(_look(files[0]) | (look or {}))), _left_out(damaged):
-        figure, share = _several(files, options, over) if len(files) > 1 else _figure(files[0], options, over)
+    configured, own = _configured(files[0])
+    with drawn_as(**(own | (look or {}))), _left_out(damaged):
+        several = len(files) > 1
+        figure, share = _several(files, options, over) if several else _figure(files[0], configured, options, over)
     save(figure, target, dpi)
     if share < 1:
         say(f"{files[0]}: {100 * share:.1f} % computed")
@@ -100,15 +102,16 @@ def draw(
         raise click.exceptions.Exit(1)
 
 
-def _look(file: Path) -> dict[str, Any]:
-    """Return the style and the width that are given by the configuration in a file."""
+def _configured(file: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return [figure] of the configuration in a file, and its style and width."""
     from vibrodrive.store.header import origin_of, reading
 
     try:
         with reading(file) as opened:
-            return origin_of(opened).parsed().look
+            settings = origin_of(opened).parsed()
     except ConfigError:  # the configuration was written by another version, or contains a function
-        return {}
+        return {}, {}
+    return settings.figure, settings.look
 
 
 @contextmanager
@@ -126,20 +129,16 @@ def _left_out(damaged: list[str]) -> Iterator[None]:
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
-def _figure(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
+def _figure(
+    file: Path, configured: dict[str, Any], options: dict[str, Any], over: tuple[Path, ...]
+) -> tuple[Figure, float]:
     """Return (figure of a file and of the files `over`, computed share)."""
     from vibrodrive.figures import diagrams as figures
     from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
     from vibrodrive.store.load import load
-    from vibrodrive.store.reader import look
 
-    report = look(file)
-    try:
-        figure = report.header.origin.parsed().figure
-    except ConfigError:
-        figure = {}
-    wanted = check_drawing(figure, report.header.plan, options)
     results = load(file)
+    wanted = check_drawing(configured, results.plan, options)
     others: dict[str, Any] = {"over": read_overlays(over)} if over else {}
     if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS:
         results = results.dimensionless()
@@ -147,7 +146,7 @@ def _figure(file: Path, options: dict[str, Any], over: tuple[Path, ...]) -> tupl
         with working(file.name):
             others["undisturbed"] = undisturbed_gaps(results)
     with in_one_line():
-        return figures.from_results(results, **wanted, **others), report.share
+        return figures.from_results(results, **wanted, **others), results.computed
 
 
 def _several(files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,8 +24,8 @@ from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
 from vibrodrive.model.parameters import bad, bad_axes
-from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.results import Results
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import SECTION
 from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
 from vibrodrive.periodic.family import Family, family
 from vibrodrive.periodic.search import check_period
@@ -115,20 +116,13 @@ def printed(found: Found) -> str:
     return "\n".join([*lines, f"{said}; orbits of up to {found.max_period} periods at {values}: {kinds}"])
 
 
-def drawn(found: Found, threads: int | None = None) -> list[Figure]:
+def drawn(found: Found) -> list[Figure]:
     """Draw the orbits over simulated motions, and their multipliers; with several values of B the plane of A and B."""
     if found.family is None:
         return [plane_figure(found.bifurcations, found.max_period)]
+    simulated = collect(replace(found.plan, record=(SECTION,))).dimensionless()
     phase = found.plan.scalars["section_phase"]
-    brute = brute_force(found.plan, threads)
-    return [bifurcation_diagram(found.family, brute, section_phase=phase), multiplier_diagram(found.family)]
-
-
-def brute_force(plan: Plan, threads: int | None = None) -> Results:
-    """Simulate the undisturbed motions of a plan over A, and return results that contain their section points."""
-    kept = {name: plan.scalars[name] for name in ("B", "xi0", "dxi0", "tau0", "section_phase")}
-    s = plan.settings
-    return collect(make_plan({"A": plan.axes["A"], **kept, "transient": s.transient, "periods": s.periods}), threads)
+    return [bifurcation_diagram(found.family, simulated, section_phase=phase), multiplier_diagram(found.family)]
 
 
 def read_bifurcations(path: Path) -> list[Exact]:

@@ -217,8 +217,8 @@ def shown(show: Show | None, look: Callable[[Show], None], after: float | None =
 
 
 @contextlib.contextmanager
-def under_way(name: str) -> Iterator[None]:
-    """While the block runs, show its elapsed time, or a compilation."""
+def under_way(name: str, show: Show | None = None) -> Iterator[None]:
+    """While the block runs, show its elapsed time or a compilation, with `show` at once."""
     from vibrodrive.jit.compile import compilation
 
     began = time.monotonic()
@@ -226,5 +226,5 @@ def under_way(name: str) -> Iterator[None]:
     def line() -> str:
         return f"under way: {duration(time.monotonic() - began)}"
 
-    with shown(make_display(name), lambda show: show.look(line, compilation)):
+    with shown(show or make_display(name), lambda show: show.look(line, compilation), 0.0 if show else None):
         yield
