@@ -145,16 +145,16 @@ def test_a_function_of_a_motion_is_a_record(tmp_path):
         vd.sweep(**arguments, record=["summary", lambda motion: {"last": 0.0, "total": 0.0}], path=tmp_path / "own.h5")
 
 
-def test_a_point_at_which_a_function_raises_is_nan():
+def test_a_point_at_which_a_function_raises_is_nan(tmp_path):
     def picky(motion):
         if motion.arguments["A"] > 3:
             raise RuntimeError("too large")
         return 1
 
-    with pytest.warns(
-        UserWarning, match=r"1 points have the status RAISED: picky at A = 3.04: RuntimeError: too large"
-    ):
-        r = vd.sweep(A=[3.04, 1.5], record=picky, **SHORT)
+    told = r"1 points have the status RAISED: picky at A = 3.04: RuntimeError: too large"
+    for path in (None, tmp_path / "picky.h5"):
+        with pytest.warns(UserWarning, match=told):
+            r = vd.sweep(A=[3.04, 1.5], record=picky, **SHORT, path=path)
     assert r.status.tolist() == [vd.Status.RAISED, vd.Status.OK]
     assert np.array_equal(r.picky, [np.nan, 1.0], equal_nan=True)
     cut = vd.sweep(A=[3.04], record=lambda motion: len(motion.switches), budget=1, **SHORT)
