@@ -34,7 +34,7 @@ class _Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args[0] not in self.commands:
+        if args[0] not in self.commands and not ctx.resilient_parsing:  # which completes words in a shell
             raise click.UsageError(bad("command", args[0], "one of " + ", ".join(self.commands)))
         return super().resolve_command(ctx, args)
 
