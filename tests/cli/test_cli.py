@@ -429,11 +429,13 @@ def test_progress_rewrites_a_line_of_a_terminal_and_prints_few_lines_elsewhere(m
 def test_progress_shows_rate_and_remaining_time(monkeypatch):
     monkeypatch.setattr("time.monotonic", lambda: 100.0)
     tally = Tally()
-    tally.start(points=1000, done=400, periods=50)
+    tally.start(make_plan({"A": np.arange(1000.0), "transient": 10, "periods": 40}), done=400)
     assert tally.line() == " 40.0 %"
     monkeypatch.setattr("time.monotonic", lambda: 110.0)
     tally.add(200)
     assert tally.line() == " 60.0 %  1.00e+03 periods/s  20 points/s  20.0 s left"
+    tally.periods = 0  # of limits, for which each point needs many motions
+    assert tally.line() == " 60.0 %  20 points/s  20.0 s left"
     times = {0.00412: "4.1 ms", 0.314: "0.31 s", 3.21: "3.2 s", 59.97: "1 min 0 s", 7500: "2 h 5 min", 3e5: "3 d 11 h"}
     assert [duration(seconds) for seconds in times] == [*times.values()]
 

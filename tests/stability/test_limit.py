@@ -157,6 +157,7 @@ def test_too_short_record_is_reported_for_its_point():
     assert found[1].how == told
     with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
         limit(3.1, transient=50, periods=14)
+    assert limit(3.1, transient=50, periods=16).k2 > 0
 
 
 @pytest.mark.jit

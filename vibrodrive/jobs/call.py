@@ -186,7 +186,7 @@ def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> 
     from vibrodrive.jit.compile import compilation
 
     tally = Tally()
-    tally.start(plan.n_points, 0, plan.settings.transient + plan.settings.periods)
+    tally.start(plan)
     with shown(make_display("sweep"), lambda show: show.look(tally.line, compilation)):
         if not several_motions(plan.record):
             return collect(plan, threads, executor, tally.add)

@@ -15,8 +15,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TextIO
 
+from vibrodrive.model.records import ALONE
+
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
+    from vibrodrive.model.plan import Plan
 
 PLAIN_SECONDS = 10.0  # seconds between lines if stderr is not a terminal (a log, a batch system)
 
@@ -31,16 +34,17 @@ class Tally:
     points: int = 0  # points of the sweep
     done: int = 0  # points computed in this run and in earlier runs
     fresh: int = 0  # points computed in this run
-    periods: int = 0  # excitation periods of one point, including the transient
+    periods: int = 0  # excitation periods of one point, including the transient; 0 if it has several motions
     stage: str = ""  # activity before the first and after the last point; "" while points are computed
     elsewhere: str = ""  # possible activity of workers before the first point arrives
     waiting: str = ""  # reason why a cluster waits
     began: float = field(default_factory=time.monotonic)  # start of the computation
 
-    def start(self, points: int, done: int, periods: int) -> None:
+    def start(self, plan: Plan, done: int = 0) -> None:
         """Set the numbers of points and periods, and start the measurement of time."""
-        self.points, self.done, self.periods = points, done, periods
-        self.stage, self.began = "", time.monotonic()
+        several = {*ALONE} & {*plan.record}
+        self.periods = 0 if several else plan.settings.transient + plan.settings.periods
+        self.points, self.done, self.stage, self.began = plan.n_points, done, "", time.monotonic()
 
     def add(self, points: int) -> None:
         self.done += points
@@ -61,7 +65,12 @@ class Tally:
         if not self.fresh:
             return f"{share}  {self.elsewhere}: {time.monotonic() - self.began:.0f} s" if self.elsewhere else share
         left = duration((self.points - self.done) / self.rate)
-        return f"{share}  {self.rate * self.periods:.2e} periods/s  {self.rate:.3g} points/s  {left} left"
+        return f"{share}  {self.speed('  ')}  {left} left"
+
+    def speed(self, between: str) -> str:
+        """Return the text with the points and, if each point has one motion, the periods per second."""
+        points = f"{self.rate:.3g} points/s"
+        return f"{self.rate * self.periods:.2e} periods/s{between}{points}" if self.periods else points
 
 
 def duration(seconds: float) -> str:

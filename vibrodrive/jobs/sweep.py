@@ -213,19 +213,15 @@ class _Work:
         run_blocks = _computing(writer.plan).run_blocks
         plan, tally = writer.plan, self.tally
         lengths = [stop - start for start, stop in plan.blocks()]
-        missing = sum(lengths[k] for k in which)
-        tally.start(plan.n_points, plan.n_points - missing, plan.settings.transient + plan.settings.periods)
+        tally.start(plan, plan.n_points - sum(lengths[k] for k in which))
         found = run_blocks(plan, which, threads=self.job.threads, executor=executor)
         with contextlib.closing(found) as blocks:
             for block in blocks:
                 writer.write(block)
                 self.raised += block.raised
                 tally.add(block.stop - block.start)
-        took = monotonic() - tally.began
-        self.summary = (
-            f"{self.job.path}: {tally.fresh} points in {duration(took)} "
-            f"({tally.fresh * tally.periods / took:.2e} periods/s), {prepared}"
-        )
+        took = duration(monotonic() - tally.began)
+        self.summary = f"{self.job.path}: {tally.fresh} points in {took} ({tally.speed(', ')}), {prepared}"
 
     def _prepare(self, writer: Writer, local: bool) -> str:
         """Load or compile the kernels before the time of the sweep starts, and return a text about their time."""
