@@ -1,5 +1,7 @@
 """The command for orbits lists, writes and draws orbits and their bifurcations. Simulated motions agree with them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from vibrodrive.figures.plane import Exact
 from vibrodrive.jobs.orbits import COLUMNS, check, find, printed, read_bifurcations, rows
 from vibrodrive.jobs.tables import read_table, write_table
 from vibrodrive.model.config import parse
+from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import Family, family, section
 from vibrodrive.periodic.search import orbits
 
@@ -79,6 +82,17 @@ def test_figures_show_branches_marks_and_cobweb():
     assert multiplier_diagram(found).axes[0].get_yscale() == "symlog"
     (orbit,) = (o for o in orbits(3.04) if o.kind == "stable")
     assert len(cobweb(3.04, 0.1, orbit).axes[0].lines) > 5
+
+
+def test_dense_bifurcations_have_a_separate_panel():
+    """Six of ten bifurcations are in an interval of A of length 0.01. Only the second panel marks these six."""
+    seen = bifurcations((2.6, 2.7), max_period=2)[:3]
+    places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6)).round(9).tolist()]
+    many = [replace(seen[k % 3], A=A) for k, A in enumerate(places)]
+    whole, close = bifurcation_diagram(replace(family([2.5, 2.6, 2.7], max_period=2), bifurcations=many)).axes
+    for ax, low, marked in ((whole, 2.5, places[:4]), (close, close.get_xlim()[0], places[4:])):
+        at = {float(round(a, 9)) for line in ax.lines if line.get_marker() != "None" for a in line.get_xdata()}
+        assert {a for a in at if low < a <= 2.7} == {*marked}
 
 
 def test_orbits_on_the_level():
