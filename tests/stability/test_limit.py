@@ -41,6 +41,43 @@ def test_clean_loss_is_bracketed(threshold):
         assert band.searched_to >= BEYOND * band.lost
 
 
+def plain_band(grid, kept):
+    """Return the band of a criterion, computed from its definition, one value after the other."""
+    first = 0
+    while not kept(grid.value(first)):
+        if grid.value(first) <= grid.floor:
+            return grid.value(first), 0.0, 0.0, 0.0, grid.value(first)
+        first -= 2 * grid.decade
+    top, loss, last = first, None, first
+    while grid.value(top + 1) <= grid.top and (loss is None or grid.value(top) <= BEYOND * grid.value(max(last, loss))):
+        for k in [k for k in range(top + 1, top + 1 + grid.batch) if grid.value(k) <= grid.top]:
+            top = k
+            if not kept(grid.value(k)):
+                loss = k if loss is None else loss
+            elif kept(grid.value(k - 1)):
+                last = k
+    if loss is None:
+        return math.inf, grid.value(top), grid.value(top), 0.0, grid.value(top)
+    low, high = grid.value(loss - 1), grid.value(loss)
+    for _ in range(2):
+        inner = [low, *np.geomspace(low, high, 9)[1:-1].tolist(), high]
+        at = next((k for k in range(1, 8) if not kept(inner[k])), 8)
+        low, high = inner[at - 1], inner[at]
+    share = np.mean([kept(grid.value(k)) for k in range(loss, last + 1)]) if last >= loss else 0.0
+    return high, low, grid.value(last) if last >= loss else low, share, grid.value(top)
+
+
+@given(edge=st.integers(-70, 80), odd=st.sets(st.integers(-70, 110)), kind=st.sampled_from(sorted(GRIDS)))
+def test_values_requested_in_advance_do_not_change_the_band(edge, odd, kind):
+    grid = GRIDS[kind]
+    exceptions = {grid.value(k) for k in odd}
+
+    def kept(value):
+        return (value < grid.value(edge)) != (value in exceptions)
+
+    assert tuple(find(kind, kept)) == plain_band(grid, kept)
+
+
 def test_isolated_losses_make_a_band_with_two_ends():
     lost = {0.036, 0.039, 0.045}
     band = find("dtau", lambda x: x not in lost and x < 0.051)

@@ -68,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # the encoding of a terminal need not contain ξ
             stream.reconfigure(errors="replace")
-    arguments = list(arguments or sys.argv[1:]) or ["--help"]
+    arguments = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
     code, message = _run(lambda: cli.main(arguments, "vibrodrive", standalone_mode=False))
     if message:
         print(f"vibrodrive: {message}", file=sys.stderr)

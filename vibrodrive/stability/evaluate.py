@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import TracebackType
 from typing import TypeVar
@@ -32,7 +32,10 @@ from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, St
 
 BATCH_BYTES = 48 << 20  # largest size of the results of motions computed together (a batch); at most two batches exist
 
+SINGLE = 64  # motions with all their switches, of up to a megabyte each, that are computed together
+
 T = TypeVar("T")
+Owner = TypeVar("Owner")
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,10 @@ class Motion:
     def trajectory(self) -> Trajectory:
         """The same motion with all its switches, computed at the first access."""
         return self._followed()
+
+    def copy(self) -> Motion:
+        """Return a copy, which does not keep the arrays of the motions computed together with this one in memory."""
+        return replace(self, section=self.section.copy(), impacts=self.impacts.copy())
 
     def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
         """Return True if the motion satisfies the criterion."""
@@ -106,25 +113,27 @@ class Evaluator:
 
     def answers(
         self,
-        requests: Sequence[tuple[int, ReferenceOrbit, np.ndarray]],
-        ask: Callable[[ReferenceOrbit, Motion], T],
+        requests: Sequence[tuple[int, Owner, np.ndarray]],
+        ask: Callable[[Owner, Motion], T],
         one_by_one: bool = False,
     ) -> list[list[T]]:
-        """Return the results of ask(orbit, motion), one list for each request.
+        """Return the results of ask(owner, motion), one list for each request, asked in the order of the disturbances.
 
-        A request is (number of a point, its orbit, disturbances). If `one_by_one`, each motion is computed separately
-        with all its switches, and each thread computes one motion at a time.
+        A request is (number of a point, its owner, such as an orbit, disturbances). If `one_by_one`, each motion is
+        computed separately with all its switches, and each thread computes one motion at a time.
         """
-        bases = [base for _, base, values in requests for _ in values]
+        owners = [owner for _, owner, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
         points[:, self._column] = np.concatenate([values for _, _, values in requests])
-        if one_by_one:
-            with ThreadPoolExecutor(self._threads) as pool:
-                answers = list(pool.map(lambda base, point: ask(base, self._compute_single(point)), bases, points))
-        else:
-            answers = list(map(ask, bases, self._motions(points, self._plan.settings)))
-        found = iter(answers)
+        motions = self._single_motions(points) if one_by_one else self._motions(points, self._plan.settings)
+        found = iter(list(map(ask, owners, motions)))
         return [[next(found) for _ in values] for _, _, values in requests]
+
+    def _single_motions(self, points: np.ndarray) -> Iterator[Motion]:
+        """Yield the motions at these points with all their switches, in order. At most SINGLE of them are in memory."""
+        with ThreadPoolExecutor(self._threads) as pool:
+            for at in range(0, len(points), SINGLE):
+                yield from pool.map(self._compute_single, points[at : at + SINGLE])
 
     def _compute_single(self, point: np.ndarray) -> Motion:
         """Compute a disturbed motion with all its switches."""

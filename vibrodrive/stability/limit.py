@@ -50,9 +50,6 @@ AT_A_TIME = 256
 """Number of simultaneous searches. It is large, so that a sweep contains many motions even after most searches have
 ended."""
 
-EXPLAINED_AT_A_TIME = 32
-"""Number of limits whose motions just below and just above the first loss are computed in one sweep."""
-
 
 @dataclass(frozen=True, repr=False)
 class Limit:
@@ -290,14 +287,42 @@ def plan_limits(arguments: Mapping[str, Any], disturbance: object, method: objec
     return plan
 
 
-@dataclass
 class _Problem:
-    """One search in progress."""
+    """One search in progress, with the motions at the two values between which the structure is lost.
 
-    index: int  # number of the point in the plan
-    base: ReferenceOrbit
-    search: BandSearch
-    requested: np.ndarray  # disturbances that the search needs next
+    index : number of the point in the plan.
+    requested : disturbances that the search needs next.
+    kept, lost : motions at the least value found to be lost, and at the largest value kept below it, with these values.
+    """
+
+    def __init__(self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion) -> None:
+        self.index, self.base = index, base
+        self.kept: tuple[float, Motion | None] = (0.0, None)
+        self.lost: tuple[float, Motion | None] = (math.inf, None)
+        self._search, self._wanted = search, wanted
+        self._request(next(search))
+
+    def _request(self, values: np.ndarray) -> None:
+        self.requested = values
+        self._order = iter(values.tolist())
+
+    def take(self, motion: Motion) -> bool:
+        """Return whether the next of the requested motions keeps the structure."""
+        value = next(self._order)
+        keeps = motion.keeps(self.base, self._wanted)
+        if keeps and self.kept[0] < value < self.lost[0]:
+            self.kept = value, motion.copy()
+        elif not keeps and value < self.lost[0]:
+            self.lost = value, motion.copy()
+        return keeps
+
+    def go_on(self, answers: Sequence[bool]) -> Band | None:
+        """Give the search its answers. Return the band if the search has ended."""
+        try:
+            self._request(self._search.send(np.array(answers)))
+        except StopIteration as end:
+            return end.value
+        return None
 
 
 @dataclass(frozen=True)
@@ -325,56 +350,36 @@ class LimitSearch:
                         how = bad("periods", periods, f"{enough} at A = {plan.arguments(index)['A']:g})")
                         yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
                     else:
-                        search = search_band(GRIDS[plan.sought])
-                        active.append(_Problem(index, base, search, next(search)))
+                        active.append(_Problem(index, base, search_band(GRIDS[plan.sought]), self.wanted))
                 yield from self._searched(active, evaluator)
 
     def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
         """Run these searches at the same time. Yield (number of the point, Limit) for each search that ends."""
-        ended: list[tuple[_Problem, Band]] = []
         while active:
-            requests = [(p.index, p.base, p.requested) for p in active]
-            answers = evaluator.answers(
-                requests, lambda base, motion: motion.keeps(base, self.wanted), self.wanted.needs_switches
-            )
-            for problem, kept in zip(list(active), answers, strict=True):
-                try:
-                    problem.requested = problem.search.send(np.array(kept))
-                except StopIteration as end:
-                    active.remove(problem)
-                    ended.append((problem, end.value))
-            if len(ended) >= EXPLAINED_AT_A_TIME or not active:
-                yield from self._explained(ended, evaluator)
-                ended = []
+            requests = [(p.index, p, p.requested) for p in active]
+            answers = evaluator.answers(requests, _Problem.take, self.wanted.needs_switches)
+            going = []
+            for problem, kept in zip(active, answers, strict=True):
+                band = problem.go_on(kept)
+                if band is None:
+                    going.append(problem)
+                else:
+                    yield problem.index, self._explained(problem, band)
+            active = going
 
-    def _explained(self, ended: list[tuple[_Problem, Band]], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """Yield (number of the point, Limit) for each finished search.
-
-        The motions at `kept_below` and at `k2` are computed again, for the fields `kept`, `lost` and `how`.
-        """
-
-        def explain(base: ReferenceOrbit, motion: Motion) -> tuple[Structure, tuple[How, str]]:
-            found = motion.judge(base)
-            return found, explain_loss(self.wanted, base, motion, found)
-
-        # the motion at 0 replaces a side that is missing, because no lower value is kept or because no value is lost
-        values = [np.array([b.kept_below, b.lost if math.isfinite(b.lost) else 0.0]) for _, b in ended]
-        requests = [(p.index, p.base, side) for (p, _), side in zip(ended, values, strict=True)]
-        explained = evaluator.answers(requests, explain, self.wanted.needs_switches)
-        for (problem, band), ((kept, _), (lost, (code, how))) in zip(ended, explained, strict=True):
-            if band.kept_below == 0.0:
-                how = f"k2 is below the smallest value tried: {how}"
-            sides: dict[str, Any] = {
-                "kept": kept if band.kept_below > 0 else None,
-                "lost": lost,
-                "how": how,
-                "code": code,
-            }
-            if not math.isfinite(band.lost):
-                sides = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
-            numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n}
-            del numbers["lost"]
-            yield problem.index, self._limit(problem.index, **numbers, **sides)
+    def _explained(self, problem: _Problem, band: Band) -> Limit:
+        """Return the limit of a search that has ended."""
+        numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n}
+        del numbers["lost"]
+        if (motion := problem.lost[1]) is None:
+            how: dict[str, Any] = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
+            return self._limit(problem.index, **numbers, **how)
+        lost = motion.judge(problem.base)
+        code, text = explain_loss(self.wanted, problem.base, motion, lost)
+        if (below := problem.kept[1]) is None:
+            text = f"k2 is below the smallest value tried: {text}"
+        kept = below.judge(problem.base) if below is not None else None
+        return self._limit(problem.index, **numbers, kept=kept, lost=lost, code=code, how=text)
 
     def _limit(self, index: int, **found: Any) -> Limit:
         """Return the Limit at a point of the plan."""

@@ -5,7 +5,7 @@ structure was *kept*, and False if the structure was *lost*. So the motions of m
 """
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,8 @@ class Grid(NamedTuple):
     decade: int  # number of values in a factor of ten, about
     floor: float
     top: float
-    batch: int  # values requested at a time: enough to use all cores, and few enough to waste little work
+    batch: int  # number of values after which the search decides whether to go on
+    ahead: int  # number of values requested at a time until one is lost: two full registers for each of two cores
 
 
 def _round_values(k: int) -> float:
@@ -31,8 +32,8 @@ def _round_values(k: int) -> float:
 
 
 GRIDS = {
-    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4),  # one narrow edge: a ratio of 1.15 is enough
-    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses: the grid is finer
+    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4, 16),  # one narrow edge: a ratio of 1.15 is enough
+    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16, 16),  # isolated losses: the grid is finer
 }
 
 
@@ -57,46 +58,83 @@ class Band(NamedTuple):
 
 
 def search_band(grid: Grid) -> BandSearch:
-    """Yield disturbances, receive True for each that is kept, and return the band when both ends are known."""
+    """Yield disturbances, receive True for each that is kept, and return the band when both ends are known.
+
+    To use all lanes of a kernel, the search requests together with each value those that it will probably need next.
+    They change the number of requests, and not the result.
+    """
+    value = grid.value
+    known: dict[float, bool] = {}
     first = 0
-    while not (yield np.array([grid.value(first)]))[0]:
-        if grid.value(first) <= grid.floor:
-            return Band(grid.value(first), 0.0, 0.0, 0.0, grid.value(first))
+    while not (yield from _ask(known, [value(first)], _up_to(grid, 1, grid.ahead - 1) if first == 0 else []))[0]:
+        if value(first) <= grid.floor:
+            return Band(value(first), 0.0, 0.0, 0.0, value(first))
         first -= 2 * grid.decade
     kept = {first: True}
     loss: int | None = None
     last = first  # index of the largest value that is kept together with its lower neighbour
     top = first
-    while grid.value(top + 1) <= grid.top:
-        if loss is not None and grid.value(top) > BEYOND * grid.value(max(last, loss)):
+    while value(top + 1) <= grid.top:
+        if loss is not None and value(top) > BEYOND * value(max(last, loss)):
             break
-        requested = range(top + 1, top + 1 + grid.batch)
-        inside = [k for k in requested if grid.value(k) <= grid.top]
-        for k, answer in zip(inside, (yield np.array([grid.value(k) for k in inside])), strict=True):
-            kept[k] = bool(answer)
+        needed = _up_to(grid, top + 1, top + grid.batch)
+        if loss is None:
+            likely = _up_to(grid, top + 1, top + grid.ahead)
+        else:
+            end = top
+            while value(end) <= BEYOND * value(max(last, loss)):
+                end += grid.batch
+            likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))]
+        for k, answer in enumerate((yield from _ask(known, needed, likely)), top + 1):
+            kept[k] = answer
             if not kept[k] and loss is None:
                 loss = k
             if kept[k] and kept[k - 1]:
                 last = k
-        top = inside[-1]
+        top += len(needed)
     if loss is None:
-        return Band(math.inf, grid.value(top), grid.value(top), 0.0, grid.value(top))
-    low, high = yield from _bisect(grid.value(loss - 1), grid.value(loss))
+        return Band(math.inf, value(top), value(top), 0.0, value(top))
+    low, high = yield from _bisect(known, value(loss - 1), value(loss))
     if last < loss:
-        return Band(high, low, low, 0.0, grid.value(top))
+        return Band(high, low, low, 0.0, value(top))
     between = [kept[k] for k in range(loss, last + 1)]
-    return Band(high, low, grid.value(last), float(np.mean(between)), grid.value(top))
+    return Band(high, low, value(last), float(np.mean(between)), value(top))
 
 
-def _bisect(low: float, high: float) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
+def _ask(
+    known: dict[float, bool], needed: Sequence[float], likely: Sequence[float] = ()
+) -> Generator[np.ndarray, np.ndarray, list[bool]]:
+    """Return for each value of `needed` whether it is kept.
+
+    If one of them is not yet `known`, it is requested together with the values that are `likely` to be needed next.
+    """
+    if any(x not in known for x in needed):
+        values = [x for x in dict.fromkeys([*needed, *likely]) if x not in known]
+        known.update(zip(values, map(bool, (yield np.array(values))), strict=True))
+    return [known[x] for x in needed]
+
+
+def _up_to(grid: Grid, start: int, stop: int) -> list[float]:
+    """Return the values `start` to `stop` of a grid, without those above its top."""
+    return [x for k in range(start, stop + 1) if (x := grid.value(k)) <= grid.top]
+
+
+def _between(low: float, high: float) -> list[float]:
+    """Return the values that one round of bisection tries between two values."""
+    return np.geomspace(low, high, INTERIOR + 2)[1:-1].tolist()
+
+
+def _bisect(
+    known: dict[float, bool], low: float, high: float
+) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
     """Return (kept, lost): two close values between `low`, which is kept, and `high`, which is lost.
 
     `lost` is the smallest value tried that is lost, and `kept` the largest value tried below it.
     """
     for _ in range(ROUNDS):
-        inner = np.geomspace(low, high, INTERIOR + 2)[1:-1]
-        kept = yield inner
-        ends = [low, *inner.tolist(), high]
+        inner = _between(low, high)
+        kept = yield from _ask(known, inner)
+        ends = [low, *inner, high]
         lost = [k for k in range(1, len(ends)) if k == len(ends) - 1 or not kept[k - 1]]
         low, high = ends[lost[0] - 1], ends[lost[0]]
     return low, high
