@@ -3,7 +3,8 @@ several results with the same quantities share one Axes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -16,6 +17,8 @@ from matplotlib.lines import Line2D
 from vibrodrive.figures.looks import LOOKS, ramp
 from vibrodrive.model.drawing import Style
 from vibrodrive.model.parameters import bad
+
+LETTER = 0.45  # mean width of a letter, in units of its size
 
 Shows = tuple[str, str] | None
 """Names of the quantities to the right and upwards in a panel; None for a panel that cannot show several results."""
@@ -79,9 +82,9 @@ class Given:
             raise ValueError(bad("style", self.style, f"left out, because it has colours for {used} results only"))
         return colours[used]
 
-    def explain(self, more: Sequence[Artist], wrapped: Callable[[Sequence[str], float, float], str]) -> None:
+    def explain(self, more: Sequence[Artist]) -> None:
         """Draw a legend, with the notes as its title, in each of the axes if notes are wanted or several results are
-        shown. `more` are further entries in the last of the axes, and `wrapped` breaks lines."""
+        shown. `more` are further entries in the last of the axes."""
         for ax in self.axes:
             apart = _tell_apart(marks_of(ax))
             if not self.notes and not apart:
@@ -91,7 +94,8 @@ class Given:
             if self.notes:
                 named |= {str(handle.get_label()): handle for handle in more if ax is self.axes[-1]}
                 shared = [phrase for phrase in self.said[ax] if phrase not in apart]
-                title = wrapped(shared, 0.9 * width_of(ax), mpl.rcParams["font.size"]) or None
+                points = 72 * ax.get_window_extent().width / ax.figure.dpi
+                title = in_lines(shared, int(0.9 * points / (LETTER * mpl.rcParams["font.size"]))) or None
             if named or title:
                 ax.legend(list(named.values()), list(named), title=title)
 
@@ -122,6 +126,19 @@ def named_in(axes: Sequence[Axes]) -> dict[str, Artist]:
     return named
 
 
-def width_of(ax: Axes) -> float:
-    """Return the width of axes in points."""
-    return 72 * ax.get_window_extent().width / ax.figure.dpi
+def in_lines(phrases: Sequence[str], letters: int) -> str:
+    """Join phrases with commas, in lines of at most `letters` letters."""
+    lines = [""]
+    for phrase in filter(None, phrases):
+        longer = f"{lines[-1]}, {phrase}" if lines[-1] else phrase
+        if lines[-1] and length(longer) > letters:
+            lines[-1] += ","
+            lines.append(phrase)
+        else:
+            lines[-1] = longer
+    return "\n".join(lines)
+
+
+def length(text: str) -> int:
+    """Return the number of letters of a text; a command of mathtext counts as one."""
+    return len(re.sub(r"\\[a-zA-Z]+", "x", re.sub("[${}^_]", "", text)))

@@ -25,10 +25,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import TextToPath
 
-from vibrodrive.figures.given import Given, Shows, named_in
+from vibrodrive.figures.given import LETTER, Given, Shows, in_lines, length, named_in
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.drawing import FORMATS, STYLES, WIDTHS, Style, Width
 from vibrodrive.model.names import NAMES, SCENE_AXES
@@ -40,9 +38,8 @@ INCHES: dict[Width, float] = {
     "single": 3.31,
 }  # 174 mm for two columns and 84 mm for one column of a journal
 RESOLUTION = 250  # pixels per inch
-LEGEND_LINE, BETWEEN = 2.8, 1.2  # in units of the letter size
 MARGIN = 0.8  # width in inches of the labels beside the axes
-GAP = 40.0  # least distance in points between the name of a panel and its note
+BESIDE = 10  # width of a line in a legend and of the space around it, in letters
 NOTE = 0.8  # size of a note relative to titles
 LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0), "single": (8.5, 9.0, 7.5)}
 """Sizes of letters in points: titles, symbols at the axes, numbers and legends."""
@@ -57,8 +54,8 @@ COMMON: dict[str, Any] = {
     "font.family": ["STIXGeneral"],  # Matplotlib contains this font, so that figures are equal on all machines
     "mathtext.fontset": "stix",
     "legend.frameon": False,
-    "legend.handlelength": LEGEND_LINE,
-    "legend.columnspacing": BETWEEN,
+    "legend.handlelength": 2.8,
+    "legend.columnspacing": 1.2,
     "axes.linewidth": 0.6,
     "lines.linewidth": 0.8,
     "xtick.direction": "in",
@@ -373,36 +370,13 @@ def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Lite
         return
     if not _NOTES.get():
         return
-    title, _, _ = LETTERS[_CHOSEN.get()[1]]
-    size = NOTE * title
-    cell = ax.get_subplotspec()
-    room = 72 * (ax.figure.figure.get_figwidth() - MARGIN)
-    if not isinstance(text, str):
-        text = wrapped(text, room, size)
+    size = NOTE * LETTERS[_CHOSEN.get()[1]][0]
+    room = int(72 * (ax.figure.figure.get_figwidth() - MARGIN) / (LETTER * size))
+    text = text if isinstance(text, str) else in_lines(text, room)
+    cell, name = ax.get_subplotspec(), ax.get_title(loc="left")
     alone = cell is None or cell.get_gridspec().ncols == 1
-    name = ax.get_title(loc="left")
-    line = text.rsplit("\n", 1)[-1]
-    if text and (above or (name and not (alone and extent(name, title) + extent(line, size) < room - GAP))):
-        text += "\n"
-    ax.set_title(text, loc=side, fontsize=size, color="0.35")
-
-
-def extent(text: str, size: float) -> float:
-    """Return the width of one line of text, which may contain mathtext, in points."""
-    return TextToPath().get_text_width_height_descent(text, FontProperties(size=size), ismath="$" in text)[0]
-
-
-def wrapped(parts: Sequence[str], room: float, size: float) -> str:
-    """Join parts of a sentence with commas, in lines of at most `room` points."""
-    lines = [""]
-    for part in filter(None, parts):
-        longer = f"{lines[-1]}, {part}" if lines[-1] else part
-        if lines[-1] and extent(longer + ",", size) > room:
-            lines[-1] += ","
-            lines.append(part)
-        else:
-            lines[-1] = longer
-    return "\n".join(lines)
+    fits = not name or (alone and length(name) / NOTE + length(text.rsplit("\n", 1)[-1]) + BESIDE < room)
+    ax.set_title(text + "\n" if text and (above or not fits) else text, loc=side, fontsize=size, color="0.35")
 
 
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
@@ -410,26 +384,13 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
     `Given.explain`."""
     given = _GIVEN.get()
     if given is not None:
-        given.explain(more, wrapped)
+        given.explain(more)
         return
     named = named_in(fig.axes) | {str(handle.get_label()): handle for handle in more}
     if named and _NOTES.get():
-        columns = _columns(list(named), 72 * fig.get_figwidth())
+        room = 72 * fig.get_figwidth() / (LETTER * LETTERS[_CHOSEN.get()[1]][2])
+        columns = max(1, int(room / (BESIDE + max(map(length, named)))))
         fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
-
-
-def _columns(names: Sequence[str], room: float) -> int:
-    """Return the largest number of legend columns that fit into a width of `room` points, with no empty column."""
-    _, _, size = LETTERS[_CHOSEN.get()[1]]
-    # the drawn text is slightly wider than the measured text
-    widths = np.array([1.03 * extent(name, size) + (LEGEND_LINE + 0.8) * size for name in names])
-    for columns in range(len(names), 1, -1):
-        rows = -(-len(names) // columns)
-        wide = [part.max() for part in np.array_split(widths, columns)]  # the same split as in Matplotlib
-        fits = sum(wide) + (columns - 1) * BETWEEN * size + size <= room
-        if fits and -(-len(names) // rows) == columns:
-            return columns
-    return 1
 
 
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
