@@ -7,21 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.bifurcation import (
-    QUANTITIES,
-    add_image,
-    coordinates,
-    name_quantities,
-    quantity_index,
-    swatches,
-)
+from vibrodrive.figures.bifurcation import QUANTITIES, coordinates, name_quantities, quantity_index
 from vibrodrive.figures.conditions import STATUS_WORDS, conditions
-from vibrodrive.figures.ink import FAINTEST
 from vibrodrive.figures.style import explain, given_axes, label_axes, letter, look, narrow, new, note, styled
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import Style, Width
@@ -38,14 +30,12 @@ OVER_TIME = ("time", "velocity")
 
 LINE, CYCLE = 40, 160
 """A motion is drawn as a line if its record has at most LINE periods, or at most CYCLE different switches because the
-motion repeats. Any other motion is drawn as an image. A cell of the image, a *spot*, is darker if more periods of the
-motion pass through it. This darkness, 0 to 1, is its *ink*."""
+motion repeats. The periods of any other motion are faint lines, so that a place is darker if more of them pass it."""
 
 POINTS = 400  # samples per excitation period
 FIRST = 10  # periods that a time curve shows by default
-SPOTS = (900, 600)  # columns and rows of the image of an irregular motion
-AROUND = 0.01
-FAST = 40  # points per period of the disturbance; fewer points would miss its maxima
+FAINT = 0.1  # least opacity of the line of one period of an irregular motion
+FAST = 10  # points per period of the disturbance; fewer points would miss its maxima
 JUMP = "jump of $\\xi\\mathrm{′}$"
 
 
@@ -93,8 +83,7 @@ def phase_curve(
 ) -> Figure:
     """Draw phase curves ξ' over ξ, with one panel for each trajectory and the same ranges in all panels.
 
-    An irregular motion is drawn as an image: the more periods pass through a spot, the darker is the spot. Jumps of the
-    velocity are thin grey lines.
+    A place of an irregular motion is the darker, the more periods pass it. Jumps of the velocity are thin grey lines.
 
     Parameters
     ----------
@@ -121,27 +110,27 @@ def phase_curve(
     shared = shared_by(motions)
     grid: dict[str, Any] = {"height": height, "sharex": True, "sharey": True, **options}
     fig, axes = new(rows, cols, shows=[("xi", "dxi")] * len(motions), said=shared, **grid)
-    key: dict[str, Any] = {}
     for k, (motion, ax) in enumerate(zip(motions, axes.ravel(), strict=True)):
-        key |= draw_phase(ax, motion)
+        draw_phase(ax, motion)
         letter(ax, None if alone else k, titles[k] if titles else "", asked=titles is not None)
     note(axes[0, -1], shared)
-    explain(fig, list(key.values()))
+    explain(fig)
     return fig
 
 
-def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
-    """Draw one phase curve, and return the legend entries for its ink by label. A curve that is a line has no such
-    entries."""
-    key: dict[str, Any] = {}
+def draw_phase(ax: Axes, motion: Trajectory) -> None:
+    """Draw one phase curve."""
     switches = np.stack([motion.switches[name] for name in ("phase", "xi", "dxi")], axis=1)
     different = len(np.unique(np.round(switches, 6), axis=0))
     many = len(motion.section) > LINE and different > CYCLE
     if many:
         fast = round(FAST * motion.arguments["eta"]) if motion.arguments["eps"] > 0.0 else 0
         drawn = _shown(motion, curve(motion, max(POINTS, fast)))
-        draw_passes(ax, drawn.tau, drawn.xi, drawn.dxi)
-        key = {str(handle.get_label()): handle for handle in passes_key(len(motion.section))}
+        period = np.floor((drawn.tau - drawn.tau[0]) / (2.0 * math.pi) + 1e-9)
+        lines = np.split(np.stack([drawn.xi, drawn.dxi], axis=1), np.flatnonzero(np.diff(period)) + 1)
+        faint = max(FAINT, len(lines) ** -0.5)
+        ax.add_collection(LineCollection(lines, color=look().main, alpha=faint, lw=0.4, zorder=0.4, rasterized=True))
+        ax.autoscale_view()
     else:
         drawn = _shown(motion, first(curve(motion), max(1, different)))
         ax.plot(drawn.xi, drawn.dxi, color=look().main)
@@ -149,7 +138,6 @@ def draw_phase(ax: Axes, motion: Trajectory) -> dict[str, Any]:
     ax.plot(*_joined(drawn.jumps[:, :, 1:]), **thin, label=motion.measure("dxi").words(JUMP))
     ax.axhline(0.0, color=look().support, lw=0.4, zorder=0.5)
     name_quantities(ax, motion, "xi", "dxi")
-    return key
 
 
 def _shown(motion: Trajectory, drawn: Curve) -> Curve:
@@ -213,12 +201,11 @@ def trajectory_figure(
     shows = [SHOWS[name] for name in curves]
     fig, axes = new(len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall, shows=shows, said=common)
     periods = len(trajectory.section)
-    key: dict[str, Any] = {}
     for k, (name, ax) in enumerate(zip(curves, axes[:, 0], strict=True)):
         if len(curves) > 1:
             letter(ax, k)
         if name == "phase":
-            key |= draw_phase(ax, trajectory)
+            draw_phase(ax, trajectory)
         elif name == "section":
             ax.plot(*coordinates(trajectory, trajectory.section).T, ".", ms=2, mew=0, color=look().main)
             name_quantities(ax, trajectory, "xi", "dxi")
@@ -229,7 +216,7 @@ def trajectory_figure(
         if name in OVER_TIME and shown is not None and shown < periods:
             shared = [*shared, f"first {shown} of {periods} periods shown"]
         note(ax, shared)
-    explain(fig, list(key.values()))
+    explain(fig)
     return fig
 
 
@@ -289,52 +276,3 @@ def periods_ticks(ax: Axes, low: float, high: float) -> None:
         ax.set_xlim(low, high)
     start = rf" - {origin}" if origin else ""
     label_axes(ax, rf"$\tau/2\pi{start}$", None)
-
-
-def draw_passes(ax: Axes, tau: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
-    """Draw a curve over τ as an image of the number of periods that pass each spot.
-
-    The arrays of the curve are (n,), with NaN where the curve is broken.
-    """
-    low = np.array([np.nanmin(x), np.nanmin(y)])
-    high = np.array([np.nanmax(x), np.nanmax(y)])
-    room = AROUND * np.where(high > low, high - low, 1.0)
-    low, high = low - room, high + room
-    period = np.floor((tau - tau[0]) / (2 * np.pi) + 1e-9).astype(int)
-    ink = _ink(count_passes(np.stack([x, y], axis=1), period, low, high), int(period.max()) + 1)
-    ink[1:] = np.maximum(ink[1:], ink[:-1])  # a line of one spot would be too thin
-    ink[:, 1:] = np.maximum(ink[:, 1:], ink[:, :-1])
-    add_image(ax, ink, (low[0], high[0], low[1], high[1]), margin=True)
-
-
-def _ink(counts: np.ndarray, periods: int) -> np.ndarray:
-    """Return the ink of each spot, which grows with the square root of the share of periods that pass the spot.
-
-    An irregular motion passes most spots in few of its periods. Without the root these spots would be too faint.
-    """
-    return np.where(counts > 0, FAINTEST + (1.0 - FAINTEST) * np.sqrt(counts / periods), 0.0)
-
-
-def passes_key(periods: int) -> list[Artist]:
-    """Return legend entries for the ink of a motion of `periods` periods."""
-    counts = np.array([1, round(periods / 4), periods])
-    names = [f"spot passed in 1 of {periods} periods", f"in {counts[1]}", "in all"]
-    return swatches(_ink(counts, periods).tolist(), names)
-
-
-def count_passes(points: np.ndarray, period: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Count the periods in which a polyline (n, 2) passes through each spot: float64 (rows, cols).
-
-    `period` contains, for each point of the polyline, the number of its period.
-    """
-    place = (points - low) / (high - low) * np.array(SPOTS)
-    whole = np.isfinite(place[:-1]).all(axis=1) & np.isfinite(place[1:]).all(axis=1)
-    begin, end, of = place[:-1][whole], place[1:][whole], period[:-1][whole]
-    # sample the line between points in steps of half a spot
-    steps = np.maximum(1, np.ceil(2.0 * np.abs(end - begin).max(axis=1))).astype(int)
-    share = (np.arange(steps.sum()) - np.repeat(np.cumsum(steps) - steps, steps)) / np.repeat(steps, steps)
-    along = np.repeat(begin, steps, axis=0) + share[:, None] * np.repeat(end - begin, steps, axis=0)
-    column, row = np.clip(along.astype(int), 0, np.array(SPOTS) - 1).T
-    spots = SPOTS[0] * SPOTS[1]
-    met = np.unique(np.repeat(of, steps) * spots + row * SPOTS[0] + column)  # count each spot once per period
-    return np.bincount(met % spots, minlength=spots).reshape(SPOTS[::-1]).astype(float)
