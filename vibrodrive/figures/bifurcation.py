@@ -3,20 +3,17 @@ A spot that contains more values is darker. This darkness, 0 to 1, is the *ink* 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
-from matplotlib.patches import Patch
 
 from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, rest_phrases, some, status_phrases
-from vibrodrive.figures.ink import LINES, ink_of
+from vibrodrive.figures.ink import ink_of
 from vibrodrive.figures.style import (
     as_shown,
     equation,
@@ -30,7 +27,7 @@ from vibrodrive.figures.style import (
     styled,
     symbol,
 )
-from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width, check_range
 from vibrodrive.model.names import COORDINATES
 from vibrodrive.model.parameters import bad, bad_axes
@@ -119,9 +116,9 @@ def bifurcation(
     shared = conditions(of_sweep(results), results.axes)
     grid: dict[str, Any] = {"height": min(9.0, 0.7 + 2.5 * len(rows)), "sharex": True, "sharey": True}
     fig, axes = new(len(rows), 1, shows=[(x, quantity)] * len(rows), said=shared, **grid)
-    key: Sequence[Artist] = ()
+    grey = False
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
-        key = density(ax, values, np.where(done[index][:, None], section[index], np.nan), reach) or key
+        inks = density(ax, values, np.where(done[index][:, None], section[index], np.nan), reach)
         if limits is not None:
             ax.set_ylim(limits)
         mark_statuses(ax, values, status[index])
@@ -131,14 +128,10 @@ def bifurcation(
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
         rests = rest_phrases(section[index], status[index]) if quantity == "dxi" else []
-        note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index])])
-    explain(fig, () if len(rows) == 1 and _undisturbed(results) else key)
+        darker, grey = ["darker: more values"] if inks and not grey else [], grey or inks
+        note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *darker])
+    explain(fig)
     return fig
-
-
-def _undisturbed(results: Any) -> bool:
-    eps = {**results.scalars, **results.points, **results.axes}.get("eps", 0.0)
-    return not np.any(eps) and results.settings.method == Method.CERTIFIED
 
 
 def _visited(results: Any, quantity: str) -> np.ndarray:
@@ -171,12 +164,11 @@ def name_quantities(ax: Axes, source: Any, x: str | None, y: str | None) -> None
             label_axes(ax, *((words, None) if across else (None, words)))
 
 
-def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> Sequence[Artist]:
-    """Draw `values` (n, k) over `x` (n,) as an image, and return its legend entries.
+def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> bool:
+    """Draw `values` (n, k) over `x` (n,) as an image. Return True if the ink of its spots differs.
 
     `ink_of` computes the ink of a spot from the number of the k values in the spot. If several x share a column of the
-    image, each spot has the largest of their inks. If all spots with values have full ink, no entries are returned.
-    `limits` is the range of the ordinate.
+    image, each spot has the largest of their inks. `limits` is the range of the ordinate.
     """
     order = np.argsort(x)
     if not ax.images and is_geometric(x[order]):
@@ -207,22 +199,7 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     shown[column] = column
     image = np.where((np.abs(pixel - u[nearest]) > reach * step)[:, None], 0.0, image[shown]).T
     add_image(ax, image, (start, stop, low, high))
-    return ink_key(values.shape[1], "spot visited") if ((image > 0) & (image < 1)).any() else ()
-
-
-def ink_key(values: int, text: str) -> list[Artist]:
-    """Return legend entries for spots visited once, several times, and often enough for full ink. The label of the
-    first entry is `text` and "once"."""
-    full = math.ceil(max(values / LINES, math.e))
-    counts = dict.fromkeys((1, round(math.sqrt(full)), full))
-    names = [f"{text} once", *(f"{count} times" for count in counts if count > 1)]
-    names[-1] += " or more"
-    return swatches([float(ink_of(np.array(count), values)) for count in counts], names)
-
-
-def swatches(inks: Sequence[float], names: Sequence[str]) -> list[Artist]:
-    """Return legend entries that show these inks."""
-    return [Patch(fc=look().density(ink), label=name) for ink, name in zip(inks, names, strict=True)]
+    return bool(((image > 0) & (image < 1)).any())
 
 
 def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
