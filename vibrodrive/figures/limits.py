@@ -12,13 +12,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from vibrodrive.figures.bifurcation import is_geometric
 from vibrodrive.figures.conditions import conditions, of_sweep
-from vibrodrive.figures.style import explain, label_axes, look, new, note, styled, symbol
+from vibrodrive.figures.style import as_shown, explain, label_axes, look, name_axes, new, note, styled
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.parameters import bad, bad_axes
@@ -33,7 +31,6 @@ BAND = "from the first loss to the last value kept"
 MISSING = {Status.NO_ORBIT: "no periodic motion", Status.TOO_SHORT: "record too short", Status.BUDGET: "out of budget"}
 WIDE = 0.035  # a range of the axis with one period has a label if it is at least this share of the abscissa
 MARKED = 60  # a curve with at most this many values has marks
-APART = 5.0  # an abscissa of η is logarithmic if the ratio of its ends is larger than this
 
 
 @styled
@@ -45,7 +42,8 @@ def limits_figure(
     width: Width | None = None,
     notes: bool | None = None,
 ) -> Figure:
-    """Draw the limits k₂ over one axis as velocity amplitudes, as bands from the first loss to the last value kept.
+    """Draw the limits k₂ over one axis as bands from the first loss to the last value kept, as velocity amplitudes, in
+    m/s with a scene.
 
     A limit is missing where the undisturbed motion has no period, or where no value tried destroys the structure. A
     band has no height where the structure is lost at all values above the first loss.
@@ -71,18 +69,25 @@ def limits_figure(
     """
     several = [results] if isinstance(results, Results) else list(results)
     x, values = _axis(several)
+    if len({one.measure("velocity").si for one in several}) > 1:
+        several = [one.dimensionless() for one in several]
+    unit = several[0].measure("velocity")
     fig, axes = new(1, 1, height=4.2)
     ax = axes[0, 0]
-    bands = [_band(ax, one, c, x) for c, one in enumerate(several)]
-    _logarithmic(ax, np.array([_known(one, values) for one in several for values in _ends(one)]), (1e-3, 1.0))
-    _plain_numbers(ax.yaxis, *ax.get_ylim())
-    label_axes(ax, None, "$V$", upright=9)
-    _name_periods(ax, values, np.max([one.orbit_period for one in several], axis=0))
-    _abscissa(ax, x, values)
+    ax.set(xscale="log" if is_geometric(np.sort(values)) else "linear", yscale="log")
+    order = np.argsort(values)
+    along = as_shown(x, values[order])
+    for number, one in enumerate(several):
+        first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
+        _draw(ax, along, first, last, number, f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}")
+    ax.margins(x=0.0)
+    name_axes(ax, x, None)
+    label_axes(ax, None, unit.label("$V$"), upright=9 if unit.si == "1" else 0)
+    _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
     apart = {x, "eps", "dtau", "method"}
     known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
     note(ax, [*conditions(known, apart, section=False), _gaps(several)], above=True)
-    explain(fig, [*filter(None, bands)])
+    explain(fig)
     return fig
 
 
@@ -100,86 +105,38 @@ def _axis(several: Sequence[Results]) -> tuple[str, np.ndarray]:
     return x, values
 
 
-def _known(one: Results, values: np.ndarray) -> np.ndarray:
-    """Return values in the unit of V, NaN where no limit > 0 was found."""
-    with np.errstate(invalid="ignore"):
-        scaled = values * (one.velocity / one.k2)
-        return np.where(np.isfinite(one.k2) & (one.k2 > 0.0) & (scaled > 0.0), scaled, np.nan)
+def _ends(one: Results) -> list[np.ndarray]:
+    """Return the first loss and the last value kept as velocities, NaN where no limit > 0 was found."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = np.isfinite(one.k2) & (one.k2 > 0.0)
+        scale = np.where(found, one.velocity / one.k2, np.nan)
+        return [scale * one.k2, scale * np.maximum(one.k2, one.last_kept)]
 
 
-def _ends(one: Results) -> tuple[np.ndarray, np.ndarray]:
-    return one.k2, np.maximum(one.k2, one.last_kept)
-
-
-def _band(ax: Axes, one: Results, number: int, x: str) -> Patch | None:
-    """Draw k₂ as a line and the band above it. Return the legend entry of the band."""
-    first, end = (_known(one, values) for values in _ends(one))
-    label = f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}"
-    _line(ax, one.axes[x], first, number, label)
-    if not (end > first).any():
-        return None
-    order = np.argsort(one.axes[x])
-    tone, colour = look().bands[number % len(look().bands)], look().lines[number % len(look().lines)][0]
-    ax.fill_between(one.axes[x][order], first[order], end[order], color=tone, lw=0)
-    ax.plot(one.axes[x][order], end[order], color=colour, lw=0.25)
-    return Patch(fc=tone, label=f"{label.split(', ')[-1]}: {BAND}")
-
-
-def _line(ax: Axes, x: np.ndarray, values: np.ndarray, number: int, name: str) -> None:
-    order = np.argsort(x)
+def _draw(ax: Axes, x: np.ndarray, first: np.ndarray, last: np.ndarray, number: int, name: str) -> None:
+    """Draw the limits of one result as a line, and the band above it."""
     colour, pattern = look().lines[number % len(look().lines)]
-    # without clipping, so that the marks at the ends are complete
-    marked: dict[str, Any] = {"marker": "o", "markersize": 2.2, "clip_on": False} if len(x) <= MARKED else {}
-    ax.plot(x[order], values[order], ls=pattern, color=colour, lw=0.9, label=name, **marked)
-
-
-def _plain_numbers(axis: Axis, low: float, high: float) -> None:
-    """Label 0.2, 0.5, 1, … on a logarithmic axis shorter than two decades, and only decades on a longer axis."""
-    if high < 100 * low:
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def _logarithmic(ax: Axes, values: np.ndarray, blank: tuple[float, float]) -> None:
-    """Set a logarithmic ordinate for the positive values, or with the range `blank` if no value is positive."""
-    seen = values[np.isfinite(values) & (values > 0)]
-    low, high = (seen.min(), seen.max()) if len(seen) else blank
-    margin = 1.1 * (high / low) ** 0.04
-    # the range is set before the scale, because Matplotlib finds no usable range for values that are all equal
-    ax.set_ylim(low / margin, high * margin)
-    ax.set_yscale("log")
-    ax.tick_params(which="minor", direction="in", right=True)
-
-
-def _abscissa(ax: Axes, x: str, values: np.ndarray) -> None:
-    low, high = values.min(), values.max()
-    if x == "eta" and high > APART * low:
-        ax.set_xscale("log")
-    ax.set_xlim((low, high) if low < high else (low - 0.5, high + 0.5))
-    ax.set_xlabel(symbol(x))
+    marked: dict[str, Any] = {"marker": "o", "markersize": 2.2} if len(x) <= MARKED else {}
+    ax.plot(x, first, ls=pattern, color=colour, lw=0.9, label=name, **marked)
+    if (last > first).any():
+        ax.fill_between(x, first, last, color=look().bands[number % len(look().bands)], lw=0, label=BAND)
+        ax.plot(x, last, color=colour, lw=0.25)
 
 
 def _gaps(several: Sequence[Results]) -> str:
     """Return a phrase with the reasons why computed points are not drawn."""
-    there = [
-        text for status, text in MISSING.items() if any((np.asarray(one.status) == status).any() for one in several)
-    ]
+    there = [text for status, text in MISSING.items() if any((one.status == status).any() for one in several)]
     there += ["no limit found"] if any(np.isposinf(one.k2).any() for one in several) else []
     return f"missing points: {', '.join(there)}" if there else ""
 
 
-def _name_periods(ax: Axes, values: np.ndarray, n: np.ndarray) -> None:
-    """Write the period n of the orbit above each wide range of the axis in which this period is constant."""
-    order = np.argsort(values)
-    values, n = values[order], n[order]
-    span = np.ptp(values) or 1.0
-    edges = np.flatnonzero(np.diff(n)) + 1
-    for stretch in np.split(np.arange(len(n)), edges):
-        low, high = values[stretch[0]], values[stretch[-1]]
-        if n[stretch[0]] > 0 and high - low >= WIDE * span:
+def _name_periods(ax: Axes, x: np.ndarray, n: np.ndarray) -> None:
+    """Write the period n of the orbit above each wide range of the ascending x in which this period is constant."""
+    for stretch in np.split(np.arange(len(n)), np.flatnonzero(np.diff(n)) + 1):
+        low, high = x[stretch[0]], x[stretch[-1]]
+        if n[stretch[0]] > 0 and high - low >= WIDE * np.ptp(x):
             place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "bottom"}
             ax.text((low + high) / 2, 1.015, f"$n = {n[stretch[0]]}$", fontsize=8, **place)
         if stretch[0]:
-            between = (values[stretch[0] - 1] + low) / 2
-            ax.axvline(between, color="0.75", lw=0.4, zorder=0, label="the period $n$ of the motion changes")
+            between = (x[stretch[0] - 1] + low) / 2
+            ax.axvline(between, color="0.75", lw=0.4, zorder=0, label="another period $n$")
