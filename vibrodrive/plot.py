@@ -35,17 +35,13 @@ from vibrodrive.figures.curves import phase_curve
 from vibrodrive.figures.diagrams import poincare
 from vibrodrive.figures.limits import limits_figure as limits
 from vibrodrive.figures.map import map_figure as map
-from vibrodrive.figures.orbits import bifurcation_diagram as orbits
 from vibrodrive.figures.orbits import cobweb
-from vibrodrive.figures.orbits import multiplier_diagram as multipliers
 
 __all__ = [
     "bifurcation",
     "cobweb",
     "limits",
     "map",
-    "multipliers",
-    "orbits",
     "phase_curve",
     "poincare",
 ]

@@ -359,15 +359,14 @@ def test_orbits_are_printed_drawn_and_written_and_drawn_over_a_map(run):
     (bifurcation,) = vd.bifurcations((2.59, 2.62), max_period=2)
     code, out, err = run("orbits", "o.toml", "-o", "o.csv", "-o", "o.png")
     assert code == 0
-    assert err.endswith("o.csv written\no.png drawn\no_multipliers.png drawn\n")
+    assert err.endswith("o.csv written\no.png drawn\n")
     line = out.splitlines()[1]
     assert float(line.split()[0]) == pytest.approx(bifurcation.A, abs=1e-13)
     assert "period doubling" in line
     assert "period 1 to 2" in line
     doubling = read_table(Path("o.csv"))[-1]
     assert (doubling["kind"], float(doubling["A"])) == ("period doubling", bifurcation.A)
-    for path in ("o.png", "o_multipliers.png"):
-        assert Path(path).read_bytes()[:4] == b"\x89PNG"
+    assert Path("o.png").read_bytes()[:4] == b"\x89PNG"
     over = ("--set", "B=[0.1, 0.11]", "--set", "A.stop=2.7", "--set", "max_period=1")
     assert run("orbits", "o.toml", "-o", "ab.csv", *over)[0] == 0
     assert [row["B"] for row in read_table(Path("ab.csv"))] == ["0.1", "0.11"]

@@ -75,8 +75,8 @@ def test_figures_and_tables_never_replace_the_configuration(run, idle):
     for role, name, call in (
         ("figure", "c.png", ("sweep", "--plot=c.png")),
         ("figure", "c.png.part", ("sweep", "--plot=c.png", "-o", "c.h5")),
+        ("figure", "c.png", ("orbits", *ORBITS, "-o", "c.png")),
         ("table", "c.csv", ("orbits", *ORBITS, "-o", "c.csv")),
-        ("figure", "c_multipliers.png", ("orbits", *ORBITS, "-o", "c.png")),
         ("table", "c.csv.part", ("trajectory", *ONE, "-o", "c.csv")),
         ("figure", "sweep.toml", ("trajectory", *ONE, "-o", "link.svg")),
         ("output", "sweep.toml", ("sweep", "-o", "link.h5", "--overwrite")),

@@ -1,18 +1,16 @@
 """The command for orbits lists, writes and draws orbits and their bifurcations. Simulated motions agree with them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.figures.orbits import bifurcation_diagram, cobweb, multiplier_diagram
+from vibrodrive.figures.orbits import bifurcation_diagram, cobweb
 from vibrodrive.figures.plane import Exact
 from vibrodrive.jobs.orbits import COLUMNS, check, find, printed, read_bifurcations, rows
 from vibrodrive.jobs.tables import read_table, write_table
 from vibrodrive.model.config import parse
-from vibrodrive.periodic.bifurcations import bifurcations
 from vibrodrive.periodic.family import Family, family, section
+from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import orbits
 
 pytestmark = pytest.mark.jit  # these tests run hundreds of searches
@@ -72,27 +70,19 @@ def test_orbit_that_reappears_is_a_new_branch():
 
 def test_figures_show_branches_marks_and_cobweb():
     found = family(np.linspace(2.5, 2.7, 21), max_period=2)
-    figure = bifurcation_diagram(found, section_phase=2.0)
-    assert len(figure.axes) == 1
+    brute = vd.sweep(A=[2.55, 2.65], transient=2000, periods=2, section_phase=2.0)
+    figure = bifurcation_diagram(found, brute)
+    points, *lines = figure.axes[0].lines
     names = [t.get_text() for t in figure.legends[0].get_texts()]
     marks = ["period doubling", "border collision", "grazing"]
-    assert sorted(names) == sorted(["stable orbit", "unstable orbit", *marks])
-    dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
-    assert dashed
-    assert multiplier_diagram(found).axes[0].get_yscale() == "symlog"
-    (orbit,) = (o for o in orbits(3.04) if o.kind == "stable")
-    assert len(cobweb(3.04, 0.1, orbit).axes[0].lines) > 5
-
-
-def test_dense_bifurcations_have_a_separate_panel():
-    """Six of ten bifurcations are in an interval of A of length 0.01. Only the second panel marks these six."""
-    seen = bifurcations((2.6, 2.7), max_period=2)[:3]
-    places = [2.51, 2.53, 2.55, 2.6, *(2.68 + 0.002 * np.arange(6)).round(9).tolist()]
-    many = [replace(seen[k % 3], A=A) for k, A in enumerate(places)]
-    whole, close = bifurcation_diagram(replace(family([2.5, 2.6, 2.7], max_period=2), bifurcations=many)).axes
-    for ax, low, marked in ((whole, 2.5, places[:4]), (close, close.get_xlim()[0], places[4:])):
-        at = {float(round(a, 9)) for line in ax.lines if line.get_marker() != "None" for a in line.get_xdata()}
-        assert {a for a in at if low < a <= 2.7} == {*marked}
+    assert sorted(names) == sorted(["stable orbit", "unstable orbit", "simulated", *marks])
+    stable = [line for line in lines if line.get_linestyle() == "-"]
+    assert len({line.get_linestyle() for line in lines}) > 1
+    for A, dxi in points.get_xydata():
+        assert min(abs(np.interp(A, *line.get_data()) - dxi) for line in stable) < 1e-3, "both have one section phase"
+    phase, image = cobweb(3.2, 0.1, orbits(3.2, 0.1, 4)[-1]).axes[0].lines[-1].get_data()
+    assert len(phase) == 3
+    assert image == pytest.approx(ImpactMap(3.2)(phase).phase, abs=1e-9)
 
 
 def test_orbits_on_the_level():

@@ -22,27 +22,26 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     bifurcations at which they appear, change or disappear. With the axes A and B, these are the bifurcations at each B,
     and `vibrodrive plot --over` draws their table over a map.
 
-    Output: the bifurcations on stdout; the figures, which are the bifurcation diagram and the multipliers, or the plane
-    of A and B; and, with -o FILE.csv, a table of all orbits and bifurcations.
+    Output: the bifurcations on stdout; the figure, which is the bifurcation diagram or the plane of A and B; and, with
+    -o FILE.csv, a table of all orbits and bifurcations.
     """
     settings = common.read(config, overrides)
     common.judge_idle(settings)
     common.judge_slip(settings, always=True)
     table, picture = common.targets(outputs, Path(config.stem + ".png"), config)
-    pictures = [picture, picture.with_stem(f"{picture.stem}_multipliers")] if picture else []
-    for target in pictures:
-        check_figure(target, {"configuration": config})
+    if picture:
+        check_figure(picture, {"configuration": config})
     from vibrodrive.figures.style import drawn_as, save
     from vibrodrive.jobs.orbits import COLUMNS, check, drawn, find, printed, rows
     from vibrodrive.jobs.tables import write_table
 
     with common.working(config.stem), drawn_as(**settings.look):
         found = find(*check(settings))
-        figures = drawn(found) if picture else []
+        figure = drawn(found) if picture else None
     click.echo(printed(found))
     if table:
         write_table(table, COLUMNS, rows(found))
         common.say(f"{table} written")
-    for figure, target in zip(figures, pictures, strict=False):  # over A and B there is one figure
-        save(figure, target)
-        common.say(f"{target} drawn")
+    if figure and picture:
+        save(figure, picture)
+        common.say(f"{picture} drawn")

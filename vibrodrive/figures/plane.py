@@ -13,7 +13,7 @@ from matplotlib.path import Path as LinePath
 from matplotlib.transforms import Bbox
 
 from vibrodrive.figures.looks import INK
-from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note, styled
+from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.physical import PACES, amplitude_axis, incline_axis, with_A_and_B
 
@@ -53,7 +53,6 @@ class Line(NamedTuple):
     up: np.ndarray
 
 
-@styled
 def draw_lines(ax: Axes, lines: Sequence[Line]) -> None:
     """Draw curves over a plane whose limits are set, each with the period of its orbit."""
     known: set[str] = set()
@@ -93,8 +92,7 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
     ax.text(left, up, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
-@styled
-def plane_figure(found: Sequence[Bifurcation], max_period: int, *, ax: Any = None, notes: bool | None = None) -> Figure:
+def plane_figure(found: Sequence[Bifurcation], max_period: int) -> Figure:
     """Draw bifurcations at several values of B as lines in the plane of A and B, each with the period of its orbit."""
     fig, axes = new(1, 1, height=4.6)
     ax = axes[0, 0]

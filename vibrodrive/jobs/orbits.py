@@ -1,4 +1,4 @@
-"""`vibrodrive orbits CONFIG`: all periodic orbits over A and their bifurcations, as a table and as figures.
+"""`vibrodrive orbits CONFIG`: all periodic orbits over A and their bifurcations, as a table and as a figure.
 
 With several values of B only the bifurcations are found; `plot --over` draws their table over a map.
 """
@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from vibrodrive.batch.sweep import collect
 from vibrodrive.errors import ConfigError
-from vibrodrive.figures.orbits import bifurcation_diagram, multiplier_diagram
+from vibrodrive.figures.orbits import bifurcation_diagram
 from vibrodrive.figures.plane import Exact, plane_figure
 from vibrodrive.jobs.tables import read_table
 from vibrodrive.model.bifurcations import BIFURCATIONS
@@ -116,13 +116,12 @@ def printed(found: Found) -> str:
     return "\n".join([*lines, f"{said}; orbits of up to {found.max_period} periods at {values}: {kinds}"])
 
 
-def drawn(found: Found) -> list[Figure]:
-    """Draw the orbits over simulated motions, and their multipliers; with several values of B the plane of A and B."""
+def drawn(found: Found) -> Figure:
+    """Draw the orbits over simulated motions; with several values of B the plane of A and B."""
     if found.family is None:
-        return [plane_figure(found.bifurcations, found.max_period)]
+        return plane_figure(found.bifurcations, found.max_period)
     simulated = collect(replace(found.plan, record=(SECTION,))).dimensionless()
-    phase = found.plan.scalars["section_phase"]
-    return [bifurcation_diagram(found.family, simulated, section_phase=phase), multiplier_diagram(found.family)]
+    return bifurcation_diagram(found.family, simulated)
 
 
 def read_bifurcations(path: Path) -> list[Exact]:
