@@ -14,7 +14,7 @@ from vibrodrive.figures.conditions import STATUS_WORDS
 from vibrodrive.figures.style import look
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import KEPT, check_range
-from vibrodrive.model.records import LIMITS, How
+from vibrodrive.model.records import LIMITS, LONGEST, How
 from vibrodrive.model.states import states
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
@@ -94,7 +94,7 @@ def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
     colours = look().classes
     most = len(colours) - 2
     kind = np.where(values < 1, np.where(values == 0, most + 1, -1), np.minimum(values - 1, most))
-    return kind, [*map(str, range(1, most + 1)), "more", "none"], list(colours)
+    return kind, [*map(str, range(1, most + 1)), f"{most + 1} to {LONGEST}", f"none up to {LONGEST}"], list(colours)
 
 
 def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:

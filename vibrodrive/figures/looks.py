@@ -50,20 +50,11 @@ def _greys(count: int, light: float, dark: float) -> tuple[str, ...]:
 _PATTERNS = ("-", "--", ":", "-.")
 _HUES = ("#0072b2", "#d55e00", "#009e73", "#8f4a86", "#7a6000", "#333333")
 
-# Each colour is darker than the previous one by about a tenth of the range from white to black, so that a grey copy
-# keeps their order. Colour-blind readers can distinguish them.
+# One scale from light blue over orange to dark purple, then two greys. Each colour is darker than the previous one, so
+# that a grey copy keeps their order. Colour-blind readers can distinguish them.
 _CLASSES = (
-    "#eff427",
-    "#16e9ea",
-    "#fca579",
-    "#ac92fa",
-    "#e76317",
-    "#06846c",
-    "#6042da",
-    "#7c3502",
-    "#5b057a",
-    "#1f1f1f",
-)
+    "#e1e9f0", "#b0cde6", "#eebb85", "#dc8c58", "#bf5f4c", "#953a5d", "#68286b", "#3f1f63", "#2b2b2b", "#000000",
+)  # fmt: skip
 
 LOOKS: dict[Style, Look] = {
     "screen": Look(

@@ -312,7 +312,7 @@ def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
     bar.set_label(label, size=mpl.rcParams["font.size"])
     if painted.labels:
         bar.set_ticks(range(len(painted.labels)), labels=painted.labels)
-        small = max(map(len, painted.labels)) > 12
+        small = max(map(len, painted.labels)) > 13
         bar.ax.tick_params(which="both", length=0, labelsize=7 if small else mpl.rcParams["ytick.labelsize"])
 
 
