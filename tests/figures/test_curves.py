@@ -1,38 +1,15 @@
-"""Figures of trajectories show the chosen periods, name the settings, and show an irregular motion as a density."""
+"""Figures of trajectories show the chosen periods, name the settings, and break a curve at an impact."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tests.support.fake import UNITLESS
+import vibrodrive as vd
+from tests.figures.made import fall, motion
 from vibrodrive.figures import diagrams as figures
-from vibrodrive.figures.curves import SPOTS, count_passes
+from vibrodrive.figures.curves import curve
 from vibrodrive.model.choices import Method, Status
-
-SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
-
-
-def motion(periods, irregular=False, **arguments):
-    """Return a simulated `Trajectory`, ξ = 2 + sin τ. If it is irregular, each period has a different amplitude."""
-    size = 1.0 + (np.arange(periods) * math.sqrt(2) % 1 if irregular else np.zeros(periods))
-    switches = np.zeros(2 * periods, SWITCH)
-    switches["period"] = np.repeat(np.arange(periods), 2)
-    switches["phase"] = np.tile([0.5, 2.5], periods)
-    switches["xi"] = 2 + np.repeat(size, 2)
-
-    def sample(n):
-        tau = np.arange(periods * n + 1) * (2 * math.pi / n)
-        now = size[np.minimum(np.arange(periods * n + 1) // n, periods - 1)]
-        return SimpleNamespace(tau=tau, xi=2 + now * np.sin(tau), dxi=now * np.cos(tau))
-
-    section = np.stack([np.full(periods, 2.0), size], axis=1)
-    known = {"A": 3.0, "B": 0.1, "eps": 0.0, "eta": 101.0, "dtau": None, "method": int(Method.CERTIFIED)}
-    known |= {"transient": 1000, "periods": periods, "xi0": 0.0, "dxi0": 0.0, "tau0": 0.0} | arguments
-    return SimpleNamespace(
-        switches=switches, section=section, sample=sample, arguments=known, status=Status.OK, **UNITLESS
-    )
 
 
 def test_trajectory_names_its_settings_and_shows_the_first_periods():
@@ -45,30 +22,54 @@ def test_trajectory_names_its_settings_and_shows_the_first_periods():
     assert time.get_title(loc="right") == "first 10 of 1500 periods shown"
     assert time.get_xlim() == pytest.approx((0, 20 * math.pi))
     assert time.lines[0].get_xdata().max() < 20 * math.pi + 1e-6
+    sine = next(line for line in time.lines if line.get_label() == r"$\sin\tau$")
+    assert np.allclose(sine.get_ydata(), np.sin(sine.get_xdata()))
     assert figures.trajectory_figure(long, shown=None).axes[1].get_xlim()[1] == pytest.approx(3000 * math.pi)
 
 
-@pytest.mark.parametrize(("periods", "irregular", "image"), [(100, True, True), (30, True, False), (900, False, False)])
-def test_only_long_irregular_motions_are_drawn_as_density(periods, irregular, image):
-    fig = figures.phase_curve(motion(periods, irregular))
-    assert bool(fig.axes[0].get_images()) == image
-    names = [t.get_text() for t in fig.legends[0].get_texts()]
-    assert ("spot passed in 1 of 100 periods" in names) == image
+@pytest.mark.parametrize(("periods", "irregular", "faint"), [(100, True, 100), (30, True, 0), (900, False, 0)])
+def test_only_long_irregular_motions_have_a_faint_line_for_each_period(periods, irregular, faint):
+    (ax,) = figures.phase_curve(motion(periods, irregular)).axes
+    drawn = [line for lines in ax.collections for line in lines.get_segments()]
+    assert len(drawn) in (faint, faint + 1)
+    assert np.max(drawn[1] if faint else ax.lines[0].get_xdata(), initial=0.0) > 2.9
+    assert all(line.get_zorder() > one.get_zorder() for line in ax.lines for one in ax.collections)
 
 
-def test_pixel_counts_each_period_once():
-    """In period 0 the motion passes a horizontal line twice, forwards and backwards. In period 1 it passes half of this
-    line once."""
-    points = np.array([[0.0, 1.0], [4.0, 1.0], [0.0, 1.0], [np.nan, np.nan], [0.0, 1.0], [2.0, 1.0]])
-    counts = count_passes(points, np.array([0, 0, 0, 0, 1, 1]), np.array([0.0, 0.0]), np.array([4.0, 2.0]))
-    (row,) = np.flatnonzero(counts.any(axis=1))
-    assert row == SPOTS[1] // 2
-    half = SPOTS[0] // 2
-    assert (counts[row, : half - 1] == 2).all()
-    assert (counts[row, half + 1 : -1] == 1).all()
+def test_impact_breaks_the_curve_and_is_stored_as_a_jump():
+    drawn = curve(fall(), points_per_period=5)
+    assert (np.diff(drawn.tau) >= 0).all()
+    assert drawn.jumps.tolist() == [[[2, 0, -1], [2, 0, 0]]]
+    (gap,) = np.flatnonzero(np.isnan(drawn.xi))
+    assert (drawn.xi[gap - 1], drawn.dxi[gap - 1]) == (0, -1)
+    assert (drawn.xi[gap + 1], drawn.dxi[gap + 1]) == (0, 0)
+    assert np.allclose(drawn.xi[:gap], 2 - drawn.tau[:gap])
+    assert (drawn.xi[gap + 1 :] == 0).all()
 
 
-def test_jumps_and_zero_lines_are_above_the_density():
-    (ax,) = figures.phase_curve(motion(100, True)).axes
-    (image,) = ax.get_images()
-    assert all(line.get_zorder() > image.get_zorder() for line in ax.lines)
+@pytest.mark.jit
+def test_motion_of_a_scene_is_drawn_in_its_units():
+    scene = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+    phase, time = vd.simulate(scene=scene, transient=50, periods=4).plot().axes
+    jump, mine = (
+        next(line for line in phase.lines if ("jump" in line.get_label()) == jumps) for jumps in (True, False)
+    )
+    fastest = np.nanmin(mine.get_ydata())
+    assert "m/s" in phase.get_ylabel()
+    assert 0.5 * fastest > np.nanmin(jump.get_ydata()) > fastest, "a jump must have the unit of the curve"
+    assert time.get_xlim() == pytest.approx((0.0, 4e3 / 24.0))
+
+
+def test_curves_and_titles_that_fit_no_panel_are_refused():
+    fig = figures.trajectory_figure(fall(), ("phase", "time", "velocity", "section"))
+    assert [ax.get_ylabel() for ax in fig.axes] == [r"$\xi\mathrm{′}$", r"$\xi$", *[r"$\xi\mathrm{′}$"] * 2]
+    with pytest.raises(ValueError, match=r"curves = .*: must be a list of one or more of phase, time"):
+        figures.trajectory_figure(fall(), "time")
+    with pytest.raises(ValueError, match="shown = 3: must be left out, because no curve over time"):
+        figures.trajectory_figure(fall(), ["phase"], shown=3)
+    for draw in (figures.phase_curve, figures.poincare):
+        with pytest.raises(ValueError, match=r"titles = .*: must be a list of 2, one for each panel"):
+            draw([fall(), fall()], titles="ab")
+    first, second = figures.phase_curve([fall(), fall()], titles=["exact", "grid"]).axes
+    assert first.get_xlim() == second.get_xlim()
+    assert second.get_title(loc="left") == "b) grid"
