@@ -151,12 +151,17 @@ def _figure(
 
 def _several(files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
     """Return (figure of several files of limits, least computed share)."""
-    from vibrodrive.figures.limits import limits_figure
+    from vibrodrive.figures.limits import check_limits, limits_figure
     from vibrodrive.store.load import load
 
     for name, value in {**options, **({"over": str(over[0])} if over else {})}.items():
         raise click.ClickException(bad(f"--{name}", value, "left out for several files, which must contain limits"))
     results = [load(file) for file in files]
+    for file, one in zip(files, results, strict=True):
+        try:
+            check_limits(one, results[0])
+        except ValueError as error:
+            raise click.ClickException(f"{file}: {error}") from None
     with in_one_line():
         return limits_figure(results), min(one.computed for one in results)
 

@@ -68,7 +68,9 @@ def limits_figure(
     ('$A$', '$V$')
     """
     several = [results] if isinstance(results, Results) else list(results)
-    x, values = _axis(several)
+    for one in several:
+        check_limits(one, several[0])
+    ((x, values),) = several[0].axes.items()
     if len({one.measure("velocity").si for one in several}) > 1:
         several = [one.dimensionless() for one in several]
     unit = several[0].measure("velocity")
@@ -91,18 +93,15 @@ def limits_figure(
     return fig
 
 
-def _axis(several: Sequence[Results]) -> tuple[str, np.ndarray]:
-    """Return the name and the values of the axis that all results share. Raises ValueError."""
-    for one in several:
-        if LIMIT not in one.record:
-            raise ValueError(bad("record", ", ".join(one.record), f'"{LIMIT}"'))
-        if len(one.axes) != 1:
-            raise ValueError(bad_axes(one.axes, "one axis (limits over two axes are drawn as a map)"))
-    ((x, values),) = several[0].axes.items()
-    for one in several[1:]:
-        if list(one.axes) != [x] or not np.array_equal(one.axes[x], values):
-            raise ValueError(bad_axes(one.axes, f"{x} with the same values in all results"))
-    return x, values
+def check_limits(one: Results, first: Results) -> None:
+    """Raise ValueError if results are not limits over one axis, or if this is not the axis of the first results."""
+    if LIMIT not in one.record:
+        raise ValueError(bad("record", ", ".join(one.record), f'"{LIMIT}"'))
+    if len(one.axes) != 1:
+        raise ValueError(bad_axes(one.axes, "one axis (limits over two axes are drawn as a map)"))
+    (x,) = first.axes
+    if list(one.axes) != [x] or not np.array_equal(one.axes[x], first.axes[x]):
+        raise ValueError(bad_axes(one.axes, f"{x} with the same values in all results"))
 
 
 def _ends(one: Results) -> list[np.ndarray]:

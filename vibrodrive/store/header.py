@@ -79,6 +79,10 @@ def open_result(path: Path) -> Iterator[h5py.File]:
         with _Bytes(path) as content:
             start = bytearray(len(SIGNATURE))
             if content.readinto(start) < len(start) or start != SIGNATURE:
+                if path.suffix == ".toml":
+                    raise NoResult(
+                        f"{path}: not a result file; `vibrodrive sweep {path} --plot` computes and draws one"
+                    )
                 raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
             access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
             try:
