@@ -131,7 +131,7 @@ def test_axis_of_a_configuration_has_the_scale_of_its_values(values, scale):
 def test_SI_scene_keeps_its_figure_and_motions():
     wanted = config.read(ROOT / "configs/map_driver.toml")
     view = view_of(wanted)
-    assert (view.scene, view.shade, view.x, view.y) == ("SI", "impact_power", "omega0", "a0")
+    assert (view.scene, view.shade, view.x, view.y) == ("SI", "impact_power", "frequency", "a0")
     assert read_address(view.address()).state() == view.state()
     assert np.allclose(view.plan().points(0, 5), wanted.plan().points(0, 5), rtol=1e-15, equal_nan=True)
 

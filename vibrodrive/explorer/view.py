@@ -320,13 +320,13 @@ def view_of(settings: config.Config) -> View:
         if name not in RANGES:
             raise ValueError(bad("axis", name, "one of " + ", ".join(RANGES) + " in the explorer"))
     values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in (*PARAMETERS, *SCENE)}
-    if "frequency" in values:
-        values["omega0"] = TURN * values.pop("frequency")
     if {*plan.axes} & {*SCENE_AXES} or ("mu" in values and ("a0" in values or "A" in plan.axes)):
         values = {"mass": 1.0} | values | {"scene": SI}
         if "A" in values and "a0" not in {*values, *plan.axes}:
             raise ValueError(bad("A", values["A"], "an axis, or left out (A then follows from a0), in the explorer"))
     values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
+    if "frequency" in values:
+        values["omega0"] = TURN * values.pop("frequency")
     if math.isnan(values["dtau"]):
         del values["dtau"]
     s = plan.settings
