@@ -172,14 +172,18 @@ def test_python_of_the_page_of_orbits_runs(tmp_path, monkeypatch):
         exec(source, {})
 
 
-def test_python_that_needs_a_cluster_compiles():
-    (source,) = blocks((DOCS / "cluster.md").read_text(), "python")
-    compile(source, "cluster.md", "exec")
-
-
 def test_no_other_page_shows_untested_python():
     showing = {page.name for page in PAGES if blocks(page.read_text(), "python")}
     assert showing <= {"README.md", "orbits.md", "cluster.md", "where_methods_fail.md"}
+    (source,) = blocks((DOCS / "cluster.md").read_text(), "python")
+    compile(source, "cluster.md", "exec")  # it needs a cluster
+
+
+def test_every_configuration_has_a_page_or_is_one_of_the_paper():
+    said = "".join(page.read_text() for page in PAGES)
+    paper = "".join(path.read_text() for path in (ROOT / "benchmarks" / "paper").glob("*.py"))
+    names = [path.stem for path in (ROOT / "configs").glob("*.toml")]
+    assert [name for name in names if f"{name}.toml" not in said and f'"{name}"' not in paper] == []
 
 
 def test_every_page_is_in_the_menu():

@@ -31,60 +31,39 @@ pytest.importorskip("nbclient")
 pytest.importorskip("ipykernel")
 
 
-@pytest.fixture(scope="module")
-def cells(tmp_path_factory):
-    """Return the code cells after their run, in order."""
-    folder = tmp_path_factory.mktemp("notebook")
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "default", "IPYTHONDIR": str(folder)}
+@pytest.mark.jit
+def test_cells_show_figures_and_tables_and_a_stopped_sweep_resumes(tmp_path):
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "default", "IPYTHONDIR": str(tmp_path)}
     environment.pop("MPLBACKEND", None)  # otherwise cells would show no figures
-    command = [sys.executable, "-c", RUN, str(NOTEBOOK), str(folder / "ran.ipynb")]
-    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-c", RUN, str(NOTEBOOK), str(tmp_path / "ran.ipynb")]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    found = json.loads((folder / "ran.ipynb").read_text())["cells"]
-    return [cell for cell in found if cell["cell_type"] == "code"]
+    every = json.loads((tmp_path / "ran.ipynb").read_text())["cells"]
+    ran = {"".join(cell["source"]): cell["outputs"] for cell in every if cell["cell_type"] == "code"}
 
+    def outputs(source):
+        (found,) = (there for text, there in ran.items() if source in text)
+        return found
 
-def shown(cells, source):
-    """Return the output, by MIME type, of the one cell whose source contains this text."""
-    (cell,) = (cell for cell in cells if source in "".join(cell["source"]))
-    return cell["outputs"][-1]["data"]
+    def shown(source, kind="text/html"):
+        return "".join(outputs(source)[-1]["data"][kind])
 
-
-@pytest.mark.jit
-def test_cells_print_nothing_to_stderr(cells):
-    told = [output for cell in cells for output in cell["outputs"] if output.get("name") == "stderr"]
-    assert told == []
-
-
-@pytest.mark.jit
-@pytest.mark.parametrize("source", ["r.plot()", "motion.plot()", "diagram.plot(", "plt.subplots"])
-def test_figures_are_shown(cells, source):
-    png = base64.b64decode(shown(cells, source)["image/png"])
-    pixels = matplotlib.image.imread(io.BytesIO(png))
-    assert pixels.shape[1] > 500
-    assert 0.01 < (pixels[..., :3].min(axis=-1) < 0.5).mean() < 0.6, "the figure must not be empty or black"
-
-
-@pytest.mark.jit
-def test_stopped_sweep_resumes(cells):
-    (stopped,) = (cell for cell in cells if "press_stop" in "".join(cell["source"]))
-    assert any("stopped\n" in output.get("text", []) for output in stopped["outputs"])
-    (loaded,) = (cell for cell in cells if "".join(cell["source"]) == 'vd.load("diagram.h5")')
-    table = "".join(loaded["outputs"][-1]["data"]["text/html"])
-    (share,) = re.findall(r"<td>([0-9.]+) % computed</td>", table)
+    assert [output for there in ran.values() for output in there if output.get("name") == "stderr"] == []
+    for source in ("r.plot()", "motion.plot()", "diagram.plot(", "plt.subplots"):
+        pixels = matplotlib.image.imread(io.BytesIO(base64.b64decode(shown(source, "image/png"))))
+        assert pixels.shape[1] > 500
+        assert 0.01 < (pixels[..., :3].min(axis=-1) < 0.5).mean() < 0.6, "the figure must not be empty or black"
+    assert any("stopped\n" in output.get("text", []) for output in outputs("press_stop"))
+    (share,) = re.findall(
+        r"<td>([0-9.]+) % computed</td>", "".join(ran['vd.load("diagram.h5")'][-1]["data"]["text/html"])
+    )
     assert 0 < float(share) < 100
-    assert "<td>computed</td>" in "".join(shown(cells, "diagram = vd.sweep")["text/html"])
-
-
-@pytest.mark.jit
-def test_results_and_tables_are_shown(cells):
-    (one,) = (cell for cell in cells if "one = r.select" in "".join(cell["source"]))
-    assert one["outputs"][0]["text"][0].startswith("OK ")
-    assert "<td>251 × 2 points</td>" in "".join(shown(cells, "r = vd.sweep")["text/html"])
-    assert "IMPACT" in "".join(shown(cells, "to_dataframe")["text/html"])
-    assert "xarray" in "".join(shown(cells, "to_xarray")["text/html"])
-    solutions = "".join(shown(cells, "many = vd.sweep")["text/plain"])
-    assert solutions.count("[") == 3, "two coexisting solutions must give two points of one section"
+    assert "<td>computed</td>" in shown("diagram = vd.sweep")
+    assert outputs("one = r.select")[0]["text"][0].startswith("OK ")
+    assert "<td>251 × 2 points</td>" in shown("r = vd.sweep")
+    assert "IMPACT" in shown("to_dataframe")
+    assert "xarray" in shown("to_xarray")
+    assert shown("many = vd.sweep", "text/plain").count("[") == 3, "two coexisting solutions must give two points"
 
 
 def test_stored_notebook_has_no_output_and_uses_public_names_only():
