@@ -1,6 +1,5 @@
 """Diagrams show the data: pixels are dark at the values, in the right panel, and say what they do not show."""
 
-import io
 import math
 
 import matplotlib as mpl
@@ -102,13 +101,12 @@ def seldom(n, where, k=16):
     return results({"A": np.linspace(3.0, 3.2, n)}, section=np.stack([dxi, dxi], axis=-1))
 
 
-@pytest.mark.parametrize("n", [600, 20_000])
-def test_every_value_is_visible_for_any_number_of_values(n):
+def test_every_value_is_visible_among_many_values():
+    n = 20_000
     where = np.arange(n // 1200, n, n // 600)[:600]
     ink, value = image(figures.bifurcation(seldom(n, where)).axes[0])
     marks = ink[(value > 2.8) & (value < 2.95)].max(axis=0) > 0
-    runs = np.count_nonzero(np.diff(marks.astype(int), prepend=0) == 1)
-    assert runs == (600 if n > 600 else 1), "there must be 600 marks, or one mark if all values are adjacent"
+    assert np.count_nonzero(np.diff(marks.astype(int), prepend=0) == 1) == 600
     for line in (1.0, 2.0):
         assert (ink[(value > line - 0.05) & (value < line + 0.05)].max(axis=0) == 1.0).all()
 
@@ -146,31 +144,6 @@ def test_sections_share_one_scale_and_show_each_distinct_point_once():
     assert first.lines[1].get_xydata().tolist() == [[1, -1], [2, -3]]
     many = results({"eps": np.linspace(0, 1e-3, 9)}, section=np.ones((9, 4, 2)))
     assert "6 of 9 points shown" in note(figures.poincare(many).axes[2])
-
-
-KEYWORDS = {"quantity": "xi", "x": "B", "y": "A", "limits": (0.0, 3.0), "style": "print", "width": "single", "notes": 0}
-
-
-@pytest.mark.parametrize("kind", [None, "poincare", "map", "one motion"])
-def test_each_keyword_acts_or_is_refused(kind):
-    section = np.random.default_rng(1).uniform(1, 2, (2, 1, 8, 2))
-    swept = results({"A": [3.0, 3.1], "B": [0.1]}, section=section)
-    if kind == "one motion":
-        swept, kind = results({}, section=section[0, 0]), None
-
-    def pixels_with(**options):
-        figures.from_results(swept, kind, **options).savefig(drawn := io.BytesIO(), format="raw", dpi=20)
-        return drawn.getvalue()
-
-    plain = pixels_with()
-    for keyword, value in KEYWORDS.items():
-        try:
-            drawn, refused = pixels_with(**{keyword: value}), ""
-        except ValueError as error:
-            drawn, refused = b"", str(error).partition(" = ")[0]
-        assert drawn != plain, keyword
-        assert refused in ("", keyword)
-        assert not refused or keyword not in ("style", "width", "notes")
 
 
 def test_diagram_of_motions_that_rest_at_the_section_says_so(two_regimes):

@@ -29,12 +29,6 @@ def test_print_is_black_and_white_and_the_screen_is_not(swept, tmp_path):
             assert (np.ptp(seen, axis=-1).max() > 0.2) == coloured
 
 
-def test_no_two_curves_look_alike():
-    for one in LOOKS.values():
-        assert len(set(one.lines)) == len(one.lines) >= 6
-        assert len({pattern for _, pattern in one.lines[:4]}) == 4, "four curves must also differ without colour"
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 def test_note_and_legend_fit_the_width_of_a_column(width):
     phrases = [rf"$\varepsilon_{k} = 2\cdot10^{{-4}}$ and some words" for k in range(9)]
