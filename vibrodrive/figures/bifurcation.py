@@ -164,7 +164,7 @@ def name_quantities(ax: Axes, source: Any, x: str | None, y: str | None) -> None
             label_axes(ax, *((words, None) if across else (None, words)))
 
 
-def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float] | None = None) -> bool:
+def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float]) -> bool:
     """Draw `values` (n, k) over `x` (n,) as an image. Return True if the ink of its spots differs.
 
     `ink_of` computes the ink of a spot from the number of the k values in the spot. If several x share a column of the
@@ -178,7 +178,7 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
         order = order[x[order] > 0]
     u = np.log10(x[order]) if logarithmic else x[order]
     values = values[order]
-    low, high = limits or full_range([values])
+    low, high = limits
     start, stop = (u[0], u[-1]) if u[-1] > u[0] else (u[0] - 0.5, u[0] + 0.5)
     reach = int(np.clip(PANEL_COLUMNS[0] / (4 * len(u)), *REACH))
     if len(u) < PANEL_COLUMNS[0] / reach:
@@ -234,11 +234,11 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
     return ink
 
 
-def add_image(ax: Axes, image: np.ndarray, extent: Any, margin: bool = False, **options: Any) -> None:
+def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
     """Draw a FullestImage with its first row at the bottom. The values are ink unless `cmap` and `norm` are given.
 
     `extent` is (left, right, bottom, top), in decimal logarithms along a logarithmic axis. The ranges of the axes are
-    enlarged to contain it, with a margin or not.
+    enlarged to contain it.
     """
     look_of: dict[str, Any] = {"cmap": look().density, "norm": Normalize(0, 1), "origin": "lower"}
     look_of["interpolation"] = "nearest"  # other interpolations would spread a mark over more pixels
@@ -247,8 +247,7 @@ def add_image(ax: Axes, image: np.ndarray, extent: Any, margin: bool = False, **
     drawn.set_clip_path(ax.patch)
     ax.add_image(drawn)
     corners = ax.transScale.inverted().transform(np.reshape(extent, (2, 2)).T)
-    if not margin:
-        drawn.sticky_edges.x[:], drawn.sticky_edges.y[:] = corners.T.tolist()
+    drawn.sticky_edges.x[:], drawn.sticky_edges.y[:] = corners.T.tolist()
     ax.update_datalim(corners)
     ax.autoscale_view()
 

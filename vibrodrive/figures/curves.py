@@ -153,33 +153,24 @@ def first(drawn: Curve, periods: int) -> Curve:
     return Curve(drawn.tau[kept], drawn.xi[kept], drawn.dxi[kept], drawn.jumps[drawn.jumps[:, 0, 0] <= end])
 
 
-def draw_time(
-    ax: Axes,
-    motions: Sequence[Trajectory],
-    quantity: str,
-    titles: Sequence[str] | None = None,
-    shown: int | None = None,
-) -> None:
+def draw_time(ax: Axes, motion: Trajectory, quantity: str, shown: int | None) -> None:
     """Draw ξ or ξ' over τ, and sin τ, with τ counted in excitation periods or, with a scene, over the time in ms.
 
     Only the first `shown` periods are drawn, or all periods if `shown` is None.
     """
     column = 1 + quantity_index(quantity)
-    curves = [_shown(motion, curve(motion)) for motion in motions]
-    curves = curves if shown is None else [first(drawn, shown) for drawn in curves]
-    low, high = min(drawn.tau[0] for drawn in curves), max(drawn.tau[-1] for drawn in curves)
-    clock = motions[0].measure("tau")
+    drawn = _shown(motion, curve(motion))
+    drawn = drawn if shown is None else first(drawn, shown)
+    low, high = drawn.tau[[0, -1]]
+    clock = motion.measure("tau")
     begin, unit = (0.0, 1.0) if clock.si == "1" else (low, clock.shown_of(1.0))
-    for k, drawn in enumerate(curves):
-        colour, pattern = look().lines[k % len(look().lines)]
-        line: dict[str, Any] = {"color": colour, "ls": pattern}
-        ax.plot((drawn.tau - begin) * unit, drawn[column], **line, label=titles[k] if titles else None)
-        across, up = _joined(drawn.jumps[:, :, [0, column]])
-        ax.plot((across - begin) * unit, up, **line, lw=0.5)
+    ax.plot((drawn.tau - begin) * unit, drawn[column], color=look().main)
+    across, up = _joined(drawn.jumps[:, :, [0, column]])
+    ax.plot((across - begin) * unit, up, color=look().main, lw=0.5)
     fine = np.linspace(low, high, max(2, round((high - low) * 30)))
     name, height = r"$\sin\tau$", 1.0
     if clock.si != "1":
-        name, height = "excitation, not to scale", max(np.nanmax(np.abs(drawn[column])) for drawn in curves)
+        name, height = "excitation, not to scale", np.nanmax(np.abs(drawn[column]))
     ax.plot((fine - begin) * unit, height * np.sin(fine), color=look().support, lw=0.7, zorder=0, label=name)
     ax.axhline(0.0, color=look().support, lw=0.4, zorder=0)
     if clock.si == "1":
@@ -187,7 +178,7 @@ def draw_time(
     else:
         ax.set_xlim(0.0, (high - low) * unit)
         ax.set_xlabel(clock.label("time") + " from the beginning of the record")
-    name_quantities(ax, motions[0], None, quantity)
+    name_quantities(ax, motion, None, quantity)
 
 
 @styled
@@ -211,7 +202,7 @@ def trajectory_figure(
             name_quantities(ax, trajectory, "xi", "dxi")
         else:
             quantity = "xi" if name == "time" else "dxi"
-            draw_time(ax, [trajectory], quantity, shown=shown)
+            draw_time(ax, trajectory, quantity, shown)
         shared = [] if k else common
         if name in OVER_TIME and shown is not None and shown < periods:
             shared = [*shared, f"first {shown} of {periods} periods shown"]

@@ -7,7 +7,7 @@ depends on the number of pixels of the figure, not on the number of cells.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -21,7 +21,6 @@ from matplotlib.patches import Patch, Rectangle
 from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, UNKNOWN, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
-from vibrodrive.figures.given import Shows
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed
 from vibrodrive.figures.style import (
@@ -154,9 +153,16 @@ def map_figure(
     said += conditions(of_sweep(results), names, section=quantity in OF_SECTION)
     alone = y is not None or quantity in OF_CLASSES  # such a figure hides others, or has its own ordinate
     shows = None if alone else (x, quantity)
-    more = TALLER if lines else 0.0
     label = unit.label(label_of(results, quantity))
-    fig, ax = draw_map(results.axes, x, y, painted, values[index], label, more, shows=shows, said=said)
+    fig, panels = new(1, 1, width=WIDTH, height=3.7 + (TALLER if lines else 0.0), shows=[shows], said=said)
+    ax = panels[0, 0]
+    across = as_shown(x, results.axes[x])
+    if y is None:
+        _draw_line(ax, painted, values[index], across, label)
+    else:
+        _draw_cells(ax, painted, across, as_shown(y, results.axes[y]), turned=names.index(x) < names.index(y))
+        _add_bar(fig, ax, painted, label)
+    name_axes(ax, x, y)
     said += rest_phrases(values[index], status) if quantity == "last_dxi" else []
     unseen = np.count_nonzero(values[index] == UNSEEN) if quantity in UNKNOWN else 0
     said += [f"{UNKNOWN[quantity]}: {unseen} of {status.size} points"] if unseen else []
@@ -165,37 +171,10 @@ def map_figure(
         draw_lines(ax, lines)
     for limit in limited:
         draw_limits(ax, limit, results, x, y)
-    explain(fig, legend_entries(painted) if y is not None else [])
+    outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
+    blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
+    explain(fig, outside + blank if y is not None else [])
     return fig
-
-
-def draw_map(
-    axes: Mapping[str, np.ndarray],
-    x: str,
-    y: str | None,
-    painted: Painted,
-    values: np.ndarray,
-    label: str,
-    more: float = 0,
-    *,
-    shows: Shows = None,
-    said: Sequence[str] = (),
-) -> tuple[Figure, Axes]:
-    """Draw cells over two axes, or marks over one axis, with a scale named `label`.
-
-    `more` is the additional height in inches for a legend. `shows` and `said` are arguments of `new`.
-    """
-    fig, panels = new(1, 1, width=WIDTH, height=3.7 + more, shows=[shows], said=said)
-    ax = panels[0, 0]
-    across = as_shown(x, axes[x])
-    if y is None:
-        _draw_line(ax, painted, values, across, label)
-    else:
-        names = list(axes)
-        _draw_cells(ax, painted, across, as_shown(y, axes[y]), turned=names.index(x) < names.index(y))
-        _add_bar(fig, ax, painted, label)
-    name_axes(ax, x, y)
-    return fig, ax
 
 
 def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[str, str | None]:
@@ -314,9 +293,3 @@ def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
         bar.set_ticks(range(len(painted.labels)), labels=painted.labels)
         small = max(map(len, painted.labels)) > 13
         bar.ax.tick_params(which="both", length=0, labelsize=7 if small else mpl.rcParams["ytick.labelsize"])
-
-
-def legend_entries(painted: Painted) -> list[Patch]:
-    """Return the legend entries for colours outside the scale and for hatched points."""
-    handles = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
-    return handles + ([Patch(**HATCHED, label=painted.blank)] if painted.blank else [])

@@ -11,7 +11,6 @@ import functools
 import inspect
 import io
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
@@ -113,34 +112,35 @@ def _check(style: object, width: object) -> None:
 
 
 def styled(function: _F) -> _F:
-    """Decorate a drawing function with the arguments `style`, `width`, `notes` and, if it has it, `ax`.
+    """Decorate a drawing function with the arguments `style`, `width`, `notes` and `ax`.
 
     A new figure is drawn within `drawn_as(style, width)`. With `ax`, `new` returns these axes, and the settings of the
     user stay in force.
     """
-    parameter = inspect.signature(function).parameters.get("ax")
-    takes_axes = parameter is not None and parameter.kind is parameter.KEYWORD_ONLY
 
     @functools.wraps(function)
     def wrapper(
-        *args: Any, style: Style | None = None, width: Width | None = None, notes: bool | None = None, **kwargs: Any
+        *args: Any,
+        ax: Any = None,
+        style: Style | None = None,
+        width: Width | None = None,
+        notes: bool | None = None,
+        **kwargs: Any,
     ) -> Any:
-        axes = kwargs.pop("ax", None) if takes_axes else None
         _check(style, width)
         if notes not in (None, False, True):
             raise ValueError(bad("notes", notes, "True or False"))
         with ExitStack() as during:
-            if axes is not None:
+            if ax is not None:
                 if width is not None:
                     raise ValueError(bad("width", width, "left out with ax, because its figure has a width"))
-                during.enter_context(_set(_GIVEN, Given(axes, style, bool(notes))))
+                during.enter_context(_set(_GIVEN, Given(ax, style, bool(notes))))
             elif _GIVEN.get() is None:
                 during.enter_context(_set(_NOTES, _NOTES.get() if notes is None else bool(notes)))
                 during.enter_context(drawn_as(style, width))
             return function(*args, **kwargs)
 
-    if takes_axes and function.__doc__:
-        wrapper.__doc__ = with_shared(function.__doc__)
+    wrapper.__doc__ = with_shared(inspect.getdoc(function) or "")
     return wrapper  # type: ignore[return-value]
 
 
@@ -180,18 +180,13 @@ ValueError
     if the style or the width is unknown, if `ax` does not have one Axes for each panel, or if these axes show other
     quantities or a result that would be hidden."""
 
-HEADING = re.compile(r"\n\n(?=[A-Z]\w+\n-+\n)")
-
 
 def with_shared(text: str) -> str:
-    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to a NumPy docstring that has the section Parameters."""
-    head, *sections = HEADING.split(inspect.cleandoc(text))
-    named = {section.partition("\n")[0]: section for section in sections}
-    if "Parameters" not in named:
-        return text
-    parameters, raises = named.pop("Parameters"), named.pop("Raises", "Raises\n------")
-    shared = [f"{parameters}\n{SHARED_PARAMETERS}", SHARED_RETURNS, f"{raises}\n{SHARED_RAISES}"]
-    return "\n\n".join([head, *shared, *named.values()]) + "\n"
+    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to a docstring with the section Examples."""
+    described, heading, examples = text.partition("\n\nExamples\n")
+    parameters, _, raises = described.partition("\n\nRaises\n------\n")
+    raises = "\n".join(["Raises\n------", *filter(None, [raises]), SHARED_RAISES])
+    return f"{parameters}\n{SHARED_PARAMETERS}\n\n{SHARED_RETURNS}\n\n{raises}{heading}{examples}" if heading else text
 
 
 def look() -> Look:
