@@ -91,6 +91,8 @@ def test_surroundings_of_a_known_orbit():
     assert around.grazing[1] == pytest.approx(system.breakpoints[1] - stable.phases[0])
     assert around.nearest[1] == min(around.unstable[1], around.border[1], around.grazing[1])
     assert np.isnan(around.multiplier[0])
+    (orbit,) = orbits(1.15, 0.1, 1)  # its impact is closer to the end of the window than to its beginning
+    assert surroundings([1.15]).border[0] == pytest.approx(orbit.phases[0] - ImpactMap(1.15).window[1])
     assert np.isnan(around.nearest[0])
 
 
