@@ -7,7 +7,7 @@ import xarray as xr
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.errors import ConfigError, Damaged, Different
+from vibrodrive.errors import Damaged, Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
@@ -96,29 +96,6 @@ def test_changed_point_in_a_file_is_detected(tmp_path):
         file["xi0"][3] += 0.5
     with pytest.raises(Damaged, match="axis xi0: changed after it was written"):
         load(path)
-
-
-@pytest.mark.parametrize(
-    ("points", "told"),
-    [
-        (
-            "eps = [0, 1e-4]",
-            r"sweep\.points\.eps = \[0, 0\.0001\]: must be left out, because \[sweep\] already gives eps",
-        ),
-        ("B = 0.1", r"sweep\.points\.B = 0\.1: must be a list or a range"),
-        ("mu = [0.1]", r"key of \[sweep\.points\] = 'mu': must be one of A, B"),
-        ("B = [0.1]", r"points = 5 of A, 1 of B: must be sequences of one length"),
-        ("B = [0.1, -1]", r"sweep\.points\.B\[1\] = -1: must be a number >= 0"),
-    ],
-)
-def test_bad_points_are_refused_in_one_line(points, told):
-    with pytest.raises(ConfigError, match=f"^{told}"):
-        parse(f"[sweep]\neps = 0.0\n[sweep.points]\nA = {{start = 1, stop = 2, num = 5}}\n{points}\n").plan()
-
-
-def test_points_must_be_a_table():
-    with pytest.raises(ConfigError, match=r"^sweep\.points = 3: must be a table \[sweep\.points\]$"):
-        parse("[sweep]\npoints = 3\n")
 
 
 def test_repr_names_the_parameters_of_points():
