@@ -162,18 +162,15 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     for name, values in coordinates(plan).items():
         netcdf.dimension(file, name, values, *meaning_of(name))
     for name, values in plan.together.items():
-        long_name, units = meaning_of(name)
-        netcdf.variable(file, name, (POINT,), values.dtype, long_name, units=units)[...] = values
+        netcdf.variable(file, name, (POINT,), values.dtype, meaning_of(name))[...] = values
     file["state"].attrs.update(flags_of_states())
     where = tiles(plan)
     variables = variables_of(plan)
     for n, variable in enumerate(variables):
         chunk = chunk_of(variable, plan)
         names = (*axes_of(plan), *([variable.extra] if variable.extra else []))
-        data = netcdf.variable(
-            file, variable.name, names, variable.dtype, variable.long_name,
-            fill=variable.fill, chunks=chunk, units=variable.units,
-        )  # fmt: skip
+        about = variable.long_name, variable.units
+        data = netcdf.variable(file, variable.name, names, variable.dtype, about, fill=variable.fill, chunks=chunk)
         if plan.together:
             data.attrs["coordinates"] = " ".join(plan.together)
         empty = blank(variable, chunk)

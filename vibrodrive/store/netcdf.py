@@ -17,12 +17,12 @@ def create(path: str | Path, **options: Any) -> h5py.File:
     return h5py.File(path, "w", track_order=True, **options)
 
 
-def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str = "1") -> h5py.Dataset:
+def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str) -> h5py.Dataset:
     """Create a dimension and the coordinate variable with its values."""
-    data = _create(file, name, values.shape, values.dtype)
+    data = _create(file, name, values.shape, values.dtype, (long_name, units))
     data[...] = values
     data.make_scale(name)
-    return _describe(data, long_name, units)
+    return data
 
 
 def variable(
@@ -30,33 +30,29 @@ def variable(
     name: str,
     dimensions: tuple[str, ...],
     dtype: Any,
-    long_name: str,
+    about: tuple[str, str],
     *,
     fill: Any = None,
     chunks: tuple[int, ...] | None = None,
-    units: str = "1",
 ) -> h5py.Dataset:
-    """Create a variable over existing dimensions. `fill` is its value where nothing has been written."""
-    shape = tuple(len(file[d]) for d in dimensions)
-    data = _create(file, name, shape, np.dtype(dtype), chunks, fillvalue=fill)
+    """Create a variable over existing dimensions. `about` is its long name and its unit, `fill` its value where nothing
+    has been written."""
+    data = _create(file, name, tuple(len(file[d]) for d in dimensions), dtype, about, chunks, fillvalue=fill)
     for k, d in enumerate(dimensions):
         data.dims[k].attach_scale(file[d])
-    return _describe(data, long_name, units)
+    return data
 
 
 def _create(
     file: h5py.File,
     name: str,
     shape: tuple[int, ...],
-    dtype: np.dtype,
+    dtype: Any,
+    about: tuple[str, str],
     chunks: tuple[int, ...] | None = None,
     **options: Any,
 ) -> h5py.Dataset:
     chunks = chunks or tuple(min(n, MOST) for n in shape)
-    return file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)
-
-
-def _describe(data: h5py.Dataset, long_name: str, units: str) -> h5py.Dataset:
-    data.attrs["units"] = units
-    data.attrs["long_name"] = long_name
+    data = file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)
+    data.attrs["long_name"], data.attrs["units"] = about
     return data
