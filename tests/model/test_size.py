@@ -117,3 +117,7 @@ def test_free_space_is_that_of_the_disk_to_which_a_link_leads(tmp_path, monkeypa
     with pytest.raises(TooLarge, match=r"the file takes .*, and 9 B are free"):
         size.refuse_large_file(make_plan({"A": [3.0], "transient": 10, "periods": 10}), tmp_path / "link.h5")
     assert asked == [str(tmp_path / "other")]
+    monkeypatch.undo()
+    monkeypatch.setattr(size, "_limit", lambda name: 5000 if name == "RLIMIT_FSIZE" else None)
+    with pytest.raises(TooLarge, match=r"must be small enough for the file size limit; .*, and 5\.0 kB are allowed"):
+        size.refuse_large_file(make_plan({"A": [3.0], "transient": 10, "periods": 10}), tmp_path / "x.h5")

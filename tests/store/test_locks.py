@@ -69,20 +69,6 @@ def test_refused_lock_gives_the_words_of_the_system(tmp_path, part, monkeypatch,
         assert {p.name for p in tmp_path.iterdir()} <= {"new.h5", "part.h5"}
 
 
-@pytest.mark.filterwarnings("default")
-def test_command_warns_in_one_line(run, quick, monkeypatch):
-    def unknown(*arguments):
-        raise OSError(errno.ENOLCK, "")
-
-    monkeypatch.setattr(fcntl, "fcntl", unknown)
-    monkeypatch.setattr(fcntl, "flock", unknown)
-    with open("c.toml", "w") as config:
-        config.write(CONFIG)
-    code, _, err = run("sweep", "c.toml")
-    assert (code, err.count("warning")) == (0, 1)
-    assert "warning: c.h5: this file system has no locks; let only one process write this file" in err.splitlines()
-
-
 def test_second_kind_of_lock_excludes_a_second_writer(part, monkeypatch):
     def unknown(*arguments):
         raise OSError(errno.EINVAL, "")
