@@ -220,23 +220,21 @@ class Elsewhere(Executor):
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize(("module", "old", "new"), [("version.py", "0.1.0", "0.2.0"), ("model/names.py", "\n", "\n\n")])
-def test_worker_with_other_sources_is_refused(tmp_path, module, old, new):
+def test_worker_with_other_sources_is_refused(tmp_path):
     """The message names both, and the block is not submitted again."""
     package = Path(vd.__file__).parent
     plan = make_plan(dict(A=[3.0, 3.1], transient=0, periods=2))
     shutil.copytree(package, tmp_path / "vibrodrive", ignore=shutil.ignore_patterns("__pycache__"))
     (block,) = run_blocks(plan, executor=Elsewhere(tmp_path))
     assert np.array_equal(block.section, vd.sweep(A=[3.0, 3.1], transient=0, periods=2).section)
-    changed = tmp_path / "vibrodrive" / module
-    changed.write_text(changed.read_text().replace(old, new, 1))
+    changed = tmp_path / "vibrodrive" / "model" / "names.py"
+    changed.write_text(changed.read_text() + "\n")
     executor = Elsewhere(tmp_path)
     with pytest.raises(vd.errors.Failed) as caught:
         list(run_blocks(plan, executor=executor))
     worker, here = re.findall(r"vibrodrive (\S+ \(sources [0-9a-f]{12}\))", str(caught.value))
     assert f"vibrodrive {here}" == build()
     assert worker != here
-    assert worker.split()[0] == (new if module == "version.py" else vd.__version__)
     assert executor.submitted == 1
 
 
