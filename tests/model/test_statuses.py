@@ -55,5 +55,5 @@ def test_numbers_become_json():
         np.array([1.0, np.nan]),
         np.array(3),
     ]
-    assert plain(numbers) == [1.5, 2, True, [None, [1]], [1.0, None], 3]
+    assert plain(numbers) == [1.5, 2, True, None, [None, [1]], [1.0, None], 3]
     json.dumps(plain(numbers), allow_nan=False)

@@ -96,8 +96,10 @@ def test_lock_belongs_to_the_file_of_the_name(tmp_path, monkeypatch):
         return take(fd)
 
     monkeypatch.setattr(locks, "_lock", replace_and_take)
-    with Lock(path), pytest.raises(Busy):
+    held = Lock(path)
+    with pytest.raises(Busy):
         Lock(path)
+    held.release()
 
 
 def test_name_may_be_as_long_as_the_system_allows(tmp_path):

@@ -23,7 +23,7 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.parallel import BRIEF, run
-from vibrodrive.batch.records import Arrays, Rows, as_quantities
+from vibrodrive.batch.records import Arrays, Rows
 from vibrodrive.errors import Failed
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.sources import build
@@ -119,7 +119,7 @@ def fill_records(
     """
     arrays = Arrays.new(plan, len(points), (section, status, margin, counts))
     fill(plan.settings, points, threads, halt, arrays)
-    return as_quantities(arrays.summary, arrays.impacts, arrays.errors)
+    return arrays.quantities()
 
 
 def fill(

@@ -17,7 +17,7 @@ import click
 
 from vibrodrive.errors import ConfigError, VibrodriveError
 from vibrodrive.model.names import SCENE
-from vibrodrive.model.parameters import bad, is_name
+from vibrodrive.model.parameters import bad, has_control
 
 if TYPE_CHECKING:
     from vibrodrive.model.config import Config
@@ -28,7 +28,7 @@ class _Name(click.Path):
     """A path without control characters, so that a message that contains it is one line."""
 
     def convert(self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not is_name(os.fspath(value)):
+        if not os.fspath(value) or has_control(os.fspath(value)):
             role = "path" if param is None else str(param.name)
             raise click.ClickException(bad(role, os.fspath(value), "a name without control characters"))
         return super().convert(value, param, ctx)
