@@ -1,6 +1,5 @@
 """A sweep on a Dask cluster gives the bits of a local sweep, even if a worker dies and its blocks are repeated."""
 
-import hashlib
 import json
 import os
 import signal
@@ -10,7 +9,6 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -111,21 +109,6 @@ def wait_for_a_block(process, file):
         time.sleep(0.01)
 
 
-def digest(path):
-    """Return the SHA-256 of the stored chunks of all variables of a file, without attributes."""
-    found = hashlib.sha256()
-    with h5py.File(path) as file:
-        for name in sorted(file):
-            data = file[name]
-            found.update(f"{name} {data.shape} {data.dtype}".encode())
-            if data.chunks is None:
-                found.update(data[...].tobytes())
-            else:
-                for k in range(data.id.get_num_chunks()):
-                    found.update(data.id.read_direct_chunk(data.id.get_chunk_info(k).chunk_offset)[1])
-    return found.hexdigest()
-
-
 @pytest.mark.jit
 def test_any_executor_gives_the_same_bits(local):
     with ThreadPoolExecutor(2) as pool:
@@ -178,7 +161,6 @@ def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, tmp_path):
 @pytest.mark.jit
 def test_cluster_writes_the_same_file(cluster, tmp_path):
     text = CONFIG.replace("periods = 30000", 'periods = 300\nrecord = ["section", "impacts", "summary"]')
-    digests = set()
     for name, options in (("home", ()), ("away", ("--dask", cluster[0]))):
         folder = tmp_path / name
         folder.mkdir()
@@ -186,8 +168,7 @@ def test_cluster_writes_the_same_file(cluster, tmp_path):
         process = command(folder, *options)
         _, err = process.communicate(timeout=LIMIT)
         assert process.returncode == 0, err
-        digests.add(digest(folder / "c.h5"))
-    assert len(digests) == 1
+    assert (tmp_path / "home" / "c.h5").read_bytes() == (tmp_path / "away" / "c.h5").read_bytes()
 
 
 def test_unreachable_address_prints_one_line_and_leaves_no_file(run, tmp_path, monkeypatch):

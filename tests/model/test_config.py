@@ -77,20 +77,3 @@ def test_options_override_the_file():
 def test_byte_order_mark_is_ignored(tmp_path):
     (tmp_path / "c.toml").write_bytes(b"\xef\xbb\xbf" + MINIMAL.encode())
     assert read(tmp_path / "c.toml").text == MINIMAL
-
-
-def test_configurations_of_the_repository_are_valid():
-    plans = {path.stem: read(path).plan() for path in CONFIGS.glob("*.toml") if "sweep" in path.read_text()}
-    a = plans["fig03"].axes["A"]
-    assert a[0] > 0
-    assert a[-1] == 3.25
-    assert plans["fig03"].settings.transient == 1000
-    for name in ("fig07", "fig07_paper", "fig10"):
-        a, s = plans[name].axes["A"], plans[name].settings
-        assert (a[0], a[-1], s.transient, s.periods) == (3.0, 3.25, 500, 500)
-    assert plans["fig07"].axes["eps"].tolist() == [0.0, 2e-4]
-    assert plans["fig07"].settings.method == Method.CERTIFIED
-    paper = plans["fig07_paper"]
-    assert (paper.settings.method, paper.scalars["dtau"], paper.scalars["tol"]) == (Method.MULLER, 1e-5, 1e-7)
-    assert (plans["fig10"].settings.method, plans["fig10"].scalars["dtau"]) == (Method.FIXED, 0.1)
-    assert plans["quickstart"].n_points <= 1000

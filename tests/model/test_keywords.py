@@ -12,7 +12,6 @@ import vibrodrive as vd
 from vibrodrive.model.choices import Method
 from vibrodrive.model.names import PARAMETERS, SCENE, Settings
 
-CHOICES = {"method": Method}
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit]
 OWN = {
     vd.simulate: {"A": None, "scene": None},

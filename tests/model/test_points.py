@@ -1,13 +1,12 @@
 """Tests of parameters that change together along the axis `point`, in Python, configurations, results and files."""
 
-import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.errors import Damaged, Different
+from vibrodrive.errors import Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
@@ -87,15 +86,6 @@ def test_file_stores_points_as_coordinates(tmp_path):
     words = r"points\.xi0 is a list of 5 values from 0 to 4 in the file and a list of 5 values from 0 to 5 in"
     with pytest.raises(Different, match=words):
         open_writer(path, parse(TEXT.replace("3, 4]", "3, 5]")).plan(), Origin(TEXT))
-
-
-def test_changed_point_in_a_file_is_detected(tmp_path):
-    path, config = tmp_path / "x.h5", parse(TEXT)
-    open_writer(path, config.plan(), Origin(TEXT)).close()
-    with h5py.File(path, "a") as file:
-        file["xi0"][3] += 0.5
-    with pytest.raises(Damaged, match="axis xi0: changed after it was written"):
-        load(path)
 
 
 def test_repr_names_the_parameters_of_points():

@@ -10,6 +10,7 @@ import math
 import re
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -27,6 +28,7 @@ SHORT = dict(transient=1, periods=3)
 JUDGED = dict(transient=20, periods=10)
 SCENE = dict(a0=0.004, omega0=150.0, mu=0.6, alpha=10.0, mass=250.0)
 IN_SI = vd.Scene(**SCENE)
+CLIENT = SimpleNamespace(submit=len, get_executor=len)  # of Dask: its `submit` returns other futures
 
 NOT_NUMBERS = [
     True, "3", "", "x" * 500, b"3", 3 + 1j, decimal.Decimal(3), {}, {"a": 1}, set(), object(), float, len, ...,
@@ -58,7 +60,9 @@ VALUES = {
     "sweep record": ("record", lambda v: vd.sweep(A=[3], record=v), [
         ["section", "section"], "sections", (), [], "summary,impacts", 1, None, [1]
     ]),
-    "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [*OPTIONAL, 3, ThreadPoolExecutor]),
+    "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [
+        *OPTIONAL, 3, ThreadPoolExecutor, CLIENT, SimpleNamespace(submit=lambda *_: 3)
+    ]),
     "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.05, 3.1 + 1e-12]),
     "select nearest": ("A", lambda v: swept().select(A=v, method="nearest", tolerance=0.01), [*NUMBER, 3.05, 2.98]),
     "select method": ("method", lambda v: swept().select(A=3, method=v), TEXT[1:]),

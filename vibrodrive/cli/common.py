@@ -63,7 +63,7 @@ def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Pat
     """Return (path of the table, path of the figure) of `-o`, each None if it is not wanted. Raises ConfigError."""
     from vibrodrive.jobs.tables import ENDING
     from vibrodrive.model.drawing import FORMATS
-    from vibrodrive.store.place import check_figure, check_table
+    from vibrodrive.store.place import check_replaced
 
     found: dict[str, Path] = {}
     for path in outputs or (default,):
@@ -72,7 +72,7 @@ def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Pat
         if not kind or kind in found:
             allowed = f"a table ({ENDING}) or a figure ({', '.join(FORMATS)}), at most one of each"
             raise ConfigError(bad("--output", str(path), allowed))
-        (check_table if kind == "table" else check_figure)(path, {"configuration": config})
+        check_replaced(kind, path, {"configuration": config})
         found[kind] = path
     return found.get("table"), found.get("figure")
 
