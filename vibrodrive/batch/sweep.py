@@ -100,26 +100,11 @@ def compute_wave(
     look()
 
 
-def fill_records(
-    plan: Plan,
-    points: np.ndarray,
-    threads: int,
-    halt: Halt,
-    section: np.ndarray | None,
-    status: np.ndarray,
-    margin: np.ndarray,
-    counts: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """Compute `points`, float64 (n, columns), of a plan.
-
-    The columns are the parameters in the order of COLUMNS (model/parameters.py). The results are written into
-    `section`, float64 (n, periods, 2), `status`, int8 (n,), `margin`, float64 (n,), and `counts`, int64 (n, 5), the
-    number of switches into each state. Other arrays that the plan records are returned as a dict by the names in
-    model/records.py.
-    """
-    arrays = Arrays.new(plan, len(points), (section, status, margin, counts))
-    fill(plan.settings, points, threads, halt, arrays)
-    return arrays.quantities()
+def compute_points(plan: Plan, which: np.ndarray, threads: int, halt: Halt) -> Block:
+    """Compute the points with the numbers `which`, int64 (n,), of a plan, and return them as one block."""
+    arrays = Arrays.new(plan, len(which))
+    fill(plan.settings, plan.rows(which), threads, halt, arrays)
+    return arrays.block((0, 0, len(which)), 0)
 
 
 def fill(
