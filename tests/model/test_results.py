@@ -75,16 +75,11 @@ def test_pickled_and_copied_results_are_equal(plan, chosen):
 def test_trajectories_are_equal_if_arguments_and_results_are_equal():
     one, same = (vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3) for _ in range(2))
     other = vd.simulate(A=3.05, eps=1e-4, transient=2, periods=3)
-    assert (one == same) is True
-    assert (one != same) is False
-    assert (one == other) is False
+    assert (one == same, one != same, one == other) == (True, False, False)
     assert one != vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3, budget=99)
     assert one != 3
-    assert one in [other, same]
     assert pickle.loads(pickle.dumps(one)) == one, "motions with Δτ = NaN must compare equal"
-    assert (one.sample(5) == same.sample(5)) is True
-    assert (one.sample(5) != other.sample(5)) is True
-    assert (one.sample(5) == one.sample(6)) is False
+    assert [one.sample(5) == each for each in (same.sample(5), other.sample(5), one.sample(6))] == [True, False, False]
     given_up = [vd.simulate(A=1.5, eps=5e-4, transient=0, periods=2, budget=9) for _ in range(2)]
     assert np.isnan(given_up[0].section).any()
     assert given_up[0] == given_up[1], "NaN in the same places must compare equal"

@@ -134,3 +134,4 @@ def test_netcdf_library_reads_and_annotates_every_record(tmp_path):
         assert vd.load(path).computed == 1.0
     fake.write(tmp_path / "scene.h5", SCENE)
     assert verify(tmp_path / "scene.h5").complete
+    assert vd.load(tmp_path / "one.h5").section.shape == (3, 2)
