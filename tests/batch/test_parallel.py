@@ -121,7 +121,6 @@ print(child(lambda: total(10) == 45), flush=True)
 
 
 @pytest.mark.jit
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("layer", ["omp", "workqueue", "tbb"])
 def test_threads_and_forked_children_of_one_process_sweep(layer):
     """Sweeps run in four threads and in a forked child. With GNU's OpenMP a user's prange ends the child by SIGTERM."""
