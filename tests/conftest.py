@@ -75,8 +75,8 @@ def _orbits() -> None:
 UNIT = (
     "benchmarks/", "cli/test_files.py", "explorer/test_view.py", "explorer/test_work.py", "figures/test_curves.py",
     "jobs/test_maps.py", "kernels/test_lane.py", "kernels/test_scheme.py", "model/",
-    "stability/", "store/test_draft.py", "store/test_place.py", "store/test_scene_axes.py", "store/test_store.py",
-    "test_messages.py", "test_model_page.py", "test_pages.py",
+    "stability/", "store/test_draft.py", "store/test_place.py", "store/test_store.py",
+    "test_model_page.py", "test_pages.py",
 )  # fmt: skip
 """Files and folders of unit tests. A test in these files is no unit test if it has a mark of NO_UNIT."""
 

@@ -40,8 +40,8 @@ def test_task_leaves_blocks_when_its_time_is_over(monkeypatch):
     monkeypatch.setattr(sweep, "TASK_SECONDS", 0.0)
     assert [block.index for block in sweep.compute_some(plan, spans[5:], Halt())] == [5]
     with ThreadPoolExecutor(1) as pool:
-        found = list(sweep.run_blocks(plan, executor=pool))
-    assert sorted(block.index for block in found) == [*range(20)]
+        found = list(sweep.run_blocks(plan, [*range(5, 20)], executor=pool))
+    assert sorted((block.index, block.start) for block in found) == [(k, 2 * k) for k in range(5, 20)]
     for block in found:
         np.testing.assert_array_equal(block.section, whole[block.index].section)
 

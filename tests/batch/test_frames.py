@@ -53,13 +53,6 @@ def test_other_tables_and_a_missing_pandas_are_refused(motion, monkeypatch):
         motion.to_dataframe()
 
 
-def test_lists_of_orbits_convert_to_tables():
-    found = vd.orbits(3.04, max_period=2)
-    table = pandas.DataFrame(found)
-    assert table.multiplier.tolist() == [orbit.multiplier for orbit in found]
-    assert {"period", "kind", "word", "A", "B"} <= set(table.columns)
-
-
 def test_motion_is_shown_in_one_line(motion):
     shown = f"<Trajectory A 3.04, B 0.1, eps 0.0001: certified, 3 + 4 periods; {len(motion.switches)} switches, "
     assert repr(motion).startswith(shown)

@@ -131,15 +131,3 @@ def test_table_of_a_machine_is_in_si_units():
     assert np.allclose(motion.to_dataframe("impacts").speed, SCENE.velocity(motion.impacts["speed"]))
     assert (table.attrs["units"], plain.attrs["units"]) == ({"tau": "s", "xi": "m", "dxi": "m s-1"}, {})
     assert (plain.dxi == motion.switches["dxi"]).all()
-
-
-def test_scene_without_a_name_is_refused_with_its_name():
-    for call in (
-        vd.simulate,
-        vd.sweep,
-        vd.limit,
-        lambda scene: vd.sweep(A=scene),
-        lambda scene: vd.simulate(3, B=scene),
-    ):
-        with pytest.raises(TypeError, match=r"= Scene\(a0=.*: must be given by name, as scene=…$"):
-            call(SCENE)

@@ -111,7 +111,7 @@ def test_figures_and_tables_never_replace_a_result(run, idle):
 def test_overwrite_replaces_a_damaged_result_that_is_recognised(run, quick):
     with h5py.File(a_sweep("s.h5"), "r+") as file:
         file["A"][0] = 7.0
-    assert_refused(run, "sweep", "sweep.toml", "-o", "s.h5", code=1, words=["axis A", "--overwrite"])
+    assert_refused(run, "sweep", "sweep.toml", "-o", "s.h5", code=1, words=["axis A", "restore or delete it"])
     assert run("sweep", "sweep.toml", "-o", "s.h5", "--overwrite")[0] == 0
     assert run("info", "s.h5", "--check")[0] == 0
     Path("s.h5").write_bytes(Path("s.h5").read_bytes()[:5000])

@@ -12,7 +12,7 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.batch.parallel import run
-from vibrodrive.batch.records import as_quantities
+from vibrodrive.batch.records import Arrays
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels import lane, summary
 from vibrodrive.kernels.arguments import Arguments
@@ -346,7 +346,7 @@ def of_switches(motion):
     x = 0.0 if last["after"] == vd.State.IMPACT else float(last["xi"])
     point = np.array([a["A"], a["B"], fast, eta, eta - math.floor(eta)])
     summarised(rows, len(s), int(last["after"]), x, point, np.empty(TOTALS), out)
-    return {name: values[0] for name, values in as_quantities(out[None], None, None).items()}
+    return {name: values[0] for name, values in Arrays(*[None] * 4, summary=out[None]).quantities().items()}
 
 
 def assert_same(swept, index, motion):

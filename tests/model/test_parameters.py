@@ -24,11 +24,9 @@ def test_numbers_become_float64():
         x = check("A", value)
         assert type(x) is float
         assert x == 3.0
-
-
-def test_minus_zero_becomes_zero():
     assert math.copysign(1.0, check("xi0", -0.0)) == 1.0
-    assert math.copysign(1.0, check("tau0", -0.0)) == 1.0
+    assert type(check_count("periods", np.int32(5), 1)) is int
+    assert check_choice("method", "Certified", Method) == check_choice("method", Method.CERTIFIED, Method) == 2
 
 
 @pytest.mark.parametrize("name", list(PARAMETERS))
@@ -42,32 +40,8 @@ def test_both_ends_of_every_range(name):
         with pytest.raises(ValueError, match=f"^{name} = .*: must be ") as caught:
             check(name, outside)
         assert p.allowed in str(caught.value)
-    for no_number in ("3", None, True, np.True_, 3 + 0j, [3]):
-        with pytest.raises(TypeError, match=f"^{name} = .*: must be a number"):
-            check(name, no_number)
     if p.default is not None and not math.isnan(p.default):
         assert check(name, p.default) == p.default
-
-
-def test_counts():
-    assert check_count("periods", np.int32(5), 1) == 5
-    for wrong in (0, -3, 2**41):
-        with pytest.raises(ValueError, match=f"^periods = {wrong}: must be an integer >= 1"):
-            check_count("periods", wrong, 1)
-    for wrong in (2.0, "2", None, True):
-        with pytest.raises(TypeError, match=r"^periods = .*: must be an integer >= 1"):
-            check_count("periods", wrong, 1)
-
-
-def test_choices():
-    assert check_choice("method", "Certified", Method) == 2
-    assert check_choice("method", Method.FIXED, Method) == 0
-    assert type(check_choice("method", Method.FIXED, Method)) is int
-    with pytest.raises(ValueError, match=r"^method = 'newton': must be one of fixed, muller, certified"):
-        check_choice("method", "newton", Method)
-    for wrong in (2, None, Status.OK):
-        with pytest.raises(TypeError, match=r"^method = "):
-            check_choice("method", wrong, Method)
 
 
 def test_every_status_has_different_advice():
@@ -79,16 +53,12 @@ def test_every_status_has_different_advice():
 SCENE = {"a0": 0.004, "omega0": 150.0, "mass": 250.0, "mu": 0.6, "alpha": 10.0, "g": 9.81}
 
 
-def test_dimensionless_numbers_of_a_scene():
+def test_units_of_lengths_velocities_times_and_forces_are_consistent():
+    """A slide of the model, ξ'' = H ∓ 1, obeys Newton's law in SI units."""
     scene = Scene(**SCENE)
     friction = 0.6 * 9.81 * math.cos(math.radians(10.0))
     assert pytest.approx(150.0**2 * 0.004 / friction, rel=1e-14) == scene.A
     assert pytest.approx(math.tan(math.radians(10.0)) / 0.6, rel=1e-14) == scene.B
-
-
-def test_units_of_lengths_velocities_times_and_forces_are_consistent():
-    """A slide of the model, ξ'' = H ∓ 1, obeys Newton's law in SI units."""
-    scene = Scene(**SCENE)
     h = 1e-3
     xi = scene.A * math.sin(0.5) * h**2 / 2
     t = scene.time(h)
@@ -105,12 +75,6 @@ def test_scene_accepts_a_frequency_in_hertz_instead_of_omega0():
     assert scene.omega0 == 48.0 * math.pi
     assert scene.frequency == 24.0
     assert scene == Scene(**rest, omega0=48.0 * math.pi)
-    for given, words in (
-        ({}, r"^omega0 is missing: must be given, .* in rad/s \(or give frequency in hertz\)$"),
-        ({"omega0": 150.0, "frequency": 24.0}, "left out"),
-    ):
-        with pytest.raises(TypeError, match=words):
-            Scene(**rest, **given)
 
 
 def test_a_scene_is_a_table_in_a_notebook():

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from dataclasses import MISSING, fields
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -10,10 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrodrive.model import config
-from vibrodrive.model.choices import Method
-from vibrodrive.model.names import ETA, PARAMETERS, SCENE, SCENE_AXES, SETTINGS, Settings
+from vibrodrive.model.names import ETA, PARAMETERS, SCENE_AXES, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, check_setting
-from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, BLOCK_WORK, LEAST_POINTS, WAVE_POINTS, Plan, make_plan
 
 
@@ -40,9 +38,6 @@ def test_one_point_has_no_axis():
     plan = make_plan({"A": 3.04})
     assert (plan.shape, plan.n_points, plan.chunk, plan.blocks()) == ((), 1, (), [(0, 1)])
     assert plan.points(0, 1)[0, 0] == 3.04
-
-
-def test_axis_of_one_value_stays_an_axis():
     assert make_plan({"A": [3.04]}).shape == (1,)
 
 
@@ -116,16 +111,6 @@ def test_wave_with_both_kinds_of_points_begins_with_little_work():
     assert mixed.wave_points * make_plan(long).point_work <= BLOCK_WORK
 
 
-def test_given_tiling_is_kept():
-    plan = Plan({"A": np.zeros(10)}, {}, Settings(), tiling=(3,))
-    assert plan.blocks() == [(0, 3), (3, 6), (6, 9), (9, 10)]
-
-
-def test_grid_may_be_an_axis():
-    plan = make_plan({"A": 3, "method": Method.FIXED, "dtau": [0.1, 0.2]})
-    assert plan.axes["dtau"].tolist() == [0.1, 0.2]
-
-
 def test_arguments_of_a_point_reproduce_its_plan():
     plan = make_plan({"A": [1.0, 2.0], "eps": [0.0, 1e-4, 2e-4], "dtau": 0.1, "method": "fixed", "periods": 7})
     for at in range(plan.n_points):
@@ -153,11 +138,6 @@ def test_settings_agree_with_the_tables_of_a_configuration():
             assert str(told.value) == str(refused.value)
             default = getattr(Settings(), key)
             assert check_setting(key, Settings().words[key]) == default
-
-
-def test_scene_has_the_defaults_of_its_table():
-    shown = {f.name: None if f.default is MISSING else f.default for f in fields(Scene) if f.init}
-    assert list(shown.items()) == [(name, row.default) for name, row in SCENE.items() if name != "frequency"]
 
 
 @pytest.mark.parametrize(

@@ -1,21 +1,19 @@
 """Tests of parameters that change together along the axis `point`, in Python, configurations, results and files."""
 
-import h5py
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.errors import ConfigError, Damaged, Different
+from vibrodrive.errors import Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
-from vibrodrive.store.layout import Origin
 from vibrodrive.store.load import load
-from vibrodrive.store.reader import verify
-from vibrodrive.store.writer import open_writer
+from vibrodrive.store.reader import look, verify
 
 TEXT = """
 [sweep]
@@ -43,11 +41,9 @@ def test_configuration_and_call_give_the_same_points():
         assert column(plan, "eps") == 5 * [0.0] + 5 * [1e-4]
     first = make_plan({"points": POINTS, "eps": [0.0, 1e-4]})
     assert list(first.axes) == ["point", "eps"], "axes must keep the order written"
-
-
-def test_pandas_tables_are_points():
-    pandas = pytest.importorskip("pandas")
-    assert column(make_plan({"points": pandas.DataFrame(POINTS)}), "A") == POINTS["A"].tolist()
+    assert column(make_plan({"points": pd.DataFrame(POINTS)}), "A") == POINTS["A"].tolist()
+    r = Results.collect(called, fake.run_blocks(called))
+    assert "eps 0…0.0001 (2), point 0…4 (5) with A, xi0; section" in repr(r)
 
 
 @pytest.mark.jit
@@ -64,64 +60,18 @@ def test_each_point_is_the_motion_of_its_parameters():
 
 
 def test_file_stores_points_as_coordinates(tmp_path):
-    path, config = tmp_path / "x.h5", parse(TEXT)
-    writer = open_writer(path, config.plan(), Origin(config.text))
-    for block in fake.run_blocks(writer.plan):
-        writer.write(block)
-    writer.close()
+    path = tmp_path / "x.h5"
+    fake.write(path, TEXT)
     assert verify(path).sound
     found = load(path)
     assert {name: values.tolist() for name, values in found.points.items()} == {
         "A": POINTS["A"].tolist(), "xi0": [0.0, 1.0, 2.0, 3.0, 4.0]
     }  # fmt: skip
     with xr.open_dataset(path, engine="h5netcdf") as data:
-        assert data.section_xi.dims == ("eps", "point", "period")
         assert data.A.dims == data.xi0.dims == ("point",)
-        assert set(data.section_xi.coords) >= {"A", "xi0", "point", "eps"}
-        assert data.A.long_name.startswith("excitation amplitude")
         at = data.section_xi.swap_dims(point="A").sel(A=3.1, method="nearest")
         np.testing.assert_array_equal(at, found.select(point=2).section[..., 0])
-    again = open_writer(path, parse(TEXT).plan(), Origin(TEXT))
-    assert again.plan.points(0, 10).tobytes() == config.plan().points(0, 10).tobytes()
-    again.close()
+    assert look(path).header.plan.points(0, 10).tobytes() == parse(TEXT).plan().points(0, 10).tobytes()
     words = r"points\.xi0 is a list of 5 values from 0 to 4 in the file and a list of 5 values from 0 to 5 in"
     with pytest.raises(Different, match=words):
-        open_writer(path, parse(TEXT.replace("3, 4]", "3, 5]")).plan(), Origin(TEXT))
-
-
-def test_changed_point_in_a_file_is_detected(tmp_path):
-    path, config = tmp_path / "x.h5", parse(TEXT)
-    open_writer(path, config.plan(), Origin(TEXT)).close()
-    with h5py.File(path, "a") as file:
-        file["xi0"][3] += 0.5
-    with pytest.raises(Damaged, match="axis xi0: changed after it was written"):
-        load(path)
-
-
-@pytest.mark.parametrize(
-    ("points", "told"),
-    [
-        (
-            "eps = [0, 1e-4]",
-            r"sweep\.points\.eps = \[0, 0\.0001\]: must be left out, because \[sweep\] already gives eps",
-        ),
-        ("B = 0.1", r"sweep\.points\.B = 0\.1: must be a list or a range"),
-        ("mu = [0.1]", r"key of \[sweep\.points\] = 'mu': must be one of A, B"),
-        ("B = [0.1]", r"points = 5 of A, 1 of B: must be sequences of one length"),
-        ("B = [0.1, -1]", r"sweep\.points\.B\[1\] = -1: must be a number >= 0"),
-    ],
-)
-def test_bad_points_are_refused_in_one_line(points, told):
-    with pytest.raises(ConfigError, match=f"^{told}"):
-        parse(f"[sweep]\neps = 0.0\n[sweep.points]\nA = {{start = 1, stop = 2, num = 5}}\n{points}\n").plan()
-
-
-def test_points_must_be_a_table():
-    with pytest.raises(ConfigError, match=r"^sweep\.points = 3: must be a table \[sweep\.points\]$"):
-        parse("[sweep]\npoints = 3\n")
-
-
-def test_repr_names_the_parameters_of_points():
-    plan = parse(TEXT).plan()
-    r = Results.collect(plan, fake.run_blocks(plan))
-    assert "eps 0…0.0001 (2), point 0…4 (5) with A, xi0; section" in repr(r)
+        fake.write(path, TEXT.replace("3, 4]", "3, 5]"))

@@ -1,12 +1,16 @@
-"""Tests of the refusals of invalid arguments: one sentence with the key, the value and the allowed values.
+"""Refusals: one sentence with the key, the value and the allowed values, before anything is computed.
 
-A wrong argument of a public function never causes an error message of Python or NumPy, a hang, or a result.
+A wrong argument, key or option never causes a message of Python or NumPy, a hang, or a result. VALUES contains wrong
+values for each kind of argument, SENTENCES one sentence of each kind, with the call or the configuration.
 """
 
 import decimal
+import inspect
 import math
+import re
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,13 +18,17 @@ import pytest
 import xarray as xr
 
 import vibrodrive as vd
+from tests.support import fake
+from vibrodrive.model.config import parse, read
 from vibrodrive.model.parameters import real_array
 from vibrodrive.model.plan import make_plan
+from vibrodrive.model.results import Results
 
 SHORT = dict(transient=1, periods=3)
 JUDGED = dict(transient=20, periods=10)
 SCENE = dict(a0=0.004, omega0=150.0, mu=0.6, alpha=10.0, mass=250.0)
 IN_SI = vd.Scene(**SCENE)
+CLIENT = SimpleNamespace(submit=len, get_executor=len)  # of Dask: its `submit` returns other futures
 
 NOT_NUMBERS = [
     True, "3", "", "x" * 500, b"3", 3 + 1j, decimal.Decimal(3), {}, {"a": 1}, set(), object(), float, len, ...,
@@ -37,10 +45,8 @@ COUNT = [*OPTIONAL, None, 0, -1, 2.0, 2**70]
 AXIS = [*NOT_NUMBERS, *OUTSIDE, [], (), [[3.0]], np.zeros((20, 2)), range(10**15), [3.0, math.nan], [3.0, "3"], -1.0]
 TEXT = [None, True, 3, 3.0, math.nan, b"3", "", "newton", [], ["eps"], {}, set(), object(), np.zeros((20, 2)), str]
 
-REFUSED = {
+VALUES = {
     "simulate A": ("A", lambda v: vd.simulate(A=v, **SHORT), NUMBER),
-    "simulate B": ("B", lambda v: vd.simulate(A=3, B=v, **SHORT), [*OPTIONAL, -1.0]),
-    "simulate dxi0": ("dxi0", lambda v: vd.simulate(A=3, dxi0=v, **SHORT), OPTIONAL),
     "simulate dtau": ("dtau", lambda v: vd.simulate(A=3, method="fixed", dtau=v, **SHORT), [*OPTIONAL, 0.0]),
     "simulate method": ("method", lambda v: vd.simulate(A=3, method=v), TEXT),
     "simulate periods": ("periods", lambda v: vd.simulate(A=3, periods=v), [*COUNT, 10**12]),
@@ -54,9 +60,10 @@ REFUSED = {
     "sweep record": ("record", lambda v: vd.sweep(A=[3], record=v), [
         ["section", "section"], "sections", (), [], "summary,impacts", 1, None, [1]
     ]),
-    "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [*OPTIONAL, 3, ThreadPoolExecutor]),
+    "sweep executor": ("executor", lambda v: vd.sweep(A=[3], executor=v), [
+        *OPTIONAL, 3, ThreadPoolExecutor, CLIENT, SimpleNamespace(submit=lambda *_: 3)
+    ]),
     "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.05, 3.1 + 1e-12]),
-    "select the one": ("eps", lambda v: swept().select(eps=v), [*NUMBER, 1e-4]),
     "select nearest": ("A", lambda v: swept().select(A=v, method="nearest", tolerance=0.01), [*NUMBER, 3.05, 2.98]),
     "select method": ("method", lambda v: swept().select(A=3, method=v), TEXT[1:]),
     "select tolerance": ("tolerance", lambda v: swept().select("nearest", v, A=3), [*NOT_NUMBERS, -1.0, math.nan]),
@@ -69,7 +76,6 @@ REFUSED = {
     "points beside": ("A", lambda v: vd.sweep(A=v, points={"A": [1.0]}, **SHORT), [3.0, [3.0]]),
     "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b", "a\nb"]),
     "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
-    "limit B": ("B", lambda v: vd.limit(3.04, B=v, **JUDGED), [*OPTIONAL, -1.0]),
     "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), [*TEXT, "B", "tau0"]),
     "limit method": ("method", lambda v: vd.limit(3.04, method=v, **JUDGED), TEXT[1:]),
     "limit dtau": ("method", lambda v: vd.limit(3.04, "dtau", v, **JUDGED), ["certified"]),
@@ -77,8 +83,7 @@ REFUSED = {
         *TEXT[1:], "shape", "rho < 0.5", "impacts or gaps", "order and gaps"
     ]),
     "limit eps": ("eps", lambda v: vd.limit(3.04, eps=v, **JUDGED), [*OPTIONAL, 1e-4]),
-    "limit periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [*COUNT, 1]),
-    "limit of many periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [10**12]),
+    "limit periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [*COUNT, 1, 10**12]),
     "limit threads": ("threads", lambda v: vd.limit(3.04, threads=v, **JUDGED), [*OPTIONAL, 0, 10**6]),
     "orbits A": ("A", vd.orbits, NUMBER),
     "orbits max_period": ("max_period", lambda v: vd.orbits(3.04, max_period=v), COUNT),
@@ -90,15 +95,12 @@ REFUSED = {
     "impacts": ("phi", vd.impact_map(3.04), [None, *NOT_NUMBERS, *OUTSIDE, range(10**15), [1.0, math.nan], 1e13]),
     "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER[1:], 0]),  # None means missing
     "Scene a0": ("a0", lambda v: vd.Scene(**{**SCENE, "a0": v}), NUMBER),
-    "Scene mu": ("mu", lambda v: vd.Scene(**{**SCENE, "mu": v}), [*NUMBER, 0]),
     "Scene mass": ("mass", lambda v: vd.Scene(**{**SCENE, "mass": v}), [*NUMBER[1:], 0]),
-    "Scene g": ("g", lambda v: vd.Scene(**{**SCENE, "g": v}), [*NUMBER, 0]),
     "Scene alpha": ("alpha", lambda v: vd.Scene(**{**SCENE, "alpha": v}), [*NUMBER, 90]),
     "beyond doubles": ("A", lambda v: vd.simulate(A=vd.Scene.quiet(**{**SCENE, **v}).A), [
         {"omega0": 1e300}, {"a0": 1e300, "omega0": 1e9}, {"mu": 1e-300, "alpha": 0.0}, {"mu": 5e-324, "g": 5e-324}
     ]),
     "length": ("xi", IN_SI.length, [None, *NOT_NUMBERS, range(10**15)]),
-    "force": ("h", IN_SI.force, [None, *NOT_NUMBERS]),
 }  # fmt: skip
 """By the name of a test: the key that the message names, the call, and the refused values."""
 
@@ -107,36 +109,167 @@ def swept():
     return vd.sweep(A=[3.0, 3.1], eps=[0.0], **SHORT)
 
 
+def refusal(call, *arguments):
+    """Return the sentence with which a call is refused."""
+    with pytest.raises((AttributeError, TypeError, ValueError)) as caught:
+        print(call(*arguments))  # this line is printed only if no error was raised
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
 @pytest.mark.integration
-@pytest.mark.parametrize("name", REFUSED)
-def test_refusal_names_the_key_the_value_and_the_allowed_values(name):
-    key, call, values = REFUSED[name]
+@pytest.mark.parametrize("name", VALUES)
+def test_wrong_values_are_named_with_the_allowed_values(name):
+    key, call, values = VALUES[name]
     for value in values:
-        with pytest.raises((TypeError, ValueError), match=rf"^{key}(\[\d+\])? = .+: must be .+$") as caught:
-            print(name, type(value), call(value))  # this line is printed only if no error was raised
-        assert "\n" not in str(caught.value)
-        assert len(str(caught.value)) < 300
+        told = refusal(call, value)
+        assert re.match(rf"{key}(\[\d+\])? = .+: must be .+$", told), (type(value), told)
+        assert len(told) < 300
+
+
+ONE = "[sweep]\nA = 3.04\n"
+WHOLE = "[physical]\na0 = 1e-3\nomega0 = 150\nmu = 0.6\nalpha = 3\n"
+NO_OMEGA0 = WHOLE.replace("omega0 = 150\n", "")
+POINTS = "[sweep]\neps = 0.0\n[sweep.points]\nA = {start = 1, stop = 2, num = 5}\n"
+RANGE = "[sweep]\nA = {start = 1, stop = 2, %s}\n"
+NUMBERS = "must be a number >= 0 and <= 1e+09"
+FROM_SCENE = "must be left out, because it follows from the scene"
+
+CONFIGURATIONS = [
+    ("[modl]\nB = 1\n", "table = 'modl': must be one of title, model, physical, … Did you mean model?"),
+    ("B = 1\n", "table = 'B': must be one of title, … trajectory, orbits"),
+    ("model = 3\n", "model = 3: must be a table [model]"),
+    ("[model]\nbeta = 1\n", "key of [model] = 'beta': must be one of A, B, … Did you mean eta?"),
+    ("[model]\nA = [1, 2]\n", f"A = [1, 2]: {NUMBERS}"),
+    ("[model]\nA = 1\n[sweep]\nA = 2\n", "sweep.A = 2: must be left out, because [model] already gives A"),
+    ("[model]\nB = 0.1\n", f"A is missing: must be given, {NUMBERS[8:]}"),
+    ("[sweep]\nA = '3'\n", f"sweep.A = '3': {NUMBERS}"),
+    ("[sweep]\nA = 1979-05-27\n", f"sweep.A = datetime.date(1979, 5, 27): {NUMBERS}"),
+    ("[sweep]\nA = []\n", "sweep.A = []: must be a list with at least one value"),
+    ("[sweep]\nA = [1, true]\n", f"sweep.A[1] = True: {NUMBERS}"),
+    ("[sweep]\nperiods = 3\n", "key of [sweep] = 'periods': must be one of A, … mass, points"),
+    (RANGE % "nun = 3", "key of sweep.A = 'nun': must be one of start, stop, num, scale. Did you mean num?"),
+    (RANGE % "scale = 'log'", "sweep.A.num is missing: must be given, because a range needs start, stop and num"),
+    (RANGE % "num = 0", "sweep.A.num = 0: must be an integer >= 1"),
+    (RANGE.replace("2", "inf") % "num = 3", f"sweep.A.stop = inf: {NUMBERS}"),
+    (RANGE % "num = 3, scale = 'cubic'", "sweep.A.scale = 'cubic': must be one of linear, log"),
+    (RANGE.replace("1", "0") % "num = 3, scale = 'log'", 'sweep.A.start = 0.0: must be a number > 0 with scale = …'),
+    (RANGE % f"num = {10**12}", f"sweep.A.num = {10**12}: must be small enough for memory; … TB, and … available"),
+    (ONE + "[switching]\nmethod = 'fixed'\n", "dtau is missing: must be given for method = 'fixed', a number >= …"),
+    (ONE + "[run]\nrecord = ['section', 'section']\n", "record = ['section', 'section']: … each of them once"),
+    (ONE + "[figure]\nkind = ['pie']\n", "figure.kind = ['pie']: must be one of bifurcation, poincare, map, bands"),
+    (ONE + "[figure]\ncolour = 'red'\n", "key of [figure] = 'colour': must be one of kind, …"),
+    (ONE + "[figure]\nlimits = [1, 1]\n", "figure.limits = [1, 1]: must be two numbers in ascending order"),
+    (ONE + "[figure]\nlimits = ['a', 'b']\n", "figure.limits = ['a', 'b']: must be two numbers in ascending order"),
+    (ONE + "[trajectory]\ncurves = 'phase'\n", "trajectory.curves = 'phase': must be a list of one or more of …"),
+    ("title = 3\n" + ONE, "title = 3: must be a string"),
+    ('title = "a\\nb"\n' + ONE, r"title = 'a\nb': must be one line, without control characters"),
+    (".".join("a" * 20_000) + " = 1\n", "invalid TOML: a key must have at most 100 parts"),
+    ("[sweep]\nA = 1\nA = 2\n", "invalid TOML: … (at line 3, …"),
+    ("[sweep]\npoints = 3\n", "sweep.points = 3: must be a table [sweep.points]"),
+    (POINTS + "eps = [0, 1]\n", "sweep.points.eps = [0, 1]: must be left out, because [sweep] already gives eps"),
+    (POINTS + "B = 0.1\n", "sweep.points.B = 0.1: must be a list or a range (give one number outside of points)"),
+    (POINTS + "mu = [0.1]\n", "key of [sweep.points] = 'mu': must be one of A, B, …"),
+    (POINTS + "B = [0.1]\n", "points = 5 of A, 1 of B: must be sequences of one length, …"),
+    (POINTS + "B = [0.1, -1]\n", f"sweep.points.B[1] = -1: {NUMBERS}"),
+    (WHOLE + "[sweep]\nmu = [0.5]\n", "sweep.mu = [0.5]: must be left out, because [physical] already gives mu"),
+    (WHOLE + "[sweep]\nA = 1\n", "sweep.A = 1: must be left out, because [physical] already gives A"),
+    (NO_OMEGA0 + "[sweep]\nomega0 = [1]\nB = 1\n", "sweep.B = 1: must be left out, because [physical] already gives B"),
+    (NO_OMEGA0 + "[sweep]\neps = [0]\n", "physical.omega0 is missing: must be given, because [physical] needs …"),
+    ("[sweep]\nomega0 = [100, 200]\n", "physical.mu is missing: must be given, because [physical] needs …"),
+    (NO_OMEGA0.replace("a0 = 1e-3", "") + "[sweep]\nomega0 = [9]\nA = 2\n", "physical.a0 is missing: …"),
+    ("[physical]\nomega0 = 9\nmu = 0.6\nalpha = 3\n", f"A is missing: must be given, {NUMBERS[8:]}"),
+    (NO_OMEGA0 + "[sweep]\nomega0 = [100, 0]\n", "sweep.omega0[1] = 0: must be a finite number > 0"),
+    (NO_OMEGA0 + "[sweep]\ng = [9, 10]\n", "key of [sweep] = 'g': must be one of A, B, …"),
+    (WHOLE.replace("= 3", "= 90"), "physical.alpha = 90: must be an angle in degrees >= 0 and < 90"),
+    (WHOLE.replace("1e-3", "-1e-3"), "physical.a0 = -0.001: must be a finite number >= 0"),
+    (NO_OMEGA0 + "[sweep]\nomega0 = [1e9, 1]\n", "A = …, computed from a0 = 0.001, omega0 = 1e+09, … <= 1e+09"),
+    ("[physical]\nomega0 = 1\nalpha = 3\n[sweep]\nmu = [1, 1e-12]\nA = 1\n",
+     "B = …, computed from mu = 1e-12, alpha = 3: … <= 1e+09"),
+]  # fmt: skip
+"""Configurations and the sentences that refuse them. An ellipsis stands for any text."""
+
+OPTIONS = [
+    ("periods", "--set = 'periods': must be KEY=VALUE or TABLE.KEY=VALUE"),
+    ("run.=3", "--set = 'run.=3': must be KEY=VALUE or TABLE.KEY=VALUE"),
+    ("transiet=3", "key of --set = 'transiet': must be one of A, … max_period. Did you mean transient?"),
+    ("zzz=3", "key of --set = 'zzz': must be one of A, … max_period"),
+    ("run.peroids=3", "key of [run] = 'peroids': must be one of … record. Did you mean periods?"),
+    ("run=3", "--set = 'run=3': must be TABLE.KEY=VALUE"),
+    ("A=1\nB=2", r"--set = 'A=1\nB=2': must be one KEY=VALUE"),
+    ("run.periods.x=3", "--set = 'run.periods.x=3': must be a key of a table, but periods is not a table"),
+    ("title=\udcff", r"--set = 'title=\udcff': must be text in UTF-8"),
+]
+
+NAMES = ", ".join(inspect.signature(vd.simulate).parameters)
+
+CALLS = [
+    (lambda: vd.simulate(3.0, 0.1), "arguments without a name = (3.0, 0.1): must be at most 1 (A); …"),
+    (lambda: vd.sweep([3.0]), "arguments without a name = ([3.0],): must be none; give each by name, such as A = …"),
+    (lambda: vd.simulate(transiant=3), f"argument = 'transiant': must be one of {NAMES}. Did you mean transient?"),
+    (lambda: vd.limit(3.0, bogus=3), "argument = 'bogus': must be one of A, disturbance, …, threads"),
+    (lambda: vd.sweep(B=0.1), f"A is missing: must be given, {NUMBERS[8:]}"),
+    (lambda: vd.simulate(a0=1e-3), "argument = 'a0': must be given by a scene, as scene = vd.Scene(a0=…, …)"),
+    (lambda: vd.simulate(IN_SI), "A = Scene(a0=…: must be given by name, as scene=…"),
+    (lambda: vd.sweep(A=3, B=IN_SI), "B = Scene(a0=…: must be given by name, as scene=…"),
+    (lambda: vd.simulate(A=[3.0, 3.1]), "A = array of length 2: must be one number (for an axis use `sweep`)"),
+    (lambda: vd.limit(3, B=[0.1, 0.2]), "B = array of length 2: must be one number (for axes use `sweep` with …"),
+    (lambda: vd.simulate(A=3, periods=10**12), f"periods = {10**12}: must be … take 96.0 TB, and … are available"),
+    (lambda: vd.sweep(A=3.0, dtau=[0.1]), "dtau = [0.1]: must be left out with … used by fixed and muller only"),
+    (lambda: vd.sweep(A=3.0, points={"dtau": [0.1]}), "dtau = [0.1]: must be left out with method = 'certified', …"),
+    (lambda: vd.simulate(3.0, method="fixed", dtau=0.1, tol=1e-7), "tol = 1e-07: must be left out … by muller only"),
+    (lambda: vd.limit(3.0, "dtau", tol=1e-9), "tol = 1e-09: must be left out with method = 'fixed', …"),
+    (lambda: vd.sweep(A=3.0, record="sections"), "record = 'sections': … Did you mean section?"),
+    (lambda: vd.sweep(A=3.0, record="section,impacts"), "record = … write ['section', 'impacts']"),
+    (lambda: recorded().sections, "'Results' object has no attribute 'sections'. Did you mean section?"),
+    (lambda: recorded().k2, 'record = \'section\': must be extended by "limit", which contains k2'),
+    (lambda: recorded().error, 'record = \'section\': must be extended by "error"'),
+    (lambda: recorded().select(B=1), "axis = 'B': must be one of A"),
+    (lambda: recorded().select(A=99), 'A = 99: must be one of the 2 values of this axis; method="nearest" … 3.1'),
+    (lambda: recorded().select("nearest", 0.5, A=99), "A = 99: must be within 0.5 of one of … the nearest is 3.1"),
+    (lambda: vd.Scene(a0=1, mu=1, alpha=1), "omega0 is missing: must be given, … (or give frequency in hertz)"),
+    (lambda: vd.Scene(**SCENE, frequency=24), "frequency = 24: must be left out if omega0 is given"),
+    (lambda: vd.sweep(scene=IN_SI, A=3.0), f"A = 3.0: {FROM_SCENE}"),
+    (lambda: vd.sweep(scene=IN_SI, B=0.1), f"B = 0.1: {FROM_SCENE}"),
+    (lambda: vd.sweep(scene=IN_SI, points={"B": [0.1]}), f"B = array([0.1]): {FROM_SCENE}"),
+    (lambda: vd.sweep(scene=3, A=3.0), "scene = 3: must be a Scene"),
+    (lambda: vd.sweep(a0=1e-3, mu=0.6, alpha=3), "omega0 is missing: must be given, because a scene needs …"),
+    (lambda: vd.sweep(scene=IN_SI, omega0=1, frequency=[1]), "frequency = [1.0]: must be left out if omega0 is given"),
+    (lambda: vd.sweep(scene=IN_SI, frequency=[1, 0]), "frequency[1] = 0.0: must be a finite number > 0"),
+    (lambda: vd.sweep(scene=IN_SI, g=[9.8, 9.9]), "g = [9.8, 9.9]: must be a finite number > 0"),
+]  # fmt: skip
+"""Calls and the sentences that refuse them."""
+
+SENTENCES = [
+    *((lambda text=text: parse(text).plan(), told) for text, told in CONFIGURATIONS),
+    *((lambda option=option: parse(ONE + "[run]\nperiods = 3\n", [option]), told) for option, told in OPTIONS),
+    *CALLS,
+]
+
+
+def recorded():
+    plan = make_plan({"A": [3.0, 3.1], **SHORT})
+    return Results.collect(plan, fake.run_blocks(plan))
 
 
 @pytest.mark.integration
-def test_refusal_shows_the_given_value_and_public_names_only():
-    told = r'^A = array of length 2: must be one number \(for axes use `sweep` with record = "limit"\)$'
-    with pytest.raises(TypeError, match=told):
-        vd.limit([3, 3.1])
-    with pytest.raises(TypeError, match=r"^B = array of length 2: must be one number \(for axes"):
-        vd.limit(3.04, B=[0.1, 0.2])
-    with pytest.raises(ValueError, match=r"^A = 99: must be one of the 2 values of this axis; method=.* 3\.1$"):
-        swept().select(A=99)
-    with pytest.raises(ValueError, match=r"^eps = 0\.1: must be 0\.0, the one value of this axis; method="):
-        swept().select(eps=0.1)
-    with pytest.raises(
-        ValueError, match=r"^A = 99: must be within 0\.5 of one of the 2 values .* the nearest is 3\.1$"
-    ):
-        swept().select("nearest", 0.5, A=99)
-    with pytest.raises(ValueError, match=r"^points = 2 of A, 1 of eps: must be sequences of one length, .*$"):
-        vd.sweep(points={"A": [3, 3.1], "eps": [0]})
-    with pytest.raises(ValueError, match=r"^periods = 1000000000000: must be .* take 96\.0 TB, .* are available$"):
-        vd.simulate(A=3.04, periods=10**12)
+@pytest.mark.parametrize(("call", "told"), SENTENCES, ids=[told for _, told in SENTENCES])
+def test_refusal_is_this_sentence(call, told):
+    assert re.fullmatch(".*".join(map(re.escape, told.split("…"))), refusal(call))
+
+
+def test_files_that_are_no_configurations_are_refused(tmp_path, monkeypatch):
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe[sweep]")
+    (tmp_path / "folder.toml").mkdir()
+    (tmp_path / "large.toml").write_text("#" * 999)
+    (tmp_path / "result.toml").write_bytes(b"\x89HDF\r\n")
+    monkeypatch.setattr("vibrodrive.model.config.MOST_BYTES", 998)
+    for name, told in {
+        "missing": "No such file", "binary": "must be text in UTF-8", "folder": "is a directory",
+        "large": "must be at most", "result": "is a result file",
+    }.items():  # fmt: skip
+        path = tmp_path / f"{name}.toml"
+        assert re.match(f"{re.escape(str(path))}: .*{told}", refusal(read, path))
 
 
 class Quantity(np.ndarray):

@@ -36,13 +36,6 @@ def test_blocks_are_stored_at_their_points(plan):
     assert r.computed == 1.0
 
 
-def test_points_not_computed_are_marked(plan):
-    r = Results.collect(plan, [])
-    assert np.isnan(r.section).all()
-    assert (r.status == Status.NOT_COMPUTED).all()
-    assert r.computed == 0.0
-
-
 def test_select_finds_the_exact_or_nearest_value_and_drops_the_axis(plan):
     r = collected(plan)
     part = r.select(A=2.9, method="nearest", tolerance=0.11)
@@ -52,8 +45,6 @@ def test_select_finds_the_exact_or_nearest_value_and_drops_the_axis(plan):
     point = part.select(eps=1e-4)
     np.testing.assert_array_equal(point.section, r.section[2, 1])
     np.testing.assert_array_equal(r.select(eps=0, A=1).margin, r.margin[0, 0])
-    with pytest.raises(ValueError, match="axis = 'B': must be one of A, eps"):
-        r.select(B=1)
 
 
 def test_select_allows_for_rounding_of_a_value(plan):
@@ -84,25 +75,14 @@ def test_pickled_and_copied_results_are_equal(plan, chosen):
 def test_trajectories_are_equal_if_arguments_and_results_are_equal():
     one, same = (vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3) for _ in range(2))
     other = vd.simulate(A=3.05, eps=1e-4, transient=2, periods=3)
-    assert (one == same) is True
-    assert (one != same) is False
-    assert (one == other) is False
+    assert (one == same, one != same, one == other) == (True, False, False)
     assert one != vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3, budget=99)
     assert one != 3
-    assert one in [other, same]
     assert pickle.loads(pickle.dumps(one)) == one, "motions with Δτ = NaN must compare equal"
-    assert (one.sample(5) == same.sample(5)) is True
-    assert (one.sample(5) != other.sample(5)) is True
-    assert (one.sample(5) == one.sample(6)) is False
+    assert [one.sample(5) == each for each in (same.sample(5), other.sample(5), one.sample(6))] == [True, False, False]
     given_up = [vd.simulate(A=1.5, eps=5e-4, transient=0, periods=2, budget=9) for _ in range(2)]
     assert np.isnan(given_up[0].section).any()
     assert given_up[0] == given_up[1], "NaN in the same places must compare equal"
-
-
-def test_sweep_too_large_for_memory_is_refused_with_numbers():
-    plan = make_plan({"A": np.linspace(1, 2, 100_000), "B": np.linspace(0, 1, 10_000), "periods": 10**6})
-    with pytest.raises(TooLarge, match=r"1000000000 points x 1000000 periods.* take .*PB.* available"):
-        Results.collect(plan, [])
 
 
 def test_blocks_of_an_executor_use_more_memory_than_local_blocks(monkeypatch):
@@ -121,6 +101,7 @@ def test_repr_describes_the_contents(plan):
     )
     assert repr(r.select(A=1, eps=0)) == "<Results of one point, computed: section; certified, 0 + 5 periods; 1 OK>"
     half = Results.collect(plan, [])
+    assert (np.isnan(half.section).all(), half.computed) == (True, 0.0)
     half.status[0] = Status.OK
     assert repr(half).startswith("<Results of 4 × 2 points, 25.0 % computed: ")
     page = r._repr_html_()

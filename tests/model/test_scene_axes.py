@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 
-from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import parse
 from vibrodrive.model.names import SCENE_AXES, TURN
@@ -61,14 +60,6 @@ def test_each_point_has_exactly_the_numbers_of_its_scene(names):
     assert plan.points(1, 2).tobytes() == points[1:2].tobytes()  # a block of one point gives the same point
 
 
-def test_several_scene_axes_mix_with_other_parameters_in_the_order_written():
-    plan = parse(text("mu", "omega0", more="eps = [0, 1e-4]\na0 = [1e-4, 2e-4]\n", scene={"alpha": 3.4})).plan()
-    assert list(plan.axes) == ["mu", "omega0", "eps", "a0"]
-    point = plan.arguments(plan.n_points - 1)
-    scene = Scene(a0=2e-4, omega0=200.0, mu=0.7, alpha=3.4)
-    assert (point["A"], point["B"], point["eps"]) == (scene.A, scene.B, 1e-4)
-
-
 def test_constant_parameters_stay_scalars():
     scalars = parse(text("omega0", "a0")).plan().scalars
     assert scalars["B"] == Scene.quiet(**SCENE).B
@@ -80,16 +71,6 @@ def test_constant_parameters_stay_scalars():
     assert parse(text("alpha")).plan().scalars.keys().isdisjoint({"A", "B"})
     both = parse(text("mass")).plan().scalars  # the mass changes forces but not the motion
     assert (both["A"], both["B"]) == (Scene.quiet(**SCENE).A, Scene.quiet(**SCENE).B)
-
-
-def test_scene_without_a0_needs_an_axis_A():
-    scene = {"omega0": 150.0, "mu": 0.6}
-    plan = parse(text("alpha", scene=scene, more="A = [1.5, 3.0]\n")).plan()
-    assert list(plan.axes) == ["alpha", "A"]
-    points = plan.points(0, 10)
-    assert points[:, COLUMNS.index("A")].tolist() == [1.5, 3.0] * 5
-    expected = [Scene.quiet(omega0=150.0, mu=0.6, alpha=a).B for a in VALUES["alpha"].tolist() for _ in range(2)]
-    assert points[:, COLUMNS.index("B")].tolist() == expected
 
 
 def test_scene_of_numbers_in_the_sweep_table_equals_a_physical_table():
@@ -132,24 +113,6 @@ def test_scene_of_a_call_is_the_scene_of_a_configuration():
     assert alone.scalars["B"] == machine.B, "a scene without a0 gives B and the units"
 
 
-@pytest.mark.parametrize(
-    ("written", "message"),
-    [
-        ({"A": 3.0}, "A = 3.0: must be left out, because it follows from the scene"),
-        ({"points": {"B": [0.1]}}, "B = array([0.1]): must be left out, because it follows from the scene"),
-        ({"scene": 3}, "scene = 3: must be a Scene"),
-        ({"scene": None, "a0": 1e-3, "mu": 0.6, "alpha": 3}, "omega0 is missing: must be given, because a scene needs"),
-        ({"omega0": 1, "frequency": [1, 2]}, "frequency = [1.0, 2.0]: must be left out if omega0 is given"),
-        ({"frequency": [1, 0]}, "frequency[1] = 0.0: must be a finite number > 0"),
-        ({"g": [9.8, 9.9]}, "g = [9.8, 9.9]: must be a finite number > 0"),
-    ],
-)
-def test_contradictions_of_a_call_are_refused(written, message):
-    with pytest.raises((TypeError, ValueError)) as caught:
-        make_plan({"scene": Scene(a0=1e-3, omega0=150.0, mu=0.6, alpha=3.4), **written})
-    assert str(caught.value).startswith(message)
-
-
 def test_select_keeps_the_numbers_of_the_scene():
     plan = parse(text("omega0", "alpha")).plan()
     results = Results.uncomputed(plan)
@@ -163,71 +126,3 @@ def test_select_keeps_the_numbers_of_the_scene():
     assert (one.scalars["A"], one.scalars["B"]) == (scene.A, scene.B)
     with pytest.raises(ValueError, match=r"^omega0 = 300: must be one of the .* would select 200"):
         results.select(omega0=300)
-
-
-WHOLE = "[physical]\na0 = 1e-3\nomega0 = 150\nmu = 0.6\nalpha = 3\n"
-NO_OMEGA0 = "[physical]\na0 = 1e-3\nmu = 0.6\nalpha = 3\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            WHOLE + "[sweep]\nomega0 = [100, 200]\n",
-            "sweep.omega0 = [100, 200]: must be left out, because [physical] already gives omega0",
-        ),
-        (WHOLE + "[sweep]\nmu = 0.5\n", "sweep.mu = 0.5: must be left out, because [physical] already gives mu"),
-        (
-            NO_OMEGA0 + "[sweep]\nomega0 = [100]\nA = [1, 2]\n",
-            "sweep.A = [1, 2]: must be left out, because [physical] already gives A",
-        ),
-        (
-            NO_OMEGA0 + "[sweep]\nomega0 = [100]\nB = 0.1\n",
-            "sweep.B = 0.1: must be left out, because [physical] already gives B",
-        ),
-        (
-            NO_OMEGA0 + "[sweep]\nomega0 = [100]\n[model]\nA = 2\n",
-            "model.A = 2: must be left out, because [physical] already gives A",
-        ),
-        ("[sweep]\na0 = [1e-3]\nA = 2\nomega0 = 1\nmu = 1\nalpha = 1\n", "sweep.A = 2: must be left out"),
-        (
-            NO_OMEGA0 + "[sweep]\neps = [0]\n",
-            "physical.omega0 is missing: must be given, because [physical] needs omega0, mu and alpha",
-        ),
-        (
-            "[sweep]\nomega0 = [100, 200]\n",
-            "physical.mu is missing: must be given, because [physical] needs omega0, mu and alpha",
-        ),
-        (
-            "[physical]\nmu = 0.6\nalpha = 3\n[sweep]\nomega0 = [9]\nA = 2\n",
-            "physical.a0 is missing: must be given if",
-        ),
-        ("[physical]\nomega0 = 9\nmu = 0.6\n[sweep]\nalpha = [9]\n", "A is missing: must be given, a number >= 0"),
-        (NO_OMEGA0 + "[sweep]\nomega0 = [100, 0]\n", "sweep.omega0[1] = 0: must be a finite number > 0"),
-        (
-            NO_OMEGA0 + "[sweep]\nomega0 = {start = 1, stop = inf, num = 2}\n",
-            "sweep.omega0.stop = inf: must be a finite",
-        ),
-        (NO_OMEGA0 + "[sweep]\ng = [9, 10]\n", "key of [sweep] = 'g': must be one of A, B"),
-        (
-            "[physical]\nomega0 = 9\nmu = 1\n[sweep]\nalpha = [9, 90]\nA = 1\n",
-            "sweep.alpha[1] = 90: must be an angle in degrees",
-        ),
-        (WHOLE.replace("150", "[100, 200]"), "physical.omega0 = [100, 200]: must be a finite number > 0"),
-        (WHOLE.replace("1e-3", "-1e-3"), "physical.a0 = -0.001: must be a finite number >= 0"),
-    ],
-)
-def test_bad_input_is_one_line(text, message):
-    with pytest.raises(ConfigError) as caught:
-        parse(text).plan()
-    assert str(caught.value).startswith(message)
-    assert "\n" not in str(caught.value)
-
-
-def test_values_out_of_range_are_named_with_their_scene():
-    with pytest.raises(
-        ConfigError, match=r"A = .*, computed from a0 = 0.001, omega0 = 1e\+09, mu = 0.6, .*: must be .* <= 1e\+09"
-    ):
-        parse(NO_OMEGA0 + "[sweep]\nomega0 = [1e9, 1]\n").plan()
-    with pytest.raises(ConfigError, match=r"B = .*, computed from mu = 1e-12, alpha = 3: must be .* <= 1e\+09"):
-        parse("[physical]\nomega0 = 1\nalpha = 3\n[sweep]\nmu = [1, 1e-12]\nA = 1\n").plan()

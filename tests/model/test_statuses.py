@@ -1,11 +1,13 @@
-"""A status or an array of statuses prints as names, and otherwise behaves like numbers."""
+"""Statuses print as names and otherwise behave like numbers; values of NumPy become values of JSON."""
 
+import json
 import pickle
 
 import numpy as np
 import pytest
 
 from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.plain import plain
 from vibrodrive.model.states import State
 from vibrodrive.model.statuses import Statuses, count_statuses
 
@@ -31,8 +33,8 @@ def test_arrays_show_names(statuses):
 
 
 def test_operations_on_statuses_return_plain_arrays(statuses):
-    for plain in (statuses == Status.OK, statuses != statuses, statuses + 1, np.isin(statuses, (0, 1))):
-        assert type(plain) is np.ndarray
+    for array in (statuses == Status.OK, statuses != statuses, statuses + 1, np.isin(statuses, (0, 1))):
+        assert type(array) is np.ndarray
     assert (statuses == Status.OK).tolist() == [[True, False], [False, False]]
     assert (statuses.sum(), type(statuses.max())) == (2, np.int8)
     statuses[:] = Status.BUDGET
@@ -41,3 +43,17 @@ def test_operations_on_statuses_return_plain_arrays(statuses):
     out = statuses.copy()
     np.add(statuses, 1, out=out)
     assert out.tolist() == [[3, 3], [3, 3]]
+
+
+def test_numbers_become_json():
+    numbers = [
+        np.float64(1.5),
+        np.int64(2),
+        np.bool_(True),
+        np.nan,
+        [np.inf, (1,)],
+        np.array([1.0, np.nan]),
+        np.array(3),
+    ]
+    assert plain(numbers) == [1.5, 2, True, None, [None, [1]], [1.0, None], 3]
+    json.dumps(plain(numbers), allow_nan=False)

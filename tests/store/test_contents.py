@@ -7,8 +7,10 @@ import xarray as xr
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.errors import NoResult
+from tests.support.process import python
+from vibrodrive.errors import Different, NoResult
 from vibrodrive.model.above import ABOVE, above
+from vibrodrive.model.config import parse
 from vibrodrive.model.own import Own
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import ALONE, RECORDS, How
@@ -60,11 +62,6 @@ def test_every_variable_has_dimensions_a_unit_a_name_and_a_checksum(name, tmp_pa
             assert data.fletcher32, variable
             if not data.is_scale:
                 assert tuple(len(d[0]) for d in data.dims) == data.shape, variable
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        assert [word for word in ("incline", "dimensionless", "τ") if word not in data.attrs["comment"]] == []
-        for parameter in ("B", "eta", "periods"):
-            assert f" {parameter}: " in data.attrs["comment"]
-            assert data.attrs[parameter] is not None
 
 
 def test_codes_of_a_limit_have_their_meanings_in_the_file(tmp_path):
@@ -73,18 +70,6 @@ def test_codes_of_a_limit_have_their_meanings_in_the_file(tmp_path):
         assert about["flag_values"].tolist() == [int(how) for how in How]
         assert about["flag_meanings"].split() == [how.name.lower() for how in How]
         assert all(how.meaning in about["comment"] for how in How)
-
-
-@each
-def test_changed_attributes_are_found(name, tmp_path):
-    path = made(name, tmp_path / "x.h5")
-    for key in ("B", "periods", "method", "record"):
-        with h5py.File(path, "r+") as file:
-            value = file.attrs[key]
-            file.attrs.modify(key, value[:-1] + "_" if isinstance(value, str) else np.asarray(value) + 1)
-        assert [fault for fault in verify(path).complaints() if f"attribute {key}: changed" in fault], key
-        with h5py.File(path, "r+") as file:
-            file.attrs[key] = value
 
 
 @pytest.mark.parametrize("kind", [*BEFORE, "switches"])
@@ -100,3 +85,53 @@ def test_kinds_of_files_of_before_are_refused_with_what_to_do(kind, tmp_path):
 
 def test_functions_of_higher_layers_exist():
     assert [what for what in ABOVE if not callable(above(what))] == []
+
+
+SCENE = "[physical]\nmu = 0.6\nmass = 250\n[sweep]\nomega0 = [100, 150]\nalpha = [2, 3.4]\na0 = [8e-4]\n"
+
+
+def test_file_of_a_scene_has_coordinates_with_units_and_refuses_another_scene(tmp_path):
+    path = tmp_path / "x.h5"
+    fake.write(path, SCENE)
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        units = {name: data[name].attrs["units"] for name in ("omega0", "alpha", "a0", "margin")}
+        assert units == {"omega0": "rad s-1", "alpha": "degree", "a0": "m", "margin": "1"}
+        assert data.margin.dims == ("omega0", "alpha", "a0")
+        assert data.omega0.values.tolist() == [100.0, 150.0]
+    assert vd.load(path).scalars.keys().isdisjoint({"A", "B"})
+    assert look(path).header.plan.points(0, 4).tobytes() == parse(SCENE).plan().points(0, 4).tobytes()
+    for option, words in (
+        ("mu=0.7", "mu is 0.6 in the file and 0.7 in the configuration"),
+        ("alpha=[2, 3]", r"alpha is \[2.0, 3.4\] in the file and \[2.0, 3.0\] in the configuration"),
+        ("physical.g=9.81", "g is 9.80665 in the file and 9.81 in the configuration"),
+    ):
+        with pytest.raises(Different, match=words):
+            fake.write(path, parse(SCENE, [option]).plan())
+
+
+ADD = """
+import sys, netCDF4, xarray
+for path in sys.argv[1:]:
+    with xarray.open_dataset(path, engine="netcdf4") as data:
+        data.load()
+    with netCDF4.Dataset(path, "a") as file:
+        read = [variable[...] for variable in file.variables.values()]
+        file.note = file["status"].note = "added"
+"""
+
+
+@pytest.mark.integration
+def test_netcdf_library_reads_and_annotates_every_record(tmp_path):
+    """In a process of its own, which a fault of the library would abort."""
+    paths = [made(name, tmp_path / f"{name}.h5") for name in PLANS]
+    fake.write(tmp_path / "one.h5", "[sweep]\nA = 3.0\n[run]\nperiods = 3\n")
+    fake.write(tmp_path / "scene.h5", SCENE, which=[])
+    before = [path.read_bytes() for path in paths]
+    python(ADD, *tmp_path.iterdir())
+    for path, content in zip(paths, before, strict=True):
+        assert path.read_bytes() != content
+        assert verify(path).sound
+        assert vd.load(path).computed == 1.0
+    fake.write(tmp_path / "scene.h5", SCENE)
+    assert verify(tmp_path / "scene.h5").complete
+    assert vd.load(tmp_path / "one.h5").section.shape == (3, 2)

@@ -2,7 +2,6 @@
 
 import sys
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,15 +9,10 @@ import xarray as xr
 
 from tests.support import fake
 from vibrodrive.model.config import parse
-from vibrodrive.model.names import SCENE as SCENE_NAMES
 from vibrodrive.model.physical import UNIT_OF, Scene
-from vibrodrive.model.plan import make_plan
 from vibrodrive.model.records import RECORDS, quantities
-from vibrodrive.model.results import Results
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.load import load
-from vibrodrive.store.reader import verify
-from vibrodrive.store.writer import open_writer
 
 AXES = "[sweep]\nA = {start = 3.0, stop = 3.2, num = 5}\neps = [0.0, 1e-4]\n[run]\nperiods = 3\ntransient = 0\n"
 SCENE = "[physical]\nomega0 = 150\nmu = 0.6\nalpha = 3\nmass = 250\n[sweep]\na0 = [1e-3, 2e-3]\n[run]\nperiods = 3\n"
@@ -52,7 +46,10 @@ def test_dataset_equals_the_file_read_by_xarray(path):
                 np.testing.assert_array_equal(told.pop("flag_values"), read[name].attrs["flag_values"])
             assert told == {key: value for key, value in read[name].attrs.items() if key != "flag_values"}, name
             assert made[name].dtype == read[name].dtype, name
-        assert made.attrs["title"] == read.attrs["title"]
+        assert {name: read.attrs[name] for name in made.attrs} == made.attrs
+    results = load(path)
+    alone = {name: results.scalars[name] for name in ("B", "tau0")} | {"record": ", ".join(results.record)}
+    assert alone.items() <= made.attrs.items()
 
 
 def test_dataset_of_a_scene_is_in_si_units(tmp_path):
@@ -82,35 +79,12 @@ def test_dataset_of_a_scene_is_in_si_units(tmp_path):
     assert load(tmp_path / "y.h5").to_xarray().energy.attrs["units"] == "J kg-1"
 
 
-def test_older_file_has_its_scene_in_its_text_only(tmp_path):
-    text = "[physical]\nomega0 = 150\nmu = 0.6\nalpha = 3\n[sweep]\nA = [2.0, 3.0]\n[run]\nperiods = 3\n"
-    plan = parse(text).plan()
-    older = replace(plan, scalars={name: value for name, value in plan.scalars.items() if name not in SCENE_NAMES})
-    fake.write(tmp_path / "x.h5", older, Origin(text))
-    results = load(tmp_path / "x.h5")
-    assert results.to_xarray().section_dxi.attrs["units"] == "m s-1"
-    writer = open_writer(tmp_path / "x.h5", plan, Origin(text))
-    writer.check()  # such a file may be resumed
-    writer.close()
-    assert verify(tmp_path / "x.h5").sound
-
-
 def test_every_quantity_has_a_unit_or_none():
     """Who adds a quantity says in UNITS how it scales, or here that it does not."""
     unscaled = {"share_up", "share_down", "share_stick", "share_rest", "impact_phase", "certain_until"}
     unscaled |= {"k2", "last_kept", "share_kept"}  # a disturbance is ε or Δτ
     numbers = {q.name for q in quantities(RECORDS) if q.dtype.startswith("<f")}
     assert numbers - UNIT_OF.keys() == unscaled
-
-
-def test_dataset_attributes_are_the_parameters(path):
-    results = load(path)
-    attrs = results.to_xarray().attrs
-    swept = {*results.axes, *results.points}
-    assert {name: attrs[name] for name in attrs if name in results.scalars} == {
-        name: value for name, value in results.scalars.items() if name not in swept and value == value
-    }
-    assert (attrs["method"], attrs["periods"], attrs["record"]) == ("certified", 3, ", ".join(results.record))
 
 
 @everything
@@ -152,11 +126,3 @@ def test_table_has_a_row_for_each_point_and_a_column_for_each_number(path):
     )
     assert set(table) == wanted
     assert set(table.attrs["units"]) == set(table)
-
-
-def test_table_of_one_motion_has_one_row():
-    plan = make_plan({"A": 3.0, "record": "summary"})
-    table = Results.collect(plan, fake.run_blocks(plan)).to_dataframe()
-    assert len(table) == 1
-    assert {"status", "margin", "period", "energy"} <= set(table)
-    assert "point" not in table

@@ -60,8 +60,7 @@ def _in_child() -> None:
         _single_threaded = False
 
 
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_in_child)
+os.register_at_fork(after_in_child=_in_child)
 
 
 @jit(parallel=True)

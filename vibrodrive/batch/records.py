@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -44,10 +43,27 @@ class Arrays(NamedTuple):
     def block(self, span: tuple[int, int, int], at: int) -> Block:
         """Return the block (index, start, stop) whose first point is in row `at`."""
         part = slice(at, at + span[2] - span[1])
-        section, impacts, summary = (None if a is None else a[part] for a in (self.section, self.impacts, self.summary))
-        errors = None if self.errors is None else Errors(self.errors.section[part], self.errors.until[part])
-        records = as_quantities(summary, impacts, errors)
-        return Block(*span, section, self.status[part], self.margin[part], self.counts[part], records)
+        section = None if self.section is None else self.section[part]
+        return Block(*span, section, self.status[part], self.margin[part], self.counts[part], self.quantities(part))
+
+    def quantities(self, part: slice = slice(None)) -> dict[str, np.ndarray]:
+        """Return the rows `part` of all other arrays by the names in model/records.py."""
+        found: dict[str, np.ndarray] = {}
+        if self.summary is not None:
+            for column, q in enumerate(SUMMARIES):
+                found[q.name] = self.summary[part, column].astype(q.dtype)
+        if self.impacts is not None:
+            impacts = self.impacts[part]
+            missing = np.isnan(impacts[..., 0])
+            between = np.diff(impacts[..., 3], axis=1, prepend=np.nan) - 1.0
+            for q, column in zip(MAIN_IMPACTS, (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True):
+                if np.dtype(q.dtype).kind == "i":
+                    column = np.where(missing | np.isnan(column), q.fill, column)
+                found[q.name] = column.astype(q.dtype)
+        if self.errors is not None:
+            columns = *self.errors.section[part, 0].T, self.errors.until[part]
+            found.update(zip((q.name for q in ERRORS), columns, strict=True))
+        return found
 
 
 def new_errors(method: int, points: int, instants: int) -> Errors:
@@ -58,30 +74,3 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
     """
     shapes = (points, instants, 2), (points,)
     return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
-
-
-def as_quantities(
-    summary: np.ndarray | None, impacts: np.ndarray | None, errors: Errors | None
-) -> dict[str, np.ndarray]:
-    """Return the output of kernels as a dict of arrays. Its keys are the names in model/records.py.
-
-    The arguments are fields of `Arrays`. If an argument is None, its arrays are missing in the result.
-    """
-    found: dict[str, np.ndarray] = {}
-    if summary is not None:
-        for column, q in enumerate(SUMMARIES):
-            found[q.name] = summary[:, column].astype(q.dtype)
-    if impacts is not None:
-        missing = np.isnan(impacts[..., 0])
-        between = np.diff(impacts[..., 3], axis=1, prepend=np.nan) - 1.0
-        columns: Mapping[str, np.ndarray] = dict(
-            zip((q.name for q in MAIN_IMPACTS), (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True)
-        )
-        for q in MAIN_IMPACTS:
-            values = columns[q.name]
-            if np.dtype(q.dtype).kind == "i":
-                values = np.where(missing | np.isnan(values), q.fill, values)
-            found[q.name] = values.astype(q.dtype)
-    if errors is not None:
-        found.update(zip((q.name for q in ERRORS), (*errors.section[:, 0].T, errors.until), strict=True))
-    return found

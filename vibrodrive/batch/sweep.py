@@ -23,7 +23,7 @@ import numba
 import numpy as np
 
 from vibrodrive.batch.parallel import BRIEF, run
-from vibrodrive.batch.records import Arrays, Rows, as_quantities
+from vibrodrive.batch.records import Arrays, Rows
 from vibrodrive.errors import Failed
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.sources import build
@@ -39,7 +39,6 @@ from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check_count
 from vibrodrive.model.plan import BLOCK_WORK, IN_FLIGHT, Plan
-from vibrodrive.model.records import SECTION
 from vibrodrive.model.results import Results
 from vibrodrive.model.size import LARGE, refuse_large_results, result_bytes
 
@@ -58,6 +57,9 @@ TASK_SECONDS = 1.0
 noticeably longer, because it must be sent, and a longer task is lost if the sweep is stopped."""
 
 Span = tuple[int, int, int]  # block to compute: index, start, stop
+
+Wave = Callable[[Plan, Sequence[Span], int, Halt, Callable[[Block], None]], None]
+"""Function like `compute_wave`: it computes several blocks of a plan on some threads, and gives each of them."""
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
@@ -98,26 +100,11 @@ def compute_wave(
     look()
 
 
-def fill_records(
-    plan: Plan,
-    points: np.ndarray,
-    threads: int,
-    halt: Halt,
-    section: np.ndarray | None,
-    status: np.ndarray,
-    margin: np.ndarray,
-    counts: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """Compute `points`, float64 (n, columns), of a plan.
-
-    The columns are the parameters in the order of COLUMNS (model/parameters.py). The results are written into
-    `section`, float64 (n, periods, 2), `status`, int8 (n,), `margin`, float64 (n,), and `counts`, int64 (n, 5), the
-    number of switches into each state. Other arrays that the plan records are returned as a dict by the names in
-    model/records.py.
-    """
-    arrays = Arrays.new(plan, len(points), (section, status, margin, counts))
-    fill(plan.settings, points, threads, halt, arrays)
-    return as_quantities(arrays.summary, arrays.impacts, arrays.errors)
+def compute_points(plan: Plan, which: np.ndarray, threads: int, halt: Halt) -> Block:
+    """Compute the points with the numbers `which`, int64 (n,), of a plan, and return them as one block."""
+    arrays = Arrays.new(plan, len(which))
+    fill(plan.settings, plan.rows(which), threads, halt, arrays)
+    return arrays.block((0, 0, len(which)), 0)
 
 
 def fill(
@@ -203,9 +190,7 @@ def load_kernels(plan: Plan) -> None:
     points = plan.rows(np.ravel_multi_index([at.ravel() for at in corners], plan.shape) if ends else np.zeros(1, int))
     _, kinds = np.unique(_disturbed(points), return_index=True)
     short = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
-    section = np.empty((len(kinds), 1, 2)) if SECTION in plan.record else None
-    outcome = np.empty(len(kinds), np.int8), np.empty(len(kinds)), np.empty((len(kinds), 5), np.int64)
-    fill_records(short, points[kinds], 1, Halt(), section, *outcome)
+    fill(short.settings, points[kinds], 1, Halt(), Arrays.new(short, len(kinds)))
 
 
 def check_threads(threads: int | None) -> int:
@@ -242,17 +227,18 @@ def run_blocks(
     *,
     threads: int | None = None,
     executor: Executor | None = None,
+    wave: Wave = compute_wave,
 ) -> Generator[Block, None, None]:
     """Compute the blocks of a plan (all, or those with the indices `which`) and yield each block when it is finished.
 
-    On local threads, several blocks are computed together as a wave. While the caller uses the last blocks of one wave,
-    the next wave is computed. The computation ends if the generator is closed. Raises TypeError or ValueError if the
-    number of threads is invalid.
+    `wave` computes several blocks. On local threads, while the caller uses the last blocks of one wave, the next wave
+    is computed. The computation ends if the generator is closed. Raises TypeError or ValueError if the number of
+    threads is invalid.
     """
     all_spans = spans(plan)
     todo = all_spans if which is None else [all_spans[i] for i in which]
     if executor is not None:
-        yield from run_remote(plan, todo, executor)
+        yield from _run_remote(plan, todo, executor, wave)
         return
     count = check_threads(threads)
     waves, halt = list(_waves(plan, todo)), Halt()
@@ -260,8 +246,8 @@ def run_blocks(
     with ThreadPoolExecutor(1, thread_name_prefix="compute") as pool:
         now: Future[None] | None = None
         try:
-            for wave in [*waves, None]:
-                ahead = pool.submit(compute_wave, plan, wave, count, halt, found.put) if wave is not None else None
+            for some in [*waves, None]:
+                ahead = pool.submit(wave, plan, some, count, halt, found.put) if some is not None else None
                 if ahead is not None:
                     ahead.add_done_callback(found.put)
                 while now is not None and not isinstance(item := found.get(), Future):
@@ -293,7 +279,7 @@ def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
         yield wave
 
 
-def compute_some(plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
+def compute_some(plan: Plan, blocks: Sequence[Span], halt: Halt, wave: Wave = compute_wave) -> list[Block]:
     """Compute blocks as a task on one thread: the first, then twice as many together, and so on.
 
     The task ends before a block if TASK_SECONDS have passed; another task then computes the rest.
@@ -301,26 +287,23 @@ def compute_some(plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
     found: list[Block] = []
     began, at, n = monotonic(), 0, 1
     while at < len(blocks) and (at == 0 or monotonic() - began < TASK_SECONDS):
-        compute_wave(plan, blocks[at : at + n], 1, halt, found.append)
+        wave(plan, blocks[at : at + n], 1, halt, found.append)
         at, n = at + n, 2 * n
     return found
 
 
-Task = Callable[[Plan, Sequence[Span], Halt], list[Block]]
-
-
-def _run_task(made_by: str, task: Task, plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
-    """Return `task(plan, blocks, halt)`, in a process of an executor.
+def _run_task(made_by: str, wave: Wave, plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
+    """Return the blocks of `compute_some`, in a process of an executor.
 
     Raises Failed if this process has other sources than those in `made_by`, the `build` of the caller.
     """
     if made_by != build():
         here = f"a worker on {platform.node()} computes with {build()}, the caller with {made_by}"
         raise Failed(f"{here}: must be the same; install one of them on all machines")
-    return task(plan, blocks, halt)
+    return compute_some(plan, blocks, halt, wave)
 
 
-def run_remote(plan: Plan, todo: Sequence[Span], executor: Executor, task: Task = compute_some) -> Iterator[Block]:
+def _run_remote(plan: Plan, todo: Sequence[Span], executor: Executor, wave: Wave) -> Iterator[Block]:
     """Compute blocks on an executor, several in a task, and yield each block when it is finished.
 
     A task that fails is submitted again, up to RETRIES times.
@@ -336,7 +319,7 @@ def run_remote(plan: Plan, todo: Sequence[Span], executor: Executor, task: Task 
     halt = Halt(sign)
 
     def launch(blocks: list[Span], tries: int) -> None:
-        future = executor.submit(_run_task, build(), task, plan, blocks, halt)
+        future = executor.submit(_run_task, build(), wave, plan, blocks, halt)
         if not isinstance(future, Future):
             raise TypeError(bad("executor", executor, EXECUTOR))
         flying[future] = (blocks, tries)

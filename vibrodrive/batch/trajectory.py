@@ -282,18 +282,8 @@ class Trajectory:
         shown : int, optional
             number of periods that curves over time show, from the first period of the record; None shows all. It needs
             a curve over time.
-        ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
-            your axes to draw into; by default those of a new figure. They keep their style: the data have the next
-            colour of their cycle, and nothing is written but missing labels. A second motion
-            in the same axes has another colour, and a key then names the difference.
-        style : "screen" or "print", optional
-            "screen": colours that are distinct for colour-blind readers; "print": black and white. The default is
-            "screen" or, with `ax`, the colours of the axes.
-        width : "double" or "single", optional
-            width of a new figure, in columns of a page; default "double". It is left out with `ax`.
-        notes : bool, optional
-            True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default
-            is True for a new figure, and False with `ax`.
+        ax, style, width, notes : optional
+            as in `Results.plot`, for motions instead of results.
 
         Returns
         -------

@@ -17,7 +17,7 @@ import click
 
 from vibrodrive.errors import ConfigError, VibrodriveError
 from vibrodrive.model.names import SCENE
-from vibrodrive.model.parameters import bad, is_name
+from vibrodrive.model.parameters import bad, has_control
 
 if TYPE_CHECKING:
     from vibrodrive.model.config import Config
@@ -28,7 +28,7 @@ class _Name(click.Path):
     """A path without control characters, so that a message that contains it is one line."""
 
     def convert(self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not is_name(os.fspath(value)):
+        if not os.fspath(value) or has_control(os.fspath(value)):
             role = "path" if param is None else str(param.name)
             raise click.ClickException(bad(role, os.fspath(value), "a name without control characters"))
         return super().convert(value, param, ctx)
@@ -63,7 +63,7 @@ def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Pat
     """Return (path of the table, path of the figure) of `-o`, each None if it is not wanted. Raises ConfigError."""
     from vibrodrive.jobs.tables import ENDING
     from vibrodrive.model.drawing import FORMATS
-    from vibrodrive.store.place import check_figure, check_table
+    from vibrodrive.store.place import check_replaced
 
     found: dict[str, Path] = {}
     for path in outputs or (default,):
@@ -72,7 +72,7 @@ def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Pat
         if not kind or kind in found:
             allowed = f"a table ({ENDING}) or a figure ({', '.join(FORMATS)}), at most one of each"
             raise ConfigError(bad("--output", str(path), allowed))
-        (check_table if kind == "table" else check_figure)(path, {"configuration": config})
+        check_replaced(kind, path, {"configuration": config})
         found[kind] = path
     return found.get("table"), found.get("figure")
 

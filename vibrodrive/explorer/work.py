@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import check_threads, fill_records
+from vibrodrive.batch.sweep import check_threads, compute_points
 from vibrodrive.explorer.engine import FEWEST, Pace, length
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import Plan
@@ -131,14 +131,12 @@ def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
 def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int | None, halt: Halt, pace: Pace) -> None:
     """Compute the points with these indices, in any order, and store them in `results`. Raises Halted."""
     began, n = perf_counter(), len(which)
-    whole = results.rows(0, plan.n_points)
-    section = None if whole[0] is None else np.empty((n, *whole[0].shape[1:]))
-    status, margin, counts = (np.empty((n, *array.shape[1:]), array.dtype) for array in whole[1:])
-    records = fill_records(plan, plan.rows(which), check_threads(threads), halt, section, status, margin, counts)
-    for array, part in zip(whole, (section, status, margin, counts), strict=True):
+    block = compute_points(plan, which, check_threads(threads), halt)
+    computed = block.section, block.status, block.margin, block.switches
+    for array, part in zip(results.rows(0, plan.n_points), computed, strict=True):
         if array is not None:
             array[which] = part
-    for name, values in records.items():
+    for name, values in block.records.items():
         array = getattr(results, name)
         array.reshape(-1, *array.shape[len(plan.shape) :])[which] = values
     pace.learn(plan, n, perf_counter() - began)

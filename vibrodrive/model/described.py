@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
+from html import escape
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 Lines = list[tuple[str, str]]  # name and text of each line; several lines may have the same name
 
@@ -28,3 +30,9 @@ def share_computed(share: float) -> str:
 def numbers(fixed: Mapping[str, float]) -> str:
     """Return “B = 0.1, eta = 101”, without values that are NaN."""
     return ", ".join(f"{name} = {value:g}" for name, value in fixed.items() if value == value)
+
+
+def html_table(caption: str, rows: Iterable[tuple[str, str]]) -> str:
+    """Return a table for notebooks with a row for each (name, text); rows without a text are left out."""
+    cells = [f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows if text]
+    return f"<table><caption>{caption}</caption>{''.join(cells)}</table>"

@@ -54,11 +54,6 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     return f". Did you mean {folded[near[0]]}?" if near else ""
 
 
-def is_name(text: str) -> bool:
-    """Return True if a string is not empty and has no control characters, so that it can be a name in one line."""
-    return bool(text) and not has_control(text)
-
-
 def has_control(text: str) -> bool:
     """Return True if a string has line separators or characters that control a terminal."""
     return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)

@@ -11,8 +11,8 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from vibrodrive.model.described import html_table
 from vibrodrive.model.names import SCENE, TURN
-from vibrodrive.model.notebook import html_table
 from vibrodrive.model.parameters import bad, real_array, real_number
 from vibrodrive.model.slips import OfScene, slip, warn
 

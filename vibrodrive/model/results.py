@@ -12,9 +12,8 @@ import numpy as np
 from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
-from vibrodrive.model.described import numbers, share_computed, span
+from vibrodrive.model.described import html_table, numbers, share_computed, span
 from vibrodrive.model.names import Settings
-from vibrodrive.model.notebook import html_table
 from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan

@@ -2,8 +2,8 @@
 
 import math
 import os
+import resource
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
@@ -43,9 +43,8 @@ def available_memory() -> int:
     """Return the bytes that this process can allocate without swapping and without being killed or refused.
 
     This is the least of the free memory of the machine and of what is left of each limit: of the control groups of this
-    process, such as a container or the job of a batch system, and of `ulimit -v` and `ulimit -d`. On systems other than
-    Linux the total memory replaces the free memory. On Windows Python has no such function. The result is then
-    `sys.maxsize`, which disables the checks of memory.
+    process, such as a container or the job of a batch system, and of `ulimit -v` and `ulimit -d`. On macOS the total
+    memory replaces the free memory.
     """
     return max(0, min([_free(), *_left_in_groups(), *_left_of_limits()]))
 
@@ -54,7 +53,7 @@ def _free() -> int:
     free = _table("proc/meminfo").get("MemAvailable")
     if free is not None:
         return 1024 * free
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else sys.maxsize
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 GROUP_FILES = (
@@ -99,11 +98,7 @@ def _left_of_limits() -> Iterator[int]:
 
 
 def _limit(name: str) -> int | None:
-    """Return a limit of this process in bytes; None if there is no limit, as on Windows."""
-    try:
-        import resource
-    except ImportError:
-        return None
+    """Return a limit of this process in bytes; None if there is no limit."""
     limit, _ = resource.getrlimit(getattr(resource, name))
     return None if limit == resource.RLIM_INFINITY else limit
 

@@ -7,11 +7,10 @@ an interruption. This module yields the same blocks as `run_blocks` of batch/swe
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pickle import PicklingError
-from time import monotonic
 
 import numpy as np
 
@@ -47,35 +46,21 @@ def run_blocks(
 
     Raises TypeError if the executor needs a function that can be sent to other processes, and this one cannot.
     """
-    spans = sweep.spans(plan)
-    todo = spans if which is None else [spans[i] for i in which]
-    if executor is not None:
-        try:
-            yield from sweep.run_remote(plan, todo, executor, compute_some)
-        except (PicklingError, AttributeError) as error:
-            if "pickle" not in str(error):
-                raise
-            allowed = "a function at the top of a module, because this executor sends it to other processes"
-            raise TypeError(bad("record", functions(plan)[0].name, allowed)) from error
-        return
-    count, halt = sweep.check_threads(threads), Halt()
-    with ThreadPoolExecutor(1, thread_name_prefix="compute") as pool:
-        try:
-            for index, start, stop in todo:
-                yield pool.submit(compute, plan, start, stop, count, halt).result()._replace(index=index)
-        finally:
-            halt.call()
+    try:
+        yield from sweep.run_blocks(plan, which, threads=threads, executor=executor, wave=compute_wave)
+    except (PicklingError, AttributeError) as error:
+        if executor is None or "pickle" not in str(error):
+            raise
+        allowed = "a function at the top of a module, because this executor sends it to other processes"
+        raise TypeError(bad("record", functions(plan)[0].name, allowed)) from error
 
 
-def compute_some(plan: Plan, blocks: Sequence[sweep.Span], halt: Halt) -> list[Block]:
-    """Compute blocks as a task on one thread, until sweep.TASK_SECONDS have passed; another task computes the rest."""
-    found: list[Block] = []
-    began = monotonic()
+def compute_wave(
+    plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
+) -> None:
+    """Compute blocks one after the other, and call `give` with each."""
     for index, start, stop in blocks:
-        found.append(compute(plan, start, stop, 1, halt)._replace(index=index))
-        if monotonic() - began > sweep.TASK_SECONDS:
-            break
-    return found
+        give(compute(plan, start, stop, threads, halt)._replace(index=index))
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 
 from vibrodrive.errors import Different
-from vibrodrive.model.names import SCENE
 from vibrodrive.model.plan import Plan
 from vibrodrive.store.describe import settings_in_words
 
@@ -25,8 +24,6 @@ def compare(stored: Plan, plan: Plan) -> list[str]:
     found = []
     for key in [*there, *(k for k in here if k not in there)]:
         a, b = there.get(key), here.get(key)
-        if a is None and key in SCENE:  # older files contain a fixed scene in their text only
-            continue
         if a is None or b is None or a.tobytes() != b.tobytes():
             found.append(_difference(key, a, b))
     if not found and list(stored.axes) != list(plan.axes):

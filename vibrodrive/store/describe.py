@@ -5,13 +5,14 @@ meanings.
 """
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from vibrodrive.model.names import NAMES, SCENE
 from vibrodrive.model.plan import Plan, idle
 
-MODEL = (
+CONTENTS = (
+    "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
+    "more; its section is taken at τ = section_phase + 2πk. "
     "Mass on a vibrating incline with Coulomb friction and an ideally plastic obstacle, dimensionless: adhesive force "
     "H = A (sin τ + ε η² sin ητ) − B; ξ'' = H − 1 sliding up, ξ'' = H + 1 sliding down; ξ is the gap above the "
     "obstacle, τ the time (2π: one excitation period), ' the derivative by τ."
@@ -35,11 +36,9 @@ def acting(plan: Plan) -> dict[str, Any]:
     return {name: value for name, value in plain(plan).items() if name not in left}
 
 
-def explained(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes `values`, and an attribute `comment` with the description `what` and the meanings of all
-    values."""
-    known = "; ".join(f"{name}: {_meaning(name)}" for name in values)
-    return {**values, "comment": f"{what} {MODEL} Attributes: {known}."}
+def comment(plan: Plan) -> str:
+    """Return the description of the contents of a file, and the meanings of the values of `plain`."""
+    return f"{CONTENTS} Attributes: {'; '.join(f'{name}: {_meaning(name)}' for name in plain(plan))}."
 
 
 def _meaning(name: str) -> str:

@@ -23,14 +23,14 @@ from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import RECORDS, SECTION, Quantity, quantities
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
-from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, coordinates, digest, variable_name
+from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, coordinates, digest
 from vibrodrive.version import __version__
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 """Exceptions that h5py raises for bytes that it cannot interpret."""
 
 RESTORE = "restore or delete it"
-"""Advice for a file that cannot be read: nobody knows whether its results are elsewhere."""
+"""Advice for a file that cannot be read or repaired: nobody knows whether its results are elsewhere."""
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -124,7 +124,7 @@ def unwritable(error: BaseException, path: Path) -> Unwritable:
 
 def damaged(path: str | Path, what: str) -> Damaged:
     """Return the error for a result file that can be opened, but has a fault."""
-    return Damaged(f"{path}: damaged ({what}); restore it, or replace it with --overwrite")
+    return Damaged(f"{path}: damaged ({what}); {RESTORE}")
 
 
 @contextlib.contextmanager
@@ -252,9 +252,7 @@ def read_header(file: h5py.File) -> Header:
 def _stored(file: h5py.File, outline: dict[str, Any], record: tuple[str, ...]) -> tuple[Quantity, ...]:
     """Return the quantities of a file. Raises NoResult if the outline of its plan has names of another version."""
     known = {q.name: q for q in quantities(record)}
-    in_files = {variable_name(name): name for name in known}
-    # a file without a list was written when each of its quantities had the present name
-    types = outline.get("quantities") or {in_files[name]: file[name].dtype.str for name in file if name in in_files}
+    types = outline.get("quantities", {})
     named = [name for name in record if not isinstance(name, Own)]
     for what, names, ours in (
         ("setting", outline["settings"], vars(Settings())), ("record", named, RECORDS),

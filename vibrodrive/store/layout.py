@@ -29,7 +29,7 @@ from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import IMPACTS, SECTION
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
-from vibrodrive.store.describe import explained, plain
+from vibrodrive.store.describe import comment, plain
 from vibrodrive.version import __version__
 
 SWEEP, SCHEMA, READABLE = "sweep", "schema_version", (3,)
@@ -86,13 +86,6 @@ def variable_name(quantity: str) -> str:
     return MOTION_PERIOD if quantity == "period" else quantity
 
 
-CONTENTS = (
-    "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
-    "more; its section is taken at τ = section_phase + 2πk."
-)
-"""Description of the contents of a sweep in its file."""
-
-
 class Origin(NamedTuple):
     """Source of a sweep: the text of the configuration, the options that replace some of its values, and a title."""
 
@@ -113,23 +106,6 @@ class Origin(NamedTuple):
 def digest(text: str) -> str:
     """Return the SHA-256 of a text, as files contain it."""
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def about(origin: Origin) -> dict[str, Any]:
-    """Return the root attributes that do not depend on the plan.
-
-    They contain no date, so that two runs of one configuration give equal files.
-    """
-    return {
-        "Conventions": "CF-1.10",
-        "kind": SWEEP,
-        "title": origin.title,
-        "config": origin.config,
-        "config_sha256": digest(origin.config),
-        "overrides": json.dumps(origin.overrides),
-        "versions": json.dumps(versions()),
-        "references": "ZAMM 79 (1999) 6, 389-397",
-    }
 
 
 def axes_of(plan: Plan) -> dict[str, np.ndarray]:
@@ -186,18 +162,15 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     for name, values in coordinates(plan).items():
         netcdf.dimension(file, name, values, *meaning_of(name))
     for name, values in plan.together.items():
-        long_name, units = meaning_of(name)
-        netcdf.variable(file, name, (POINT,), values.dtype, long_name, units=units)[...] = values
+        netcdf.variable(file, name, (POINT,), values.dtype, meaning_of(name))[...] = values
     file["state"].attrs.update(flags_of_states())
     where = tiles(plan)
     variables = variables_of(plan)
     for n, variable in enumerate(variables):
         chunk = chunk_of(variable, plan)
         names = (*axes_of(plan), *([variable.extra] if variable.extra else []))
-        data = netcdf.variable(
-            file, variable.name, names, variable.dtype, variable.long_name,
-            fill=variable.fill, chunks=chunk, units=variable.units,
-        )  # fmt: skip
+        about = variable.long_name, variable.units
+        data = netcdf.variable(file, variable.name, names, variable.dtype, about, fill=variable.fill, chunks=chunk)
         if plan.together:
             data.attrs["coordinates"] = " ".join(plan.together)
         empty = blank(variable, chunk)
@@ -252,6 +225,7 @@ def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> No
 
 
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
+    """Return the root attributes. They contain no date, so that two runs of one configuration give equal files."""
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     if plan.record != (SECTION,):
@@ -261,8 +235,17 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     if plan.together:
         parts["points"] = digests(plan.together)
     outline = json.dumps(parts)
-    return about(origin._replace(title=origin.title or "Sweep of a friction-impact oscillator")) | {
-        **explained(CONTENTS, plain(plan)),
+    return {
+        "Conventions": "CF-1.10",
+        "kind": SWEEP,
+        "title": origin.title or "Sweep of a friction-impact oscillator",
+        "config": origin.config,
+        "config_sha256": digest(origin.config),
+        "overrides": json.dumps(origin.overrides),
+        "versions": json.dumps(versions()),
+        "references": "ZAMM 79 (1999) 6, 389-397",
+        **plain(plan),
+        "comment": comment(plan),
         SCHEMA: READABLE[-1],
         "plan": outline,
         "plan_sha256": digest(outline),

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrodrive.model.parameters import bad, is_name
+from vibrodrive.model.parameters import bad, has_control
 from vibrodrive.store.header import reading
 from vibrodrive.store.reader import read
 
@@ -55,6 +55,6 @@ def check_path(path: object) -> Path:
     """Return a file name as Path. Raises TypeError or ValueError with a sentence that names the value of `path`."""
     if not isinstance(path, str | os.PathLike) or isinstance(os.fspath(path), bytes):
         raise TypeError(bad("path", path, "the name of a result file"))
-    if not is_name(os.fspath(path)):
+    if not os.fspath(path) or has_control(os.fspath(path)):
         raise ValueError(bad("path", path, "the name of a result file"))
     return Path(path)

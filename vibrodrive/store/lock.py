@@ -9,7 +9,6 @@ import struct
 import sys
 import warnings
 from pathlib import Path
-from types import TracebackType
 
 from vibrodrive.errors import Busy
 
@@ -67,12 +66,6 @@ class Lock:
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1
-
-    def __enter__(self) -> Lock:
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.release()
 
 
 def _lock(fd: int) -> bool:

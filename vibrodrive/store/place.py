@@ -22,15 +22,10 @@ def check_figure(target: Path, sources: Mapping[str, Path]) -> None:
     """Raise ConfigError if a figure cannot be written. `sources` are the input files of the figure, by their roles."""
     if target.suffix.lower() not in FORMATS:
         raise ConfigError(bad("figure", str(target), "a file name ending in " + ", ".join(FORMATS)))
-    _check_replaced("figure", target, sources)
+    check_replaced("figure", target, sources)
 
 
-def check_table(target: Path, sources: Mapping[str, Path]) -> None:
-    """Raise ConfigError if a table cannot be written. `sources` are the input files of the table, by their roles."""
-    _check_replaced("table", target, sources)
-
-
-def _check_replaced(role: str, target: Path, sources: Mapping[str, Path]) -> None:
+def check_replaced(role: str, target: Path, sources: Mapping[str, Path]) -> None:
     """Raise ConfigError if a file that is written in one step cannot be written, or would replace an input or data."""
     from vibrodrive.store.header import SIGNATURE
 

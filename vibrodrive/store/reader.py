@@ -4,7 +4,7 @@ import contextlib
 import functools
 import math
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 from vibrodrive.errors import ConfigError, Different
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, numbers
-from vibrodrive.model.names import SCENE, SCENE_AXES
+from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
@@ -42,10 +42,6 @@ def read(file: h5py.File) -> Results:
     header = read_header(file)
     plan = header.plan
     source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, {})
-    if "[physical]" in header.origin.config and not {*SCENE} & {*plan.scalars, *plan.axes}:  # an older file
-        with contextlib.suppress(ConfigError):
-            scene = header.origin.parsed().plan().scalars
-            plan = replace(plan, scalars=plan.scalars | {name: scene[name] for name in SCENE if name in scene})
     return Results.of(plan, source, header.origin.title)
 
 

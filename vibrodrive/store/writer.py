@@ -29,6 +29,7 @@ from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, se
 from vibrodrive.store.compare import compare, refuse_different
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.header import (
+    RESTORE,
     damaged,
     damaged_descriptions,
     open_result,
@@ -205,7 +206,7 @@ class Writer:
         """Return the error of a failed write: Unwritable if the system refused the write, otherwise Damaged."""
         if getattr(error, "errno", None) or "errno" in str(error):
             return unwritable(error, self.path)
-        return Damaged(f"{self.path}: too damaged to be repaired; restore it, or replace it with --overwrite")
+        return Damaged(f"{self.path}: too damaged to be repaired; {RESTORE}")
 
 
 def open_writer(
