@@ -174,7 +174,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
         a = arguments.arguments_at(address)
         w, k, todo = a.lanes_w[0], a.lanes_k[0], a.lanes_k[1]
         points, order, lanes = a.points, a.order, a.numbers[3]
-        extent = extent_of(a.numbers, switch.SEARCH_PRICE)
+        extent = extent_of(a.numbers)
         section, outcome = a.section, Outcome(a.status, a.margin, a.counts, a.work)
         impacts = a.impacts if recorded else None
         recorder = Recorder(a.history, a.totals, a.summary) if recorded else None

@@ -232,7 +232,7 @@ def book_cost(w, k, i, extent):
 
     Return False if the cost of this period exceeds the budget.
     """
-    cost = switch.number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * extent.price)
+    cost = switch.number_in_period(k, i) + int((w[r.WORK + i] - w[r.WORK_BOOKED + i]) * switch.SEARCH_PRICE)
     switch.commit_cost(w, k, i, True, k[r.PERIOD + i], cost)
     if cost > extent.budget:
         k[r.STATUS + i] = codes.BUDGET

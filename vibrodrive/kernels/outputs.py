@@ -21,13 +21,11 @@ class Extent(NamedTuple):
 
     transient, periods : number of excitation periods before the record, and of the record
     budget : largest cost of one excitation period
-    price : cost of one evaluation in a search
     """
 
     transient: int
     periods: int
     budget: int
-    price: float
 
 
 def numbers_of(settings: Settings, lanes: int) -> np.ndarray:
@@ -37,9 +35,9 @@ def numbers_of(settings: Settings, lanes: int) -> np.ndarray:
 
 
 @inline
-def extent_of(numbers, price):
+def extent_of(numbers):
     """Return the extent of motions from the result of `numbers_of`."""
-    return Extent(numbers[0], numbers[1], numbers[2], price)
+    return Extent(numbers[0], numbers[1], numbers[2])
 
 
 class Outcome(NamedTuple):

@@ -8,7 +8,7 @@ from functools import cache
 
 from vibrodrive.jit.atomic import is_set, next_index
 from vibrodrive.jit.compile import inline_each, jit, part, part_each
-from vibrodrive.kernels import arguments, event, first_zero, history, record, setup, switch, undisturbed
+from vibrodrive.kernels import arguments, event, first_zero, history, record, setup, undisturbed
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
 from vibrodrive.kernels.outputs import Errors, Log, Outcome, Recorder, extent_of
@@ -65,7 +65,7 @@ def single(method: int, recorded: bool, bounded: bool):
         """Take points by the counter and compute their trajectories, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
         w, k = a.lanes_w[0], a.lanes_k[0]
-        extent = extent_of(a.numbers, switch.SEARCH_PRICE)
+        extent = extent_of(a.numbers)
         section, impacts, outcome = a.section, a.impacts, Outcome(a.status, a.margin, a.counts, a.work)
         log = Log(a.rows, a.stored)
         recorder = Recorder(a.history, a.totals, a.summary) if recorded else None
@@ -102,7 +102,7 @@ def next_switches(lanes_w, lanes_k, points, states, numbers, section, rows, stor
     phases float64 (n,): results: phase of the switch
     """
     w, k = lanes_w[0], lanes_k[0]
-    extent, log = extent_of(numbers, switch.SEARCH_PRICE), Log(rows, stored)
+    extent, log = extent_of(numbers), Log(rows, stored)
     for n in range(points.shape[0]):
         going = setup.load(w, k, 0, points, n, CERTIFIED, extent, section, log, None)
         ends[n, 0], ends[n, 1], phases[n] = -1, -1, 0.0
