@@ -9,19 +9,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.exact.reference import (
-    DOWN,
-    IMPACT,
-    REST,
-    SCENES,
-    STICK,
-    UP,
-    Oscillator,
-    Reference,
-    Slide,
-    mp,
-    reference,
-)
+from tests.exact.reference import DOWN, IMPACT, REST, SCENES, STICK, UP, Reference, mp, reference
 
 ROUNDING = 2.0**-49  # eight times the spacing of floats at 1, as in the kernels
 
@@ -46,14 +34,12 @@ class Agreement(NamedTuple):
     exact : the reference.
     ours : the certified motion.
     same : number of switches before the first one whose states differ from those of the reference.
-    late : largest error of the times of these switches, in τ.
     most : largest number of switches that the reference computes.
     """
 
     exact: Reference
     ours: vd.Trajectory
     same: int
-    late: float
     most: int
 
     @property
@@ -70,83 +56,91 @@ def follow(scene: dict[str, Any], most: int = 24, periods: int = 60, **settings:
         span = float(exact.switches[-1].tau) - scene.get("tau0", 0.0)
         periods = min(periods, int(span / (2 * math.pi)) + 2)
     ours = vd.simulate(**scene, transient=0, periods=periods, **settings)
-    same, late = 0, 0.0
-    for s, row in zip(exact.switches, ours.switches, strict=False):
-        if (s.before, s.after) != (row["before"], row["after"]):
-            break
-        same += 1
-        turns = int(row["period"]) - s.period
-        late = max(late, abs(float(2 * mp.pi * turns + (mp.mpf(float(row["phase"])) - s.phase))))
-    return Agreement(exact, ours, same, late, most)
+    words = [(s.before, s.after) for s in exact.switches], ours.switches[["before", "after"]].tolist()
+    equal = [one == other for one, other in zip(*words, strict=False)]
+    return Agreement(exact, ours, equal.index(False) if False in equal else len(equal), most)
 
 
 def flagged(trajectory: vd.Trajectory) -> bool:
     return trajectory.status in (vd.Status.TOO_CLOSE, vd.Status.BUDGET)
 
 
-class Segment(NamedTuple):
-    """State between two switches of a trajectory.
+# Error bounds
 
-    xi, dxi, tau : ξ, ξ' and τ at its start.
-    h : duration, with 50 digits.
-    after : the next state.
+MOST = 100  # largest number of switches of a scene that the reference computes
+BUDGET = 3000  # largest number of switches in a period; scenes with chatter need many
+
+BELOW_REFERENCE = 1e-30
+"""Possible error of the reference. It is added to each bound, because some gaps are as small as 1e-100."""
+
+
+class Pair(NamedTuple):
+    """Error and error bound of the quantity `what`, at the switch or section point with the index `number`."""
+
+    what: str
+    number: int
+    error: float
+    bound: float
+
+
+class Held(NamedTuple):
+    """Comparison of a motion with the reference.
+
+    pairs : all numbers of the motion with a finite error bound.
+    others : above 0 if a switch that is marked as certain has other states than in the reference, or if the motion is
+        certain up to its end but has another number of switches.
     """
 
-    state: int
-    xi: float
-    dxi: float
-    tau: Any
-    h: Any
-    after: int
+    motion: vd.Trajectory
+    pairs: list[Pair]
+    others: int
+
+    @property
+    def broken(self) -> list[Pair]:
+        """Numbers whose error exceeds the bound."""
+        return [p for p in self.pairs if not p.error <= p.bound + BELOW_REFERENCE]
+
+    @property
+    def looseness(self) -> float:
+        """Ratio of the largest bound to the largest error; NaN if no error is above 0."""
+        error, bound = (max((getattr(p, name) for p in self.pairs), default=0.0) for name in ("error", "bound"))
+        return bound / error if error > 0.0 else math.nan
 
 
-def segments(trajectory: vd.Trajectory) -> list[Segment]:
-    """Return the segments of a motion that is recorded from its start (transient = 0)."""
-    a = trajectory.arguments
-    xi, dxi, tau = a["xi0"], a["dxi0"], mp.mpf(a["tau0"])
-    out: list[Segment] = []
-    for row in trajectory.switches:
-        then = 2 * mp.pi * int(row["period"]) + mp.mpf(float(row["phase"]))
-        state = int(row["before"])
-        if state != IMPACT:
-            out.append(Segment(state, xi, dxi, tau, then - tau, int(row["after"])))
-        tau, dxi = then, 0.0
-        xi = 0.0 if IMPACT in (state, row["after"]) else float(row["xi"])
-    return out
+def hold(scene: dict[str, Any], most: int = MOST) -> Held:
+    """Compare a motion and its error bounds with the reference, from the start of the motion.
 
-
-def oscillator(trajectory: vd.Trajectory) -> Oscillator:
-    a = trajectory.arguments
-    return Oscillator(a["A"], a["B"], a["eps"], a["eta"])
-
-
-def slide(model: Oscillator, s: Segment) -> Slide:
-    return Slide(mp.mpf(s.xi), mp.mpf(s.dxi), 1 if s.state == UP else -1, model.B, model.waves(s.tau))
-
-
-def residual(model: Oscillator, s: Segment) -> tuple[float, float]:
-    """Return (switching function at the end of a segment, bound of its rounding error).
-
-    The function is computed with the digits that the caller has set in mpmath. The recorded phases at both ends of the
-    segment have errors of at least 2**-51. The kernels divide a long slide into parts of two periods, and each part
-    adds the rounding of the terms.
+    Raises ArithmeticError if the reference finds a zero of order three.
     """
-    A, AF = float(model.A), float(model.A * model.eps * model.eta**2)
-    eta, h = float(model.eta), float(s.h)
-    tick = 4 * 2.0**-51
-    fresh = 1 + h / (4 * math.pi)
-    force = 1 + A + AF + float(model.B)
-    if s.state in (STICK, REST):
-        g = float(model.H(s.tau + s.h)) - (1 if s.after == UP else -1)
-        return g, ROUNDING * force + tick * (A + AF * eta)
-    motion = slide(model, s)
-    xi, dxi = (float(v) for v in motion.at(s.h))
-    speed = A + AF / eta + abs(s.dxi) + (1 + float(model.B)) * h
-    if s.after == IMPACT:
-        path = s.xi + (speed + force * h) * (1 + h)
-        return xi, ROUNDING * fresh * path + tick * (abs(dxi) + speed + 0.5 * force * tick)
-    return dxi, ROUNDING * (speed + force * h) + tick * force
+    exact = reference(**scene, max_switches=most)
+    motion = vd.simulate(**scene, transient=0, budget=BUDGET)
+    return compare(motion, exact, most)
 
+
+def compare(motion: vd.Trajectory, exact: Reference, most: int = MOST) -> Held:
+    """Compare a motion that is recorded from its start with the reference. The reference may end earlier."""
+    pairs: list[Pair] = []
+    others = 0
+    for n, (row, bound, s) in enumerate(zip(motion.switches, motion.switch_errors, exact.switches, strict=False)):
+        if not math.isfinite(bound["tau"]):
+            break
+        if (row["before"], row["after"]) != (s.before, s.after):
+            others += 1
+            break
+        turns = 2 * mp.pi * (int(row["period"]) - s.period)
+        late = turns + (mp.mpf(float(row["phase"])) - s.phase)
+        found = ("tau", late), ("xi", mp.mpf(float(row["xi"])) - s.xi), ("dxi", mp.mpf(float(row["dxi"])) - s.dxi)
+        pairs += [Pair(f"{name} of a switch", n, float(abs(error)), float(bound[name])) for name, error in found]
+    if math.isinf(motion.certain_until) and len(exact.switches) < most:
+        others += len(motion.switches) != len(exact.switches)
+    for n, (point, bounds, there) in enumerate(zip(motion.section, motion.error, exact.section, strict=False)):
+        for name, ours, bound, true in zip(("xi", "dxi"), point, bounds, there, strict=True):
+            if math.isfinite(bound):
+                pairs.append(Pair(f"{name} of the section", n, float(abs(mp.mpf(float(ours)) - true)), float(bound)))
+    return Held(motion, pairs, others)
+
+
+# Grazing
 
 LADDER = [sign * 10.0**-k for k in range(3, 16) for sign in (1, -1)] + [0.0]
 """Heights of the lowest point of a slide: ±1e-3 … ±1e-15 and 0."""
@@ -180,38 +174,6 @@ def check_above_obstacle(trajectory: vd.Trajectory) -> None:
         xi = trajectory.sample(64).xi
         xi = xi[np.isfinite(xi)]
         assert (xi >= -ROUNDING * (1 + np.abs(xi).max(initial=0.0))).all()
-
-
-def switching_functions(trajectory: vd.Trajectory, count: int = 200) -> list[tuple[Segment, np.ndarray, float]]:
-    """Return (segment, values, bound) for each segment.
-
-    values : the switching functions, which are positive during the segment, at `count` instants: (functions, count)
-    bound : bound of the rounding errors of the values
-    """
-    model = oscillator(trajectory)
-    A, B, eps, eta = (trajectory.arguments[k] for k in ("A", "B", "eps", "eta"))
-    AF = A * eps * eta**2
-    out = []
-    for s in segments(trajectory):
-        h = np.linspace(0, float(s.h), count + 2)[1:-1]
-        phi, theta = float(mp.fmod(s.tau, 2 * mp.pi)), float(mp.fmod(model.eta * s.tau, 2 * mp.pi))
-        if s.state in (STICK, REST):
-            H = A * np.sin(phi + h) + AF * np.sin(theta + eta * h) - B
-            values = np.stack([1 - H, 1 + H] if s.state == STICK else [1 - H])
-            noise = 64 * ROUNDING * (1 + A + AF * (1 + eta * float(s.h)) + B)
-        else:
-            sign = 1 if s.state == UP else -1
-            fast = A * eps
-            v = s.dxi - (B + sign) * h - A * (np.cos(phi + h) - np.cos(phi))
-            v -= fast * eta * (np.cos(theta + eta * h) - np.cos(theta))
-            slope = s.dxi + A * math.cos(phi) + fast * eta * math.cos(theta)
-            x = s.xi + slope * h - (B + sign) * h**2 / 2 - A * (np.sin(phi + h) - math.sin(phi))
-            x -= fast * (np.sin(theta + eta * h) - math.sin(theta))
-            values = np.stack([v] if s.state == UP else [-v, x])
-            terms = s.xi + (1 + float(s.h)) * (abs(slope) + A + fast * eta + (1 + B) * (1 + float(s.h)))
-            noise = 64 * ROUNDING * terms * (1 + 1e-2 * eta * float(s.h))
-        out.append((s, values, noise))
-    return out
 
 
 ALLOWED = {

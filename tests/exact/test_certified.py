@@ -11,9 +11,8 @@ import pytest
 
 import vibrodrive as vd
 from benchmarks.switches.model import Point
-from tests.exact.agreement import LADDER, NAMES, ROUNDING, check_above_obstacle, lowest, oscillator, scene
-from tests.exact.campaign import compare
-from tests.exact.reference import ETA, SCENES, mp
+from tests.exact.agreement import LADDER, NAMES, ROUNDING, check_above_obstacle, compare, lowest, scene
+from tests.exact.reference import ETA, SCENES, Oscillator, mp
 from vibrodrive import State, Status
 
 pytestmark = [pytest.mark.exact, pytest.mark.jit]
@@ -83,7 +82,7 @@ def test_phase_after_a_million_periods(eps, eta, finding):
     So the phases of the excitation, τ, and of the disturbance, ητ, have errors of at most this order.
     """
     t = vd.simulate(A=1.5, eps=eps, eta=eta, transient=1_000_000, periods=5)
-    model, late = oscillator(t), []
+    model, late = Oscillator(1.5, 0.1, eps, eta), []
     with mp.workdps(60):
         for row in t.switches[t.switches["before"] == State.REST]:
             tau = 2 * mp.pi * int(row["period"]) + mp.mpf(float(row["phase"]))

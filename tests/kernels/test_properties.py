@@ -6,24 +6,12 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import vibrodrive as vd
-from tests.exact.agreement import (
-    check_above_obstacle,
-    check_order,
-    flagged,
-    follow,
-    oscillator,
-    residual,
-    segments,
-    slide,
-    switching_functions,
-)
-from tests.exact.reference import ETA, mp
+from tests.exact.agreement import check_above_obstacle, check_order, flagged, follow
+from tests.exact.reference import ETA
 from tests.support import naive
 from vibrodrive import State, Status
 
 pytestmark = pytest.mark.jit
-
-bounded = settings(max_examples=200, derandomize=True, deadline=None)
 
 
 def powers(low: float, high: float) -> st.SearchStrategy[float]:
@@ -43,8 +31,6 @@ SCENES = st.fixed_dictionaries(
     }
 )
 """Scenes with usual amplitudes, with all inclines (level, moderate, too steep), disturbances and starts."""
-
-UNDISTURBED = SCENES.map(lambda scene: scene | {"eps": 0.0})
 
 MODEST = SCENES.map(
     lambda scene: (
@@ -73,11 +59,12 @@ def motion(scene: dict[str, float], periods: int = 8) -> vd.Trajectory:
     return vd.simulate(**scene, transient=0, periods=periods, budget=3000)
 
 
-@bounded
+@settings(max_examples=200, derandomize=True, deadline=None)
 @given(SCENES)
 @example(dict(A=1.0, B=0.400390625, eps=1e-4, eta=100.99504938362077, xi0=0.0, dxi0=5e-324, tau0=0.0))
 @example(dict(A=1.1, B=1.3201919013162353, eps=1e-6, eta=100.99504938362077, xi0=0.0, dxi0=1e-47, tau0=1.0))
 @example(dict(A=0.125, B=1.0, eps=1.0, eta=2.0, xi0=0.0, dxi0=2.0, tau0=0.0))
+@example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls by 5e-324 in a time of 1e-162
 def test_invariants_of_every_motion(scene):
     """The order of states is that of Fig. 2, the mass stays above the obstacle, and no impact adds energy.
 
@@ -100,58 +87,10 @@ def test_invariants_of_every_motion(scene):
     assert np.isnan(t.section).any() <= (t.status == Status.BUDGET)
 
 
-@bounded
-@given(SCENES)
-@example(dict(A=0.0, B=2.0, eps=0.0, eta=ETA, xi0=0.0, dxi0=3e-308, tau0=1.0))  # falls by 5e-324 in a time of 1e-162
-def test_every_switch_is_the_first_zero_of_its_switching_function(scene):
-    """At each switch the switching function is zero within the bound of rounding. Before the switch it is not negative.
-
-    The value at the switch is computed with 60 digits from the previous switch.
-    """
-    check_zeros(motion(scene), 60)
-
-
-def check_zeros(t, most):
-    model = oscillator(t)
-    mp.dps = 60
-    for s, values, noise in switching_functions(t)[:most]:
-        value, allowed = residual(model, s)
-        assert abs(value) <= allowed, s
-        assert values.min() >= -noise, s
-
-
-@pytest.mark.slow("7 s: 1000 scenes, their switches at 60 digits")
-@settings(max_examples=1000, derandomize=True, deadline=None)
-@given(FAINT)
-def test_switches_with_a_tiny_disturbance_are_first_zeros(scene):
-    check_zeros(motion(scene, 1), 8)
-
-
-@settings(max_examples=60, derandomize=True, deadline=None)
-@given(UNDISTURBED)
-def test_kinetic_energy_changes_by_the_work_of_the_forces(scene):
-    """Between two switches the kinetic energy changes by the work of H and friction, integrated by Simpson's rule."""
-    assume(scene["xi0"] < 1e6)
-    t = motion(scene, 3)
-    model = oscillator(t)
-    mp.dps = 30
-    for s in segments(t)[:6]:
-        if s.state not in (State.UP, State.DOWN) or s.h < 1e-3 or s.h > 20:
-            continue
-        path = slide(model, s)
-        sign = 1 if s.state == State.UP else -1
-        h = [s.h * k / 400 for k in range(401)]
-        power = np.array([float((model.H(s.tau + x) - sign) * path.at(x)[1]) for x in h])
-        work = float(s.h) / 1200 * (power[0] + power[-1] + 4 * power[1::2].sum() + 2 * power[2:-1:2].sum())
-        v0, v1 = float(path.at(0)[1]), float(path.at(s.h)[1])
-        size = np.abs(power).max() * float(s.h) + v0**2
-        assert abs((v1**2 - v0**2) / 2 - work) <= 1e-6 * size
-
-
-@settings(max_examples=250, derandomize=True, deadline=None)
-@given(MODEST)
+@settings(max_examples=400, derandomize=True, deadline=None)
+@given(st.one_of(MODEST, FAINT))
 def test_certified_equals_the_reference(scene):
-    """In 250 scenes the states are those of the 50-digit reference if all margins exceed 1e-9.
+    """In 400 scenes the states are those of the 50-digit reference if all margins exceed 1e-9.
 
     If a margin is smaller, the states may differ, but then the motion is flagged.
     """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.exact.campaign import compare
+from tests.exact.agreement import compare
 from tests.exact.reference import ETA, mp, reference, with_digits
 
 pytestmark = pytest.mark.jit
