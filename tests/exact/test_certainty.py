@@ -216,6 +216,15 @@ def test_tolerance_may_change_a_decision_near_H_minus_1():
     assert coarse.certain_until == 0
 
 
+def test_certainty_ends_where_an_error_is_larger_than_the_gap():
+    """After an inexact end of UP the slide down reverses just above the obstacle, or it lands."""
+    scene = dict(A=3.04, dxi0=0.6, tau0=3.5, transient=0, periods=1)
+    drop = 100.0 - float(vd.simulate(**scene, xi0=100.0).switches["xi"][1])
+    far, near = (vd.simulate(**scene, xi0=drop + gap, method="muller", dtau=0.1, tol=1e-3) for gap in (1e-10, 1e-11))
+    assert (far.status, near.status) == (vd.Status.OK, TOO_CLOSE)
+    assert (far.certain_until, near.certain_until) == (math.inf, 0)
+
+
 def test_fixed_grid_has_no_bounds():
     motion = vd.simulate(1.5, method="fixed", dtau=0.1, transient=0, periods=3)
     assert np.isnan(motion.error).all()

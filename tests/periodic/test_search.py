@@ -3,6 +3,7 @@
 Other tests examine orbits close to B = 0, where rounding once changed the list of orbits.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -12,6 +13,7 @@ import vibrodrive as vd
 from tests.exact.reference import mp, reference
 from tests.support.mp_flight import next_impact, orbit_phase, slope
 from vibrodrive.periodic import search as orbit_search
+from vibrodrive.periodic.fixed_points import force_between
 from vibrodrive.periodic.impact_map import impact_map
 from vibrodrive.periodic.search import orbits
 
@@ -88,6 +90,17 @@ def test_search_finds_all_orbits_of_a_dense_sampling(A, B):
             ]  # fmt: skip
             cells = np.searchsorted(phi, launches) - 1
             assert set(np.flatnonzero(crossed)) == {c for c in cells if smooth[c]}
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("falling", [False, True])
+def test_force_is_within_its_bounds(falling):
+    """|H| of a half wave, between phases at which |H| >= 1; the only peak may be between the two phases."""
+    A, B, middle = 3.0, 0.4, (1.5 if falling else 0.5) * math.pi
+    for one, other in itertools.product(middle + np.linspace(-0.9, 0.9, 10), repeat=2):
+        force = abs(A * np.sin(np.linspace(one, other, 99)) - B)
+        low, high = force_between.py_func(one, other, falling, A, B)
+        assert (low, high) == pytest.approx((force.min(), force.max()), rel=2e-3)
 
 
 def test_two_periodic_motion_of_the_paper():
