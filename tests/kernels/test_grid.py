@@ -55,6 +55,22 @@ def test_muller_equals_the_plain_loop(scene):
     )
 
 
+@pytest.mark.parametrize(
+    ("method", "scene"),
+    [
+        ("fixed", dict(A=3.575305434815514, eps=1.37e-6, eta=23.767, dtau=3.3020431562018566, tau0=5.0959612342907,
+                       dxi0=-1.317258655509)),
+        ("muller", dict(A=1.352744021696512, B=0.0, dtau=0.6833730966552495, tau0=1.1157036179718958,
+                        xi0=6.315140320656706)),
+    ],
+)  # fmt: skip
+def test_stick_may_end_at_the_last_grid_point(method, scene):
+    """The search of one side of S4 has reached the end of the record. The other side has a zero there."""
+    plain = getattr(naive, method)(**scene, periods=5)
+    compare(plain, vd.simulate(**scene, method=method, transient=0, periods=5), 1e-6)
+    assert plain.switches[-1].before == vd.State.STICK
+
+
 @pytest.mark.jit
 @pytest.mark.parametrize(("method", "steps"), [("fixed", (-3.0, 0.5)), ("muller", (-3.5, -2.0))])
 @pytest.mark.parametrize("disturbed", [True, False], ids=["disturbed", "undisturbed"])
