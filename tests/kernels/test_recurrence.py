@@ -74,6 +74,14 @@ def test_copied_equals_computed_on_any_slope(B):
 
 
 @pytest.mark.jit
+@pytest.mark.parametrize(("A", "B"), [(2.5231841061368714, 0.1), (4.043804793493116, 0.5), (5.425560852028401, 0.9)])
+def test_equal_phases_with_other_guesses_are_no_return(A, B):
+    """Later searches begin at other guesses, so the last bits of the section differ from those of a copy."""
+    window = dict(B=B, transient=150, periods=120)
+    assert same(vd.sweep(A=[A], **window), 0, vd.simulate(A=A, **window))
+
+
+@pytest.mark.jit
 def test_refined_path_repeats():
     A = np.linspace(1.1, 3.25, 12)
     setting = dict(method="muller", dtau=1e-3, tol=1e-9, transient=20, periods=60)
