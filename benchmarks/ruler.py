@@ -57,10 +57,10 @@ PAPER = 3.04
 AMPLITUDES = tuple(round(3.0 + 0.005 * i, 3) for i in range(51))
 THREADS = os.cpu_count() or 1
 
-VELOCITIES = Grid(lambda i: 1e-5 * 1.05**i, 48, 1e-9, 1.0, 8, 8)
+VELOCITIES = Grid(lambda i: 1e-5 * 1.05**i, 48, 1e-9, 1.0, 8)
 """The values of v_s that are tried."""
 
-CONTACTS = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, batch=8, ahead=8)
+CONTACTS = GRIDS["eps"]._replace(value=lambda i: 1e-4 * 1.15**i, floor=1e-9, batch=8)
 """The values of 1/√k that are tried. Successive values have the same ratio as the values of ε."""
 
 STEPS = GRIDS["dtau"]._replace(decade=45, floor=1e-4)

@@ -62,7 +62,7 @@ class Motion:
 
     def copy(self) -> Motion:
         """Return a copy, which does not keep the arrays of the motions computed together with this one in memory."""
-        return replace(self, section=self.section.copy(), impacts=self.impacts.copy())
+        return replace(self, section=self.section.copy())
 
     def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
         """Return True if the motion satisfies the criterion."""

@@ -46,9 +46,11 @@ SEEN = 4
 """Shortest record, in periods of the orbit (n excitation periods each). More than one period is needed, because the
 comparison omits the first and the last impact of a record."""
 
-AT_A_TIME = 256
-"""Number of simultaneous searches. It is large, so that a sweep contains many motions even after most searches have
-ended."""
+AT_A_TIME = 64
+"""Number of simultaneous searches. When half of them have ended, others begin, so that each sweep has many motions."""
+
+TOGETHER = 16
+"""Least number of motions in a sweep: two registers of lanes. Few searches ask for more values each, in advance."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -300,7 +302,9 @@ class _Problem:
         self.kept: tuple[float, Motion | None] = (0.0, None)
         self.lost: tuple[float, Motion | None] = (math.inf, None)
         self._search, self._wanted = search, wanted
-        self._request(next(search))
+
+    def begin(self) -> None:
+        self._request(next(self._search))
 
     def _request(self, values: np.ndarray) -> None:
         self.requested = values
@@ -336,36 +340,48 @@ class LimitSearch:
 
     def run(self, points: Sequence[int]) -> Iterator[tuple[int, Limit]]:
         """Yield (number of the point, Limit) for these points of the plan, in the order in which limits are found."""
-        plan = self.plan
-        with Evaluator(plan, plan.sought, self.threads, self.halt) as evaluator:
-            for start in range(0, len(points), AT_A_TIME):
-                active: list[_Problem] = []
-                numbers = np.array(points[start : start + AT_A_TIME])
-                for index, base in zip(numbers.tolist(), evaluator.undisturbed(numbers, self.wanted), strict=True):
-                    if isinstance(base, Status):
-                        how = NO_PERIOD if base == Status.NO_ORBIT else base.advice
-                        yield index, self._limit(index, how=how, status=base)
-                    elif (periods := plan.settings.periods) < SEEN * base.n:
-                        enough = f">= {SEEN * base.n} ({SEEN} times the period of the undisturbed motion"
-                        how = bad("periods", periods, f"{enough} at A = {plan.arguments(index)['A']:g})")
-                        yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
-                    else:
-                        active.append(_Problem(index, base, search_band(GRIDS[plan.sought]), self.wanted))
-                yield from self._searched(active, evaluator)
+        active: list[_Problem] = []
+        left = list(points)
+        with Evaluator(self.plan, self.plan.sought, self.threads, self.halt) as evaluator:
+            while left or active:
+                if left and len(active) <= AT_A_TIME // 2:
+                    n = AT_A_TIME - len(active)
+                    some, left = left[:n], left[n:]
+                    yield from self._begun(some, active, evaluator)
+                yield from self._advanced(active, evaluator)
 
-    def _searched(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
-        """Run these searches at the same time. Yield (number of the point, Limit) for each search that ends."""
-        while active:
-            requests = [(p.index, p, p.requested) for p in active]
-            answers = evaluator.answers(requests, _Problem.take, self.wanted.needs_switches)
-            going = []
-            for problem, kept in zip(active, answers, strict=True):
-                band = problem.go_on(kept)
-                if band is None:
-                    going.append(problem)
-                else:
-                    yield problem.index, self._explained(problem, band)
-            active = going
+    def _begun(
+        self, points: Sequence[int], active: list[_Problem], evaluator: Evaluator
+    ) -> Iterator[tuple[int, Limit]]:
+        """Add searches at these points to `active`. Yield (number of the point, Limit) where there is no search."""
+
+        def ahead() -> int:
+            return TOGETHER // len(active)
+
+        begun = []
+        for index, base in zip(points, evaluator.undisturbed(np.array(points), self.wanted), strict=True):
+            if isinstance(base, Status):
+                how = NO_PERIOD if base == Status.NO_ORBIT else base.advice
+                yield index, self._limit(index, how=how, status=base)
+            elif (periods := self.plan.settings.periods) < SEEN * base.n:
+                enough = f">= {SEEN * base.n} ({SEEN} times the period of the undisturbed motion"
+                how = bad("periods", periods, f"{enough} at A = {self.plan.arguments(index)['A']:g})")
+                yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
+            else:
+                begun.append(_Problem(index, base, search_band(GRIDS[self.plan.sought], ahead), self.wanted))
+        active += begun
+        for problem in begun:
+            problem.begin()
+
+    def _advanced(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
+        """Compute what the searches request. Remove those that end, and yield (number of the point, Limit) for each."""
+        requests = [(p.index, p, p.requested) for p in active]
+        answers = evaluator.answers(requests, _Problem.take, self.wanted.needs_switches) if active else []
+        for problem, kept in zip(list(active), answers, strict=True):
+            band = problem.go_on(kept)
+            if band is not None:
+                active.remove(problem)
+                yield problem.index, self._explained(problem, band)
 
     def _explained(self, problem: _Problem, band: Band) -> Limit:
         """Return the limit of a search that has ended."""

@@ -23,7 +23,6 @@ class Grid(NamedTuple):
     floor: float
     top: float
     batch: int  # number of values after which the search decides whether to go on
-    ahead: int  # number of values requested at a time until one is lost: two full registers for each of two cores
 
 
 def _round_values(k: int) -> float:
@@ -32,8 +31,8 @@ def _round_values(k: int) -> float:
 
 
 GRIDS = {
-    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4, 16),  # one narrow edge: a ratio of 1.15 is enough
-    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16, 16),  # isolated losses: the grid is finer
+    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4),  # one narrow edge: a ratio of 1.15 is enough
+    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses: the grid is finer
 }
 
 
@@ -57,16 +56,17 @@ class Band(NamedTuple):
     searched_to: float
 
 
-def search_band(grid: Grid) -> BandSearch:
+def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
     """Yield disturbances, receive True for each that is kept, and return the band when both ends are known.
 
-    To use all lanes of a kernel, the search requests together with each value those that it will probably need next.
-    They change the number of requests, and not the result.
+    The search requests together those values that it will probably need. Until a value is lost these are the next
+    `ahead()` values of the grid, so that a search can fill the lanes of a kernel that other searches leave empty. This
+    changes the number of requests, and not the result.
     """
     value = grid.value
     known: dict[float, bool] = {}
     first = 0
-    while not (yield from _ask(known, [value(first)], _up_to(grid, 1, grid.ahead - 1) if first == 0 else []))[0]:
+    while not (yield from _ask(known, [value(first)], _up_to(grid, 1, ahead() - 1) if first == 0 else []))[0]:
         if value(first) <= grid.floor:
             return Band(value(first), 0.0, 0.0, 0.0, value(first))
         first -= 2 * grid.decade
@@ -79,7 +79,7 @@ def search_band(grid: Grid) -> BandSearch:
             break
         needed = _up_to(grid, top + 1, top + grid.batch)
         if loss is None:
-            likely = _up_to(grid, top + 1, top + grid.ahead)
+            likely = _up_to(grid, top + 1, top + ahead())
         else:
             end = top
             while value(end) <= BEYOND * value(max(last, loss)):

@@ -58,22 +58,47 @@ def run_blocks(
 def compute_wave(
     plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
 ) -> None:
-    """Compute blocks one after the other, and call `give` with each."""
+    """Compute blocks, limits in all blocks together, others one after the other. `give` is called with each."""
+    if LIMIT in plan.record:
+        _find_limits(plan, blocks, threads, halt, give)
+        return
     for index, start, stop in blocks:
         give(compute(plan, start, stop, threads, halt)._replace(index=index))
+
+
+def _empty(plan: Plan, index: int, start: int, stop: int) -> Block:
+    """Return a block without results."""
+    n = stop - start
+    return Block(
+        index, start, stop, np.full((n, plan.settings.periods, 2), np.nan) if SECTION in plan.record else None,
+        np.full(n, int(Status.OK), np.int8), np.full(n, np.nan), np.full((n, len(State)), -1),
+        {q.name: np.full(n, q.fill, q.dtype) for q in quantities(plan.record)},
+    )  # fmt: skip
+
+
+def _find_limits(
+    plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
+) -> None:
+    """Find the limits at the points of some blocks. Call `give` with each block when its last limit is found."""
+    owner = {at: span for span in blocks for at in range(span[1], span[2])}
+    empty = {span: _empty(plan, *span) for span in blocks}
+    left = {span: span[2] - span[1] for span in blocks}
+    for point, found in LimitSearch(plan, parse_criterion(KEEPS_IMPACTS), threads, halt).run(list(owner)):
+        span = owner[point]
+        block, at = empty[span], point - span[1]
+        block.status[at] = found.status
+        values = {"orbit_period": found.n, "how": found.code}
+        for name, column in block.records.items():
+            column[at] = values.get(name, getattr(found, name, math.nan))
+        left[span] -= 1
+        if not left[span]:
+            give(empty.pop(span))
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
     """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
     n, halt = stop - start, halt or Halt()
-    block = Block(
-        0, start, stop, np.full((n, plan.settings.periods, 2), np.nan) if SECTION in plan.record else None,
-        np.full(n, int(Status.OK), np.int8), np.full(n, np.nan), np.full((n, len(State)), -1),
-        {q.name: np.full(n, q.fill, q.dtype) for q in quantities(plan.record)},
-    )  # fmt: skip
-    if LIMIT in plan.record:
-        _find_limits(plan, block, threads, halt)
-        return block
+    block = _empty(plan, 0, start, stop)
     of_motion = tuple(name for name in plan.record if not isinstance(name, Own) and name != FAILURES)
     if of_motion:
         plain = sweep.compute(replace(plan, record=of_motion), start, stop, threads, halt)
@@ -81,16 +106,6 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
     with ThreadPoolExecutor(min(threads, n)) as pool:
         raised = list(pool.map(lambda at: _take_numbers(plan, block, at, halt), range(n)))
     return block._replace(raised=tuple(one for one in raised if one is not None))
-
-
-def _find_limits(plan: Plan, block: Block, threads: int, halt: Halt) -> None:
-    """Write the limit of each point into a block."""
-    search = LimitSearch(plan, parse_criterion(KEEPS_IMPACTS), threads, halt)
-    for at, found in search.run(range(block.start, block.stop)):
-        block.status[at - block.start] = found.status
-        values = {"orbit_period": found.n, "how": found.code}
-        for name, column in block.records.items():
-            column[at - block.start] = values.get(name, getattr(found, name, math.nan))
 
 
 def motion_at(plan: Plan, at: int, halt: Halt | None = None) -> Trajectory:
