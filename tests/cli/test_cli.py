@@ -483,6 +483,8 @@ def test_neither_a_closed_stream_nor_the_backend_of_a_display_stops_a_command(tm
     done = subprocess.run(["sh", "-c", command], cwd=tmp_path, env=environment, timeout=1200, check=False)
     assert done.returncode == 0
     assert (tmp_path / "small.png").stat().st_size > 0
+    told = python("from vibrodrive.cli import main; main(['trajectory', '--help'])", PYTHONIOENCODING="latin-1")
+    assert "?" in told, "a terminal without the letter ξ"
 
 
 @pytest.mark.jit
