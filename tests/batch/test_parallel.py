@@ -229,3 +229,15 @@ def test_error_after_ctrl_c_is_not_raised_by_the_next_call():
     with pytest.raises(KeyboardInterrupt):
         parallel._watch(fail, halt)
     parallel._watch(lambda: None, Halt())
+
+
+@pytest.mark.jit
+@pytest.mark.skipif(not TWO, reason="Numba has one thread")
+@pytest.mark.parametrize("chosen", [{}, {"OMP_WAIT_POLICY": "active"}, {"GOMP_SPINCOUNT": "7"}])
+def test_idle_threads_wait_briefly_unless_the_user_has_chosen(chosen, monkeypatch):
+    others = {name: value for name, value in os.environ.items() if "OMP_" not in name}
+    monkeypatch.setattr(os, "environ", others | chosen)
+    monkeypatch.setattr("vibrodrive.batch.sweep.BRIEF", 0.0)
+    vd.sweep(**POINTS, threads=2)
+    spins = None if "OMP_WAIT_POLICY" in chosen else chosen.get("GOMP_SPINCOUNT", parallel.SPINS)
+    assert os.environ.get("GOMP_SPINCOUNT") == spins

@@ -36,6 +36,11 @@ FORK_SAFE = "tbb", "workqueue"
 """Threading layers of Numba that also work in a forked child of a process that has used them. GNU's OpenMP aborts such
 a child."""
 
+SPINS = "10000"
+"""Number of times that an idle thread of GNU's OpenMP looks for work before it sleeps. By default it looks for some
+milliseconds after each sweep. In a loop of short sweeps with pauses this doubles the CPU time, and takes a core from
+other programs."""
+
 _SIGNATURE = types.int64(types.int64)
 _FUNCTION = types.FunctionType(_SIGNATURE)
 
@@ -100,6 +105,8 @@ def run(
         for kernel, _ in calls:
             prepare(kernel, *_SIGNATURE.args)
         if threads > 1:
+            if "OMP_WAIT_POLICY" not in os.environ:
+                os.environ.setdefault("GOMP_SPINCOUNT", SPINS)  # read when the first sweep starts the threads
             prepare(run_on_threads, _FUNCTION, _FUNCTION, types.Array(types.int64, 2, "C"))
     watched = look is not None or halt.across or threading.get_ident() == threading.main_thread().ident
     if brief or (threads == 1 and not watched):
