@@ -151,6 +151,7 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
     return {
         "verdicts": "".join(LETTERS["all" if j["all"] else j["verdict"]] for j in judged),
         "digits": " ".join("-" if j["digits"] is None else f"{j['digits']:.0f}" for j in judged),
+        "seconds": float(f"{sum(given[case['id']][1] for case in cases):.3g}"),
         "refused": refused,
     }
 
