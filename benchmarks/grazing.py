@@ -22,7 +22,8 @@ prediction contains no other quantity.
 
     python -m benchmarks.grazing --predict     # print the predictions (seconds)
     python -m benchmarks.grazing               # predict, measure, write grazing.json, draw, fill in the table (minutes)
-    python -m benchmarks.grazing --draw        # draw the stored results, fill in the table
+    python -m benchmarks.grazing --eta         # measure only the limits at other η again
+    python -m benchmarks.grazing --draw        # draw the stored results, fill in the tables
 """
 
 import argparse
@@ -37,7 +38,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vibrodrive as vd
-from benchmarks.common import RESULTS, TWO_PI, figure, look, say, write
+from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say, write
 from benchmarks.tables import ROOT, fill, number, table
 from vibrodrive import State
 
@@ -45,8 +46,11 @@ PAGE, PICTURE = ROOT / "docs" / "stability.md", ROOT / "docs" / "grazing.png"
 INCLINES = (0.05, 0.1, 0.2, 0.4)
 MAX_PERIOD, LARGEST_A = 4, 8.0
 DISTANCES = np.geomspace(1e-5, 1e-2, 10)
+ETAS = (3.618, 10.618, 30.618, 100.618, vd.ETA, 1009.618, 100.5, 101.0)
+OF_ETA = ((2, 2.689586854288132), (3, 3.202814239942078))  # n and A_g of the grazings at B = 0.1 for other η
+BELOW = 1e-3  # distance from them
 NEAR = 1e-8  # distance from A_g at which slopes are computed
-RECORD = {"transient": 1000, "periods": 1500}
+RECORD: dict[str, Any] = {"transient": 1000, "periods": 1500}
 SIGN = {State.UP: 1.0, State.DOWN: -1.0}
 STILL = (State.STICK, State.REST)
 PHASES = np.arange(720) * TWO_PI / 720
@@ -137,6 +141,11 @@ def nothing(_: float) -> float:
     return 0.0
 
 
+def kick(at: float) -> tuple[Callable[[float], float], Callable[[float], float]]:
+    """Return the integrals of a force that adds the velocity 1 just after a time."""
+    return lambda t: float(t > at), lambda t: max(t - at, 0.0)
+
+
 def wave(slides: Slides, eta: float) -> complex:
     """Return Z: the lowest point rises by Re(V Z exp(iθ)) under the force of velocity −V cos(ητ + θ)."""
     return complex(rise(slides, lambda t: -cmath.exp(1j * eta * t), lambda t: 1j / eta * cmath.exp(1j * eta * t)))
@@ -164,7 +173,7 @@ def limit_at_distance(slides: Slides, eta: float) -> float | None:
     for k, state in enumerate(slides.states):
         if state in SIGN and (k == 0 or slides.states[k - 1] in STILL):
             at = slides.times[k]
-            unit = rise(slides, lambda t, at=at: float(t > at), lambda t, at=at: max(t - at, 0.0))
+            unit = rise(slides, *kick(at))
             releases.append((at, SIGN[state], abs(slides.A * math.cos(at)), unit))
 
     def highest(V: float) -> float:
@@ -216,13 +225,37 @@ def measure(rows: list[dict[str, Any]]) -> None:
     for row in rows:
         A = sorted(row["A"] + row["side"] * DISTANCES)
         for name in ("eps", "dtau"):
-            way = {"method": "fixed"} if name == "dtau" else {}
+            way: dict[str, Any] = {"method": "fixed"} if name == "dtau" else {}
             found = vd.sweep(A=A, B=row["B"], record="limit", **RECORD, **way)
             order = range(len(A)) if row["side"] > 0 else reversed(range(len(A)))
             for point, at in zip(row["points"], order, strict=True):
                 same = found.orbit_period[at] == row["n"]
                 point[name] = float(found.velocity[at]) if same else None
         say(f"B = {row['B']:g}, A = {row['A']:.6f}: measured")
+
+
+def over_eta() -> list[dict[str, Any]]:
+    """Return predicted and measured limits in ε below two grazings at several η."""
+    rows = []
+    for n, A in OF_ETA:
+        there, _ = slides_to_touch(A - BELOW, 0.1, n)
+        predicted = [limit_at_distance(there, eta) for eta in ETAS]
+        measured = [vd.limit(A - BELOW, eta=eta, **RECORD).velocity for eta in ETAS]
+        rows.append({"A": A, "n": n, "eta": ETAS, "predicted": predicted, "measured": measured})
+    return rows
+
+
+def eta_table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of limits at other η: measured V over |A − A_g|, and measured over predicted in parentheses."""
+    head = ["A_g", *(f"η = {eta:.6g}" for eta in ETAS)]
+    body = [
+        [
+            f"{r['A']:.5f}",
+            *(f"{number(m / BELOW)} ({m / p:.2f})" for m, p in zip(r["measured"], r["predicted"], strict=True)),
+        ]
+        for r in rows
+    ]
+    return table(head, body)
 
 
 def worst(row: dict[str, Any], key: str, largest: float) -> str:
@@ -285,23 +318,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON")
     parser.add_argument("--predict", action="store_true", help="only predict, and print the slopes")
+    parser.add_argument("--eta", action="store_true", help="measure only the limits at other η again")
     parser.add_argument("--draw", action="store_true", help="measure nothing, draw the stored results")
     options = parser.parse_args()
     path = options.output / "grazing.json"
+    data = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     if not options.draw:
-        rows = grazings()
-        if options.predict:
-            return
-        measure(rows)
-        write("grazing", {**RECORD, "eta": vd.ETA, "grazings": rows}, None, options.output)
-    rows = json.loads(path.read_text(encoding="utf-8"))["grazings"]
-    print(markdown(rows))
+        if not options.eta:
+            rows = grazings()
+            if options.predict:
+                return
+            measure(rows)
+            data |= {**RECORD, "eta": vd.ETA, "grazings": rows}
+        data["other_eta"] = over_eta()
+        write("grazing", data | {"environment": environment()}, None, options.output)
+        data = json.loads(path.read_text(encoding="utf-8"))
+    rows = data["grazings"]
+    print(markdown(rows), eta_table(data["other_eta"]), sep="\n\n")
     fig = draw(rows)
     fig.savefig(PICTURE)
     plt.close(fig)
-    page = fill(PAGE.read_text(encoding="utf-8"), "grazing", markdown(rows))
-    if page is not None:
-        PAGE.write_text(page, encoding="utf-8")
+    page = PAGE.read_text(encoding="utf-8")
+    page = fill(page, "grazing", markdown(rows)) or page
+    PAGE.write_text(fill(page, "grazing_eta", eta_table(data["other_eta"])) or page, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -20,8 +20,10 @@ NAMES = {
     "NumPy Chebyshev roots": "Chebyshev roots",
     "RK4 + bisection": "RK4 + bisection",
     "heyoka": "heyoka",
+    "heyoka, g′ and step": "heyoka, as advised",
     "scipy solve_ivp RK45": "scipy RK45",
     "scipy solve_ivp DOP853": "scipy DOP853",
+    "scipy solve_ivp DOP853, g′ and step": "scipy DOP853, as advised",
     "scipy solve_ivp LSODA": "scipy LSODA",
     "CVODE": "CVODE",
     "diffrax Tsit5": "diffrax Tsit5",
@@ -63,7 +65,8 @@ class Method(NamedTuple):
 def key(solver: str, setting: dict[str, Any]) -> str:
     """Return the name of a method: the solver, and the parts of its setting that are not numbers."""
     kind = setting.get("method") or {True: "implicit", False: "explicit"}.get(setting.get("implicit", ""), "")
-    return f"{solver} {kind}".strip()
+    advised = ", g′ and step" if setting.get("advised") else ""
+    return f"{solver} {kind}".strip() + advised
 
 
 def methods() -> list[Method]:
@@ -129,6 +132,20 @@ def table(level: int) -> tuple[list[str], list[list[str]]]:
         rows.append([method.label, written(method.settings[k]), f"{right} of {len(ids)}", cost, *cells])
     head = ["method", "best setting", "right", "CPU time", *(f"{name} ({len(f)})" for name, f in families.items())]
     return head, rows
+
+
+def orders() -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the table of methods that do not locate events: the best three settings of each."""
+    measured = json.loads((RESULTS / "order.json").read_text(encoding="utf-8"))
+    rows = []
+    for name in dict.fromkeys(row["method"] for row in measured):
+        here = [row for row in measured if row["method"] == name]
+        for row in sorted(here, key=lambda r: (-r["whole"], -r["share"], r["error"]))[:3]:
+            whole = f"{row['whole']} of {row['motions']}"
+            error = f"{row['error']:.1e}".replace("e-0", "e-")
+            rows.append([name, written(row["setting"]), whole, f"{100 * row['share']:.0f} %", error])
+    head = ["method", "setting", "motions with the right order of all states", "events before the first wrong state"]
+    return [*head, "largest error of their times (median of the motions)"], rows
 
 
 def grids() -> tuple[list[str], list[list[str]]]:

@@ -177,7 +177,7 @@ def not_yet_critical(paper: Paper) -> Outcome:
         f"Δτ = {step:g} they are kept at {100 * low:.0f} % of the values with a period up to 3 ({shares(by_period)}); "
         f"the order at the drawn section is kept at {100 * seen:.0f} % of all values"
     )
-    numbers = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
+    numbers: dict[str, Any] = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
     numbers |= {"dtau_around": step * AROUND_STEP, "share_kept_around": around}
     return Outcome(text, numbers, when(np.median(around) > 0.5, max(around) > 0.5))
 

@@ -26,15 +26,16 @@ def extremum(slope, function, low, high):
 
 
 @jit
-def first_zero(function, low, high, from_rest):
+def first_zero(which, point, s, low, high, from_rest):
     """Return the first zero of a switching function in a step, or a time after the step. It is positive before."""
-    rises, rises_then = from_rest or slope(*function, low) >= 0.0, slope(*function, high) > 0.0
+    function = which, point, s
+    rises, rises_then = from_rest or slope(which, point, s, low) >= 0.0, slope(which, point, s, high) > 0.0
     if rises != rises_then:
         middle = extremum(slope, function, low, high)
-        if value(*function, middle) <= 0.0:
+        if value(which, point, s, middle) <= 0.0:
             return newton(value, slope, function, low, middle)
         low = middle
-    return newton(value, slope, function, low, high) if value(*function, high) <= 0.0 else 2.0 * high - low + 1.0
+    return newton(value, slope, function, low, high) if value(which, point, s, high) <= 0.0 else 2.0 * high - low + 1.0
 
 
 @jit
@@ -45,9 +46,9 @@ def locate(point, setting, state, t0, xi, dxi, end):
     while low <= end:
         k += 1
         high = t0 + k * setting[0]
-        at = first_zero((first, point, s), low, high, k == 1 and first == 0 and dxi == 0.0)
+        at = first_zero(first, point, s, low, high, k == 1 and first == 0 and dxi == 0.0)
         if state == STICK:
-            at = min(at, first_zero((3, point, s), low, high, False))
+            at = min(at, first_zero(3, point, s, low, high, False))
         until = min(at, high)
         if state == DOWN and value(1, point, s, until) <= 0.0:  # ξ decreases up to the reversal
             return newton(value, slope, (1, point, s), low, until), True, 0.0
