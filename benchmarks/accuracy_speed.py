@@ -4,23 +4,32 @@
 starts from rest at A = 3.04, undisturbed (ε = 0) and with the paper's disturbance (ε = 2e-4). If a setting finds every
 switch, its error is the largest error of a switching time. If a setting misses a switch, or reports a switch that does
 not exist, no error is defined. Then the number of periods up to the first difference is stored instead.
+
+With `--set KEY=VALUE` or a configuration it measures and draws that motion instead (own_scene.py), without mpmath.
 """
 
+import argparse
 import importlib
 import itertools
+import json
 import math
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import vibrodrive as vd
-from benchmarks.common import TWO_PI, arguments, paired, say, truth, write
+from benchmarks import own_scene
+from benchmarks.common import RESULTS, TWO_PI, paired, say, truth, write
 from benchmarks.switches import solvers
 from benchmarks.switches.model import STATES
 from benchmarks.switches.run import timed
-from tests.exact.reference import mp
+
+with suppress(ImportError):  # a scene of one's own needs no mpmath
+    from tests.exact.reference import mp
 
 A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
 CLOSE = 1.0  # two switches correspond if their states are equal and their τ differ by at most this (rad)
@@ -57,6 +66,7 @@ def methods(eps: float) -> Iterator[Method]:
     yield Method("Muller on a grid", None, "dtau", decades(-1, -6), {"method": "muller", "tol": 1e-7})
     yield Method("fixed Δτ", None, "dtau", decades(-1, -6), {"method": "fixed"})
     yield Method("scan + Newton", "scan_newton", "step", decades(0, -4, 4), {})
+    yield Method("scan of g and g′", "scan_slope", "step", decades(0, -4, 4), {})
     yield Method("RK4 + bisection", "rk4_bisection", "step", decades(-1, -4), {})
     yield Method("heyoka", "heyoka_events", "tol", [*TOLERANCES, *decades(-14, -15, 1)], {})
     best = "LSODA" if eps else "DOP853"
@@ -115,8 +125,8 @@ def sweep_seconds(eps: float, repeats: int) -> float:
     return paired({"": lambda: vd.sweep(**run)}, repeats)[""].seconds / LANES
 
 
-def points(eps: float, quick: bool) -> Iterator[dict[str, Any]]:
-    """Yield the measurement of each method at each setting."""
+def points(eps: float, quick: bool, only: str | None = None) -> Iterator[dict[str, Any]]:
+    """Yield the measurement of each method, or `only` of one, at each setting."""
     mp.dps = 40
     true, repeats = true_switches(eps), 1 if quick else 5
 
@@ -135,10 +145,11 @@ def points(eps: float, quick: bool) -> Iterator[dict[str, Any]]:
         }
         return {"eps": eps, "method": name, "setting": setting, "value": value, **kept}
 
-    found, seconds = measure_package(eps, repeats, {"method": "certified"})
-    yield point("certified", "", None, found, seconds)
-    yield point("certified sweep", "", None, found, sweep_seconds(eps, repeats))
-    for method in methods(eps):
+    if only is None:
+        found, seconds = measure_package(eps, repeats, {"method": "certified"})
+        yield point("certified", "", None, found, seconds)
+        yield point("certified sweep", "", None, found, sweep_seconds(eps, repeats))
+    for method in (m for m in methods(eps) if only in (None, m.name)):
         measure: Callable[[dict[str, Any]], tuple[Found, float]] = partial(measure_package, eps, repeats)
         if method.solver:
             try:
@@ -152,9 +163,21 @@ def points(eps: float, quick: bool) -> Iterator[dict[str, Any]]:
 
 
 def main() -> None:
-    options = arguments(__doc__)
-    found = [p for eps in EPS for p in points(eps, options.quick)]
-    write("accuracy_speed", {"A": A, "periods": PERIODS, "points": found}, None, options.output)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("config", type=Path, nargs="?", help="a configuration; it or --set selects another motion")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="A, B, eps or eta")
+    parser.add_argument("-o", "--output", type=Path, help="directory of the JSON, for another motion also of the PNG")
+    parser.add_argument("--quick", action="store_true", help="few and short measurements, as a trial")
+    parser.add_argument("--only", metavar="METHOD", help="measure only this method again, keep the other results")
+    options = parser.parse_args()
+    if options.config or options.set:
+        own_scene.measure(options.config, options.set, options.output or Path())
+        return
+    path = (options.output or RESULTS) / "accuracy_speed.json"
+    stored: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if options.only else {}
+    found = [p for p in stored.get("points", []) if p["method"] != options.only]
+    found += [p for eps in EPS for p in points(eps, options.quick, options.only)]
+    write("accuracy_speed", stored | {"A": A, "periods": PERIODS, "points": found}, None, options.output or RESULTS)
 
 
 if __name__ == "__main__":

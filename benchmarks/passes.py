@@ -15,12 +15,15 @@ NAMES = {
     "vibrodrive muller": "Muller on a grid (ours)",
     "vibrodrive fixed": "fixed Δτ (ours)",
     "scan + Newton": "scan + Newton",
+    "scan of g and g′": "scan of g and g′",
     "scipy brentq on a grid": "brentq on a grid",
     "NumPy Chebyshev roots": "Chebyshev roots",
     "RK4 + bisection": "RK4 + bisection",
     "heyoka": "heyoka",
+    "heyoka, g′ and step": "heyoka, as advised",
     "scipy solve_ivp RK45": "scipy RK45",
     "scipy solve_ivp DOP853": "scipy DOP853",
+    "scipy solve_ivp DOP853, g′ and step": "scipy DOP853, as advised",
     "scipy solve_ivp LSODA": "scipy LSODA",
     "CVODE": "CVODE",
     "diffrax Tsit5": "diffrax Tsit5",
@@ -33,13 +36,15 @@ NAMES = {
 
 
 class Method(NamedTuple):
-    """A method of a solver. For each setting, `right` maps the id of a case to True if its answer is right."""
+    """A method of a solver. For each setting, `right` maps the id of a case to True if its answer is right, and
+    `seconds` a level to its CPU time, if it was stored."""
 
     label: str
     program: str
     version: str
     settings: list[dict[str, Any]]
     right: list[dict[str, bool]]
+    seconds: list[dict[int, float]]
 
     def rates(self, ids: set[str]) -> list[float]:
         """Return the share of right answers to these cases at each setting. A setting without results for these cases
@@ -60,7 +65,8 @@ class Method(NamedTuple):
 def key(solver: str, setting: dict[str, Any]) -> str:
     """Return the name of a method: the solver, and the parts of its setting that are not numbers."""
     kind = setting.get("method") or {True: "implicit", False: "explicit"}.get(setting.get("implicit", ""), "")
-    return f"{solver} {kind}".strip()
+    advised = ", g′ and step" if setting.get("advised") else ""
+    return f"{solver} {kind}".strip() + advised
 
 
 def methods() -> list[Method]:
@@ -70,35 +76,76 @@ def methods() -> list[Method]:
         ids = [case["id"] for case in cases_of([result["level"]])]
         for run in result["runs"]:
             name = key(result["solver"], run["settings"])
-            method = found.setdefault(name, Method(NAMES.get(name, name), result["solver"], result["version"], [], []))
+            method = found.setdefault(
+                name, Method(NAMES.get(name, name), result["solver"], result["version"], [], [], [])
+            )
             if run["settings"] not in method.settings:
                 method.settings.append(run["settings"])
                 method.right.append({})
+                method.seconds.append({})
             row = method.right[method.settings.index(run["settings"])]
+            if "seconds" in run:
+                method.seconds[method.settings.index(run["settings"])][result["level"]] = run["seconds"]
             row.update({i: letter in "rR" for i, letter in zip(ids, run["verdicts"], strict=True)})
     order = {name: k for k, name in enumerate(NAMES)}
     return [found[name] for name in sorted(found, key=lambda n: order.get(n, math.inf))]
 
 
-def cell(rates: list[float]) -> str:
-    """Return the mean and the best rate of all settings, in percent."""
-    if not rates:
-        return ""
-    mean, best = 100 * sum(rates) / len(rates), 100 * max(rates)
-    return f"{mean:.0f}" if len(rates) == 1 else f"{mean:.0f} ({best:.0f})"
+def best(method: Method, ids: set[str], level: int) -> int | None:
+    """Return the number of the setting with the most right answers to these cases, the quickest of equal ones.
+
+    A setting without results for these cases does not count. None if no setting has any.
+    """
+    known = [k for k, row in enumerate(method.right) if ids & row.keys()]
+    if not known:
+        return None
+    return max(known, key=lambda k: (sum(method.right[k][i] for i in ids), -method.seconds[k].get(level, math.inf), -k))
+
+
+def written(setting: dict[str, Any]) -> str:
+    """Return the numbers of a setting as text, and whether it follows the manual's advice."""
+    numbers = [f"{name} {x:.2g}".replace("e-0", "e-") for name, x in setting.items() if isinstance(x, float)]
+    return ", ".join(numbers) or "–"
+
+
+def percent(method: Method, k: int, ids: set[str]) -> str:
+    return f"{100 * sum(method.right[k][i] for i in ids) / len(ids):.0f}"
 
 
 def table(level: int) -> tuple[list[str], list[list[str]]]:
-    """Return head and rows of the table of pass rates of a level, method × family."""
+    """Return head and rows of the table of a level: each method at its best setting, with its cost and pass rates.
+
+    The best setting is that with the most right answers to the whole level. Its cost is the CPU time for the level.
+    """
     families: dict[str, set[str]] = {}
     for case in cases_of([level]):
         families.setdefault(case["family"], set()).add(case["id"])
+    ids = set().union(*families.values())
     rows = []
     for method in methods():
-        cells = [cell(method.rates(ids)) for ids in families.values()]
-        if any(cells):
-            rows.append([method.label, *cells])
-    return ["method", *(f"{family} ({len(ids)})" for family, ids in families.items())], rows
+        if method.program.startswith("regularised") or (k := best(method, ids, level)) is None:
+            continue
+        seconds = method.seconds[k].get(level)
+        right = sum(method.right[k][i] for i in ids)
+        cost = "" if seconds is None else f"{seconds:.2g} s"
+        cells = [percent(method, k, family) for family in families.values()]
+        rows.append([method.label, written(method.settings[k]), f"{right} of {len(ids)}", cost, *cells])
+    head = ["method", "best setting", "right", "CPU time", *(f"{name} ({len(f)})" for name, f in families.items())]
+    return head, rows
+
+
+def orders() -> tuple[list[str], list[list[str]]]:
+    """Return head and rows of the table of methods that do not locate events: the best three settings of each."""
+    measured = json.loads((RESULTS / "order.json").read_text(encoding="utf-8"))
+    rows = []
+    for name in dict.fromkeys(row["method"] for row in measured):
+        here = [row for row in measured if row["method"] == name]
+        for row in sorted(here, key=lambda r: (-r["whole"], -r["share"], r["error"]))[:3]:
+            whole = f"{row['whole']} of {row['motions']}"
+            error = f"{row['error']:.1e}".replace("e-0", "e-")
+            rows.append([name, written(row["setting"]), whole, f"{100 * row['share']:.0f} %", error])
+    head = ["method", "setting", "motions with the right order of all states", "events before the first wrong state"]
+    return [*head, "largest error of their times (median of the motions)"], rows
 
 
 def grids() -> tuple[list[str], list[list[str]]]:

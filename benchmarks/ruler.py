@@ -241,7 +241,13 @@ def rates(data: dict[str, Any]) -> str:
 
 def markdown(data: dict[str, Any]) -> str:
     """Return the table: limits at the paper's A, and ratios of the velocities over all A."""
-    head = ["disturbance", f"first lost at A = {PAPER}", "V there", "V last kept", "V / V(Δτ) over A: median"]
+    head = [
+        "disturbance",
+        f"first lost at A = {PAPER}",
+        "V there",
+        "V last kept with the next lower",
+        "V / V(Δτ) over A: median",
+    ]
     head += ["quartiles", "least … largest", "within a factor of 3", "repeats at half the limit"]
     rows, at = [], data["A"].index(PAPER)
     for name in (n for n in NAMES if n in data["limits"]):
@@ -274,7 +280,7 @@ def draw(data: dict[str, Any]) -> Any:
             axes[0, 0].plot(gaps, np.full(len(gaps), least), "x", color=style["color"], ms=5, label=below)
         if name != "dtau":
             axes[1, 0].semilogy(A, V / scale, **style)
-    axes[0, 0].vlines([], [], [], color="black", linewidth=0.5, label="from first lost to last kept")
+    axes[0, 0].vlines([], [], [], color="black", linewidth=0.5, label="up to the last kept with the next lower")
     factor = axes[1, 0].axhspan(1 / 3, 3, color="0.92", zorder=0, label="within a factor of 3")
     axes[1, 0].axhline(1.0, color="black", linewidth=0.6)
     for ax in axes[:, 0]:

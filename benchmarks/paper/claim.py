@@ -16,7 +16,8 @@ from benchmarks.paper.motions import NotApplicable, Paper
 class Verdict(StrEnum):
     REPRODUCED = "reproduced"
     CORRECTED = "reproduced with a correction"
-    NOT = "not reproduced"
+    CONTRADICTED = "contradicted"
+    NOT = "not computed"
 
 
 class Outcome(NamedTuple):
@@ -36,11 +37,11 @@ class Claim(NamedTuple):
     test: Callable[[Paper], Outcome]
 
     def judge(self, paper: Paper) -> Outcome:
-        """Test the claim. If the configuration does not allow a test, the verdict is "not reproduced"."""
+        """Test the claim. If it cannot be tested, the verdict is "not computed"."""
         try:
             return self.test(paper)
         except NotApplicable as reason:
-            return Outcome(f"cannot be tested: {reason}", {}, Verdict.NOT)
+            return Outcome(f"not computed: {reason}", {}, Verdict.NOT)
 
 
 CLAIMS: list[Claim] = []
@@ -57,10 +58,10 @@ def claim(figure: str, says: str) -> Callable[[Callable[[Paper], Outcome]], Call
 
 
 def when(reproduced: bool | np.bool_, corrected: bool | np.bool_ = False) -> Verdict:
-    """Return the verdict: reproduced; otherwise, if `corrected`, reproduced with a correction; or not reproduced."""
+    """Return the verdict: reproduced; otherwise, if `corrected`, reproduced with a correction; or contradicted."""
     if reproduced:
         return Verdict.REPRODUCED
-    return Verdict.CORRECTED if corrected else Verdict.NOT
+    return Verdict.CORRECTED if corrected else Verdict.CONTRADICTED
 
 
 def listed(items: Iterable[Any]) -> str:
@@ -75,14 +76,15 @@ def kept(answer: bool | None) -> str:
 HEAD = """\
 # The paper's claims, recomputed
 
-After this page you know which claims of the paper the program reproduces, and with which numbers.
+After this page you know which claims of the paper the program reproduces or contradicts, and with which numbers.
 
 {counts}. In the root of a clone, `python -m benchmarks.paper` writes this page, claims.json with all numbers, and
 Figs. 1 to 12. `--only fig07` computes one figure with its claims, `--only limits` the claims about limits.
 
 figNN is Fig. NN of the paper, *An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions*
 (1999), and the configuration of that name. *Reproduced with a correction* means that the claim holds in part, or with
-numbers or reasons that differ from those of the paper.
+numbers or reasons that differ from those of the paper. *Contradicted* means that a number or a statement of the paper
+is wrong by more than another reading of it. *Not computed* claims are named, so that the list is complete.
 
 The results use these terms. A *main impact* has no faster impact within half an excitation period before or after it.
 *The impacts are kept* if the main impacts of the disturbed motion follow each other in the order of the undisturbed

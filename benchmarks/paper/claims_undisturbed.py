@@ -30,8 +30,8 @@ def route(paper: Paper) -> Outcome:
     )
     numbers: dict[str, Any] = {f"period_{k}_from": v for k, v in starts.items()}
     numbers |= {"higher_periods": higher, "share_without_period": irregular}
-    # the doublings agree with the logistic equation; if windows of higher periods replace chaos, this is a correction
-    return Outcome(text, numbers, when(doubling and irregular > 0.5, doubling and len(higher) > 0))
+    # the doublings agree with the logistic equation; windows of higher periods may replace some of the chaos, not all
+    return Outcome(text, numbers, when(doubling and irregular > 0.5, doubling and irregular > 0.05))
 
 
 @claim(

@@ -10,12 +10,15 @@ computes all periods only if the first period has no event.
 import argparse
 import importlib
 import importlib.metadata
+import itertools
 import json
 import lzma
 import os
 import pkgutil
+import shutil
 import signal
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -151,6 +154,7 @@ def summary(cases: list[dict[str, Any]], given: dict[str, tuple[Answer | str, fl
     return {
         "verdicts": "".join(LETTERS["all" if j["all"] else j["verdict"]] for j in judged),
         "digits": " ".join("-" if j["digits"] is None else f"{j['digits']:.0f}" for j in judged),
+        "seconds": float(f"{sum(given[case['id']][1] for case in cases):.3g}"),
         "refused": refused,
     }
 
@@ -199,6 +203,47 @@ def run(
     solver.end()
 
 
+def with_stored(path: Path, result: dict[str, Any], firsts: Firsts) -> tuple[dict[str, Any], Firsts]:
+    """Return a result and its first answers, with those of the stored settings before them."""
+    if not path.exists():
+        return result, firsts
+    stored = json.loads(path.read_text(encoding="utf-8"))
+    if result["level"] < 2:
+        with lzma.open(path.with_suffix(".answers.json.xz"), "rt", encoding="utf-8") as file:
+            firsts = {i: answered + firsts[i] for i, answered in json.load(file).items()}
+    return result | {"runs": stored["runs"] + result["runs"]}, firsts
+
+
+def lacking(module: Any, folder: Path) -> list[dict[str, Any]]:
+    """Return the settings of a solver that its stored results lack."""
+    name = module.__name__.rpartition(".")[2]
+    paths = folder.glob(f"level*/{name}.json")
+    known = [run["settings"] for path in paths for run in json.loads(path.read_text(encoding="utf-8"))["runs"]]
+    return [setting for setting in module.SETTINGS if setting not in known]
+
+
+def add_costs(name: str, level: int, path: Path, limit: float) -> None:
+    """Time the best stored setting of each method of a solver at one level, and store the CPU time with the result."""
+    result = json.loads(path.read_text(encoding="utf-8"))
+    cases, solver = cases_of([level]), Solver(name)
+    kinds: dict[str, list[dict[str, Any]]] = {}
+    for one in result["runs"]:
+        kinds.setdefault(str({k: v for k, v in one["settings"].items() if not isinstance(v, float)}), []).append(one)
+    for group in kinds.values():
+        best = max(group, key=lambda one: one["verdicts"].lower().count("r"))
+        refused = {i for ids in best["refused"].values() for i in ids}
+        asked = [case for case in cases if case["id"] not in refused]
+        late = (len(ids) for reason, ids in best["refused"].items() if reason.startswith((LATE, "not asked")))
+        spent = limit * sum(late)  # a case that took too long has used up its limit
+        for case in asked:
+            solver.warm_up(best["settings"], [level])
+            spent += solver.ask(level, inputs(case), best["settings"], limit)[1]
+        best["seconds"] = float(f"{spent:.3g}")
+        print(f"{name}  {written(best['settings'])}  level {level}: {spent:.3g} s", flush=True)
+    solver.end()
+    path.write_text(dump(result), encoding="utf-8")
+
+
 def dump(result: dict[str, Any]) -> str:
     """Return a result as JSON, a line for each field."""
     runs = ["{" + ",\n ".join(f"{json.dumps(k)}: {json.dumps(v)}" for k, v in r.items()) + "}" for r in result["runs"]]
@@ -216,17 +261,30 @@ def main(arguments: list[str] | None = None) -> int:
     add("--limit", nargs=2, type=float, default=[2.0, 20.0], metavar=("SHORT", "LONG"), help=help_limit)
     add("--results", type=Path, default=HERE / "results", help="folder of the results")
     add("--answers", type=Path, metavar="FOLDER", help="folder for the full answers files, which score.py reads")
+    add("--costs", action="store_true", help="only time the best stored setting of each method")
+    add("--missing", action="store_true", help="only run settings that the stored results lack, and keep these")
     options = parser.parse_args(arguments)
+    if options.costs:
+        for name, level in itertools.product(options.only or NAMES, options.levels):
+            path = options.results / f"level{level}" / f"{name}.json"
+            if path.exists():
+                add_costs(name, level, path, options.limit[level > 1])
+        return 0
     from benchmarks.common import environment  # imported here, because the process of each solver imports this module
 
     version = (HERE / "VERSION").read_text(encoding="utf-8").strip()
     cases = cases_of(options.levels)
     for name in options.only or NAMES:
         try:
-            module = importlib.import_module(f"{solvers.__name__}.{name}")
+            module: Any = importlib.import_module(f"{solvers.__name__}.{name}")
         except ImportError as error:
             print(f"{name} is left out: {error}", file=sys.stderr)
             continue
+        old = options.results
+        if options.missing:
+            module.SETTINGS = lacking(module, options.results)
+            old = Path(tempfile.mkdtemp())
+            shutil.copytree(options.results, old, dirs_exist_ok=True)
         for found in run(module, cases, options.limit, options.answers):
             for level, (result, firsts) in found.items():
                 folder = options.results / f"level{level}"
@@ -237,7 +295,10 @@ def main(arguments: list[str] | None = None) -> int:
                     "limit": options.limit[level > 1],
                     "environment": environment(),
                 }
-                (folder / f"{name}.json").write_text(dump(about | result), encoding="utf-8")
+                result, firsts = about | result, firsts
+                if options.missing:
+                    result, firsts = with_stored(old / f"level{level}" / f"{name}.json", result, firsts)
+                (folder / f"{name}.json").write_text(dump(result), encoding="utf-8")
                 if level < 2:
                     with lzma.open(folder / f"{name}.answers.json.xz", "wt", encoding="utf-8") as file:
                         json.dump(firsts, file)

@@ -161,7 +161,7 @@ def write_junit(path: Path, cases: list[dict], results: dict[str, dict], seconds
 
 
 def main() -> int:
-    """Read the answers, judge them and print the table. Return 2 if a file cannot be read or written."""
+    """Read the answers, judge them and print the table. Return 1 below --fail-under, and 2 if a file fails."""
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.reconfigure(errors="backslashreplace")  # any terminal and locale shows the help and the messages
     parser = argparse.ArgumentParser(description=__doc__, epilog=FORM, formatter_class=argparse.RawTextHelpFormatter)
@@ -169,6 +169,9 @@ def main() -> int:
     parser.add_argument("--cases", type=Path, default=Path(__file__).parent / "cases", help="the folder of the cases")
     parser.add_argument("--brief", action="store_true", help="print only the table, not each case")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="also write the verdicts to this file as JUnit XML")
+    parser.add_argument("--levels", nargs="+", type=int, default=[0, 1, 2, 3], help="judge only these levels")
+    help_under = "exit with 1 if less than this share of the judged cases is right"
+    parser.add_argument("--fail-under", type=float, default=0.0, metavar="PERCENT", help=help_under)
     options, lines, what = parser.parse_args(), [], "not readable as answers"
     path = options.answers
     try:
@@ -180,7 +183,9 @@ def main() -> int:
             raise ValueError(f"{title!r} is no line of text")
         path, what = options.cases, "not readable as cases"
         cases = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(path.glob("*/*.json"))]
-        if not cases:
+        known = {case["id"] for case in cases}
+        cases = [case for case in cases if case["level"] in options.levels]
+        if not any(case["level"] in options.levels for case in cases):
             raise ValueError("there are none")
         results = {case["id"]: judge(case, answers.get(case["id"])) for case in cases}
         for name, r in () if options.brief else results.items():
@@ -190,7 +195,7 @@ def main() -> int:
         for row in [COLUMNS, *rows(cases, results, seconds)]:
             padded = zip(row, WIDTHS, "<<" + ">" * len(row), strict=False)
             lines.append("  ".join(f"{x:{side}{w}}" for x, w, side in padded))
-        if unknown := len(answers.keys() - results.keys()):
+        if unknown := len(answers.keys() - known):
             lines.append(f"{unknown} answers have an id that no case has, and were not read")
         path, what = options.junit, "not written"
         if path:
@@ -202,7 +207,8 @@ def main() -> int:
         if not isinstance(error, BrokenPipeError):  # the reader of the output has read enough
             print(f"{path}: {what}: {type(error).__name__}: {error}", file=sys.stderr)
         return 2
-    return 0
+    right = sum(r["verdict"] == "right" for r in results.values())
+    return 1 if 100.0 * right / len(results) < options.fail_under else 0
 
 
 if __name__ == "__main__":

@@ -54,10 +54,10 @@ def bracket(f, T, step, low, high):
     return count
 
 
-def brackets(f, T, step, most=100_000):
-    """Return the intervals (low, high) of a grid in which g changes its sign."""
+def brackets(f, T, step, search=bracket, most=100_000):
+    """Return the intervals (low, high) of a grid in which g changes its sign, as found by `search`."""
     low, high = np.empty(most), np.empty(most)
-    count = bracket(f, T, step, low, high)
+    count = search(f, T, step, low, high)
     return list(zip(low[:count].tolist(), high[:count].tolist(), strict=True))
 
 

@@ -41,7 +41,7 @@ def test_paper_uses_the_public_face_and_few_inner_names():
 def test_claims_are_complete_and_have_different_ids():
     assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
     assert {path.stem for path in HERE.glob("claims_*.py")} == {c.test.__module__.split(".")[-1] for c in CLAIMS}
-    assert len({c.id for c in CLAIMS}) == len(CLAIMS) == 40
+    assert len({c.id for c in CLAIMS}) == len(CLAIMS) == 42
     assert {c.figure for c in CLAIMS} <= set(program.SUBJECTS)
 
 

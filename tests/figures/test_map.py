@@ -266,7 +266,7 @@ def limits_over(k2, **parameters):
     """Return results with the record "limit" and the given k2."""
     plan = make_plan({"record": "limit", "eta": 101.0, **parameters})
     found = Results.collect(plan, fake.run_blocks(plan))
-    found.k2[...], found.last_kept[...] = k2, 2.0 * np.array(k2)
+    found.k2[...], found.half_kept[...] = k2, 2.0 * np.array(k2)
     found.velocity[...] = found.k2 * 100.0
     found.status[...] = Status.OK
     return found

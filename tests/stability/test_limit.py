@@ -16,7 +16,7 @@ from vibrodrive.stability import evaluate, structure
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.evaluate import Motion
 from vibrodrive.stability.limit import _Problem, each_limit, limit
-from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band
+from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band, share_kept
 
 
 def find(kind, kept, ahead=1):
@@ -80,7 +80,7 @@ def test_values_requested_in_advance_do_not_change_the_band(edge, odd, kind, ahe
     def kept(value):
         return (value < grid.value(edge)) != (value in exceptions)
 
-    assert tuple(find(kind, kept, ahead)) == plain_band(grid, kept)
+    assert find(kind, kept, ahead)[:5] == plain_band(grid, kept)
 
 
 def test_isolated_losses_make_a_band_with_two_ends():
@@ -89,8 +89,24 @@ def test_isolated_losses_make_a_band_with_two_ends():
     assert band.kept_below < 0.036 == band.lost, "only the value itself is lost"
     assert band.last_kept == 0.05
     assert band.share_kept == pytest.approx(12 / 15)
+    assert band.half_kept == 0.049, "of eleven steps around it six are kept, of those around 0.05 five"
+    assert [value for value, kept in band.kept_at.items() if not kept and value < 0.051] == sorted(lost)
     band = find("dtau", lambda x: x < 0.03 or x == 0.045)
-    assert band.last_kept == band.kept_below < 0.03, "a single value kept among losses does not end the band"
+    assert band.last_kept == band.half_kept == band.kept_below < 0.03, "a single value does not end the band"
+    assert band.kept_at[0.045], "the curve has it"
+
+
+@given(pattern=st.lists(st.booleans(), min_size=1, max_size=60))
+def test_share_kept_at_each_value(pattern):
+    """Compared with the definition, value by value."""
+    shares = [np.mean(([True] * 5 + pattern + [False] * 5)[k : k + 11]) for k in range(len(pattern))]
+    assert share_kept(dict(enumerate(pattern))) == pytest.approx(shares)
+
+
+def test_share_of_kept_steps_falls_below_a_half_after_the_lost_ones():
+    """Above 0.03 every second step is kept. Of the eleven steps around 0.034 six are kept, around 0.036 five."""
+    band = find("dtau", lambda x: x <= 0.03 or round(1000 * x) % 2 == 0)
+    assert band.kept_below < 0.031 < band.half_kept == 0.034
 
 
 def test_values_tried_are_round_or_close_enough():

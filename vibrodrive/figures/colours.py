@@ -169,7 +169,7 @@ def _shade(
     name = "rests"
     if isinstance(norm, LogNorm) and (finite == 0).any():
         name, outside = "rests, or 0" if rests.any() else "0", rests | (values == 0)
-    if quantity in ("k2", "last_kept", "velocity"):
+    if quantity in ("k2", "last_kept", "half_kept", "velocity"):
         name, outside = "no limit found", values == np.inf
     below, above = (np.isfinite(values) & ~outside & beyond for beyond in (values < norm.vmin, values > norm.vmax))
     inside = np.isfinite(values) & ~outside & ~below & ~above

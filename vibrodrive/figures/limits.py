@@ -27,7 +27,7 @@ NAMES = {"eps": r"$k_2(\varepsilon)\,\eta A$", "dtau": r"$k_2(\Delta\tau)$"}
 METHODS = {
     Method.CERTIFIED: "certified", Method.FIXED: "switches on the grid", Method.MULLER: "Muller",
 }  # fmt: skip
-BAND = "from the first loss to the last value kept"
+BAND = "from the first loss on, at least half of the values kept"
 MISSING = {Status.NO_ORBIT: "no periodic motion", Status.TOO_SHORT: "record too short", Status.BUDGET: "out of budget"}
 WIDE = 0.035  # a range of the axis with one period has a label if it is at least this share of the abscissa
 MARKED = 60  # a curve with at most this many values has marks
@@ -42,11 +42,11 @@ def limits_figure(
     width: Width | None = None,
     notes: bool | None = None,
 ) -> Figure:
-    """Draw the limits k₂ over one axis as bands from the first loss to the last value kept, as velocity amplitudes, in
-    m/s with a scene.
+    """Draw the limits k₂ over one axis as bands from the first loss to `half_kept`, as velocity amplitudes, in m/s with
+    a scene.
 
-    A limit is missing where the undisturbed motion has no period, or where no value tried destroys the structure. A
-    band has no height where the structure is lost at all values above the first loss.
+    In the band at least half of the values around any value are kept; single values above it may be kept. A limit is
+    missing where the undisturbed motion has no period, or where no value tried destroys the structure.
 
     Parameters
     ----------
@@ -105,11 +105,11 @@ def check_limits(one: Results, first: Results) -> None:
 
 
 def _ends(one: Results) -> list[np.ndarray]:
-    """Return the first loss and the last value kept as velocities, NaN where no limit > 0 was found."""
+    """Return the first loss and `half_kept` as velocities, NaN where no limit > 0 was found."""
     with np.errstate(invalid="ignore", divide="ignore"):
         found = np.isfinite(one.k2) & (one.k2 > 0.0)
         scale = np.where(found, one.velocity / one.k2, np.nan)
-        return [scale * one.k2, scale * np.maximum(one.k2, one.last_kept)]
+        return [scale * one.k2, scale * np.maximum(one.k2, one.half_kept)]
 
 
 def _draw(ax: Axes, x: np.ndarray, first: np.ndarray, last: np.ndarray, number: int, name: str) -> None:

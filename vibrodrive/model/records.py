@@ -129,9 +129,12 @@ LIMITS = (
         "<f8",
         math.nan,
         "1",
-        "largest value kept together with its lower neighbour; 0: k2 is an upper bound",
+        "largest value kept together with its lower neighbour, single ones above left out; 0: k2 is an upper bound",
     ),
     Quantity("share_kept", "<f8", math.nan, "1", "share of the values tried between k2 and last_kept that are kept"),
+    Quantity(
+        "half_kept", "<f8", math.nan, "1", "largest value kept at which at least half of the values around are kept"
+    ),
     Quantity("orbit_period", "<i1", -1, "1", "period of the undisturbed orbit in excitation periods, 0: none"),
     Quantity("velocity", "<f8", math.nan, "1", "k2 as a velocity amplitude: k2 eta A in eps, k2 in dtau"),
     Quantity("how", "<i1", -1, "1", "how the structure is lost at k2", codes=How),

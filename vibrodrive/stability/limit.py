@@ -6,8 +6,8 @@ under this disturbance still satisfies the criterion, and *lost* if the motion d
 In ε the loss has a narrow edge: the structure is kept below the edge and lost above it. Within the edge, on a fine
 scale, kept and lost values sometimes alternate (at A = 3.9, B = 0.6 from ε = 2.45e-3 to 2.54e-3). In Δτ the loss has no
 such edge. The structure is first lost at isolated values of Δτ and is kept again above them, because a grid may by
-chance resolve all switches of an orbit or miss some of them. So a limit is a band with two ends: the first value lost
-and the last value kept.
+chance resolve all switches of an orbit or miss some of them. So a limit is a curve: the share of values kept, from the
+first value lost to the value above which less than a half is kept. Single values are kept far above.
 
 Many searches run at the same time. Each search yields the disturbances that it needs next, and one sweep computes the
 motions of all searches (evaluate.py).
@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -72,10 +72,15 @@ class Limit:
         the undisturbed motion has no period or, over axes, if the record is too short.
     kept_below : float
         largest disturbance below `k2` that the bisection found to be kept; 0 if there is none.
+    half_kept : float
+        largest disturbance tried that is kept and at which the share kept is at least a half. The share at a value is
+        that of this value and the five next values tried on each side. Above `half_kept` the share stays below a half
+        up to `searched_to`, but single values may be kept. At least `kept_below`.
+    kept_at : dict
+        the curve: for each value of the grid that was tried, in ascending order, True if it is kept.
     last_kept : float
-        upper end of the band: the largest value on the grid of disturbances that is kept and whose lower neighbour on
-        this grid is kept, too. A single value kept between losses may be chance. If no such value is above `k2`,
-        `last_kept` equals `kept_below`.
+        the largest value on the grid of disturbances that is kept and whose lower neighbour on this grid is kept, too.
+        Single values above it may be kept. If no such value is above `k2`, `last_kept` equals `kept_below`.
     share_kept : float
         share of the grid values between `k2` and `last_kept` that are kept, 0 to 1; 0 if there are no such values.
     searched_to : float
@@ -105,6 +110,8 @@ class Limit:
     last_kept: float = math.nan
     share_kept: float = math.nan
     searched_to: float = math.nan
+    half_kept: float = math.nan
+    kept_at: dict[float, bool] = field(default_factory=dict)
     n: int = 0
     kept: Structure | None = None
     lost: Structure | None = None
@@ -204,8 +211,10 @@ def limit(
     Limit
         `k2` is the smallest disturbance found at which the criterion fails, dimensionless.
         `kept_below` is the largest disturbance found below `k2` at which the criterion holds.
-        `last_kept` is the upper end of the band above `k2` in which the criterion holds at some values.
-        `share_kept` is the share of the values between `k2` and `last_kept` at which the criterion holds, 0 to 1.
+        `half_kept` is the value above which the criterion holds at less than half of the values around any value tried.
+        `kept_at` is the curve behind it: whether the criterion holds, for each value tried.
+        `last_kept` is the largest value at which the criterion holds together with its lower neighbour, and
+        `share_kept` the share of the values between `k2` and `last_kept` at which it holds, 0 to 1.
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
         `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.

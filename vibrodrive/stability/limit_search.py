@@ -5,13 +5,14 @@ structure was *kept*, and False if the structure was *lost*. So the motions of m
 """
 
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 INTERIOR = 7  # values that one round of bisection tries between two neighbouring values of the grid
 ROUNDS = 2  # rounds of bisection; two rounds divide a step of the grid by 64
+NEAR = 5  # the share kept at a value is that of this value and of so many neighbours on each side
 BEYOND = 2.0  # the search ends at this multiple of `last_kept` or, if it is larger, of the first value lost
 
 
@@ -40,13 +41,15 @@ BandSearch = Generator[np.ndarray, np.ndarray, "Band"]
 
 
 class Band(NamedTuple):
-    """Band of a limit, from the first value lost to the last value kept (limit.py).
+    """Band of a limit, in which some values are lost and others kept (limit.py).
 
     lost : first value lost; inf if no value up to `searched_to` is lost.
     kept_below : largest value found below `lost` that is kept; 0 if there is none.
     last_kept : largest value of the grid kept together with its lower neighbour; `kept_below` if that is larger.
     share_kept : share of the grid values between `lost` and `last_kept` that are kept, 0 to 1.
     searched_to : largest value tried.
+    half_kept : largest value kept at which the share kept is at least a half; `kept_below` if that is larger.
+    kept_at : for each value of the grid that was tried, in ascending order, True if it is kept.
     """
 
     lost: float
@@ -54,6 +57,17 @@ class Band(NamedTuple):
     last_kept: float
     share_kept: float
     searched_to: float
+    half_kept: float
+    kept_at: dict[float, bool]
+
+
+def share_kept(kept_at: Mapping[float, bool]) -> np.ndarray:
+    """Return the share kept at each value of `kept_at`, 0 to 1: of this value and of NEAR neighbours on each side.
+
+    Values below those tried count as kept, values above as lost.
+    """
+    around = np.pad(np.array([*kept_at.values()], dtype=float), NEAR, constant_values=(1.0, 0.0))
+    return np.convolve(around, np.ones(2 * NEAR + 1), "valid") / (2 * NEAR + 1)
 
 
 def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
@@ -68,7 +82,7 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
     first = 0
     while not (yield from _ask(known, [value(first)], _up_to(grid, 1, ahead() - 1) if first == 0 else []))[0]:
         if value(first) <= grid.floor:
-            return Band(value(first), 0.0, 0.0, 0.0, value(first))
+            return Band(value(first), 0.0, 0.0, 0.0, value(first), 0.0, {value(first): False})
         first -= 2 * grid.decade
     kept = {first: True}
     loss: int | None = None
@@ -92,13 +106,16 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
             if kept[k] and kept[k - 1]:
                 last = k
         top += len(needed)
+    kept_at = {value(k): kept[k] for k in sorted(kept)}
+    often = (x for x, share in zip(kept_at, share_kept(kept_at), strict=True) if kept_at[x] and share >= 0.5)
+    half = max(often, default=0.0)
     if loss is None:
-        return Band(math.inf, value(top), value(top), 0.0, value(top))
+        return Band(math.inf, value(top), value(top), 0.0, value(top), value(top), kept_at)
     low, high = yield from _bisect(known, value(loss - 1), value(loss))
-    if last < loss:
-        return Band(high, low, low, 0.0, value(top))
-    between = [kept[k] for k in range(loss, last + 1)]
-    return Band(high, low, value(last), float(np.mean(between)), value(top))
+    last_kept, share = low, 0.0
+    if last > loss:
+        last_kept, share = value(last), float(np.mean([kept[k] for k in range(loss, last + 1)]))
+    return Band(high, low, last_kept, share, value(top), max(low, half), kept_at)
 
 
 def _ask(

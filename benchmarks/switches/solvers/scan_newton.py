@@ -72,8 +72,13 @@ events = event_loop(locate, compiled=True)
 
 def zeros(function, T, step):
     """Return the zeros of `function` in (0, T] with changes of sign on a grid of the step `step`."""
+    return newton_in(function, sums.brackets(function, T, step))
+
+
+def newton_in(function, intervals):
+    """Return the zeros of `function` in intervals (low, high) at whose ends it has different signs."""
     found = []
-    for low, high in sums.brackets(function, T, step):
+    for low, high in intervals:
         falls = sums.value(function, low) > 0.0 or sums.value(function, high) < 0.0
         positive = function._replace(sign=1.0 if falls else -1.0)  # ±g > 0 at `low`, as `newton` requires
         found.append(newton(sums.value, sums.slope, (positive,), low, high))

@@ -2,8 +2,12 @@
 
 Without `first_step` the first step could contain a complete slide, and the end of the slide would be reported at its
 start.
+
+`advised`: no step is longer than 0.9 half waves of the fastest term, and the zeros of g′ are a second event, at which
+the integration ends and begins again. So a step contains no extremum, and a pair of zeros is in two steps.
 """
 
+import math
 from typing import Any
 
 from scipy.integrate import solve_ivp
@@ -13,7 +17,9 @@ from benchmarks.switches.odes import EVENTS, SUM, TOLERANCES, first_value, locat
 
 NAME, PACKAGE = "scipy solve_ivp", "scipy"
 SETTINGS = [{"method": method, "rtol": rtol} for method in ("RK45", "DOP853", "LSODA") for rtol in TOLERANCES]
+SETTINGS += [{"method": "DOP853", "rtol": rtol, "advised": True} for rtol in (1e-10,)]
 FIRST_STEP = 1e-4
+AFTER = 1e-9  # the sign of g′ after a restart is taken at this distance
 
 
 def crossing(component, level, direction, terminal):
@@ -30,27 +36,51 @@ def crossing(component, level, direction, terminal):
 CROSSINGS = {state: [crossing(*event, state != SUM) for event in events] for state, events in EVENTS.items()}
 
 
+def turning(rate, tau, y):
+    """Return the event of the next zero of the rate of the last variable, which is g′ of the functions that end a
+    state."""
+
+    def turn(t, y):
+        return rate(t, y)[-1]
+
+    event: Any = turn
+    event.terminal, event.direction = True, -math.copysign(1.0, turn(tau + AFTER, y))
+    return event
+
+
 def integrate(setting, state, of, tau, y, end):
-    """Return the result of `solve_ivp`. Raises ArithmeticError if a step fails."""
-    method, rtol = setting
-    steps = {"rtol": rtol, "atol": 1e-2 * rtol, "first_step": min(FIRST_STEP, end - tau)}
-    found = solve_ivp(rates(state, of), (tau, end), y, method, events=CROSSINGS[state], **steps)
-    if found.status < 0:
-        raise ArithmeticError(found.message)
-    return found
+    """Yield the results of `solve_ivp`, one for each part of the motion between restarts at an extremum.
+
+    Raises ArithmeticError if a step fails.
+    """
+    method, rtol, *advised = setting
+    rate, crossings = rates(state, of), CROSSINGS[state]
+    steps: dict[str, Any] = {"rtol": rtol, "atol": 1e-2 * rtol}
+    fast = of.b != 0.0 if state == SUM else of.eps > 0.0
+    if advised:
+        steps["max_step"] = 0.9 * math.pi / (max(1.0, of.eta) if fast else 1.0)
+    while tau < end:
+        events = [*crossings, turning(rate, tau, y)] if advised else crossings
+        found = solve_ivp(rate, (tau, end), y, method, events=events, first_step=min(FIRST_STEP, end - tau), **steps)
+        if found.status < 0:
+            raise ArithmeticError(found.message)
+        yield found
+        if found.status == 0 or (any(len(times) for times in found.t_events[: len(crossings)]) and state != SUM):
+            return
+        tau, y = float(found.t[-1]), found.y[:, -1]
 
 
 def solve(*arguments):
     """Return (τ, variables, number of the event) at the first event of a state, or None if there is no event."""
-    found = integrate(*arguments)
-    which = [k for k, times in enumerate(found.t_events) if len(times)]
+    *_, found = integrate(*arguments)
+    which = [k for k, times in enumerate(found.t_events[: len(CROSSINGS[arguments[1]])]) if len(times)]
     return (float(found.t[-1]), found.y[:, -1].tolist(), which[0]) if which else None
 
 
 events = event_loop(locator(solve, again=True), compiled=False)
 
 
-def zeros(function, T, method, rtol):
+def zeros(function, T, *setting, **named):
     """Return the zeros in (0, T] of the solution of y' = g'(τ), y(0) = g(0), by a method with a relative tolerance."""
-    found = integrate((method, rtol), SUM, function, 0.0, (first_value(function),), T)
-    return [z for z in found.t_events[0].tolist() if z > 0.0]
+    parts = integrate((*setting, *named.values()), SUM, function, 0.0, (first_value(function),), T)
+    return [z for found in parts for z in found.t_events[0].tolist() if z > 0.0]

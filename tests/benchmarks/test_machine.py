@@ -1,0 +1,36 @@
+"""The state machine of the set in plain Python, the archive, and the exit code of the score below a share."""
+
+import json
+import sys
+import tarfile
+
+import pytest
+
+from benchmarks.switches import archive, machine, score
+from benchmarks.switches.run import cases_of
+
+
+@pytest.mark.parametrize(("level", "least"), [(1, 80), (2, 22)])
+def test_machine_answers_the_motions_of_the_set(level, least):
+    """With the scan of its example, which misses pairs within a step."""
+    verdicts = [score.judge(case, machine.answer(case, machine.scan))["verdict"] for case in cases_of([level])]
+    assert verdicts.count("right") >= least
+    assert set(verdicts) <= {"right", "missed"}
+
+
+def test_machine_is_short_and_the_archive_is_complete_and_the_same_each_time(tmp_path, monkeypatch):
+    assert len((archive.HERE / "machine.py").read_text().splitlines()) <= 120
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        archive.write(tmp_path / name / "switches-1.0.tar.gz")
+    first, second = ((tmp_path / name / "switches-1.0.tar.gz").read_bytes() for name in ("a", "b"))
+    assert first == second
+    with tarfile.open(tmp_path / "a" / "switches-1.0.tar.gz") as tar:
+        tar.extractall(tmp_path, filter="data")
+    folder = tmp_path / "switches-1.0"
+    assert len(list(folder.glob("cases/*/*.json"))) == 367
+    (folder / "answers.json").write_text(json.dumps({"answers": {"L1-plain-01": None}}))
+    for under, code in (("0", 0), ("1", 1)):
+        command = ["score.py", str(folder / "answers.json"), "--cases", str(folder / "cases"), "--levels", "1"]
+        monkeypatch.setattr(sys, "argv", [*command, "--fail-under", under])
+        assert score.main() == code
