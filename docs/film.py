@@ -15,7 +15,6 @@ import numpy as np
 from PIL import Image
 
 from tests.support.chromium import browser
-from vibrodrive.explorer.layout import CURVES
 
 HERE = Path(__file__).parent
 
@@ -26,10 +25,14 @@ SHORT, LONG = 160, 2500
 """Milliseconds for which a picture is shown: during a movement, and at the end of a scene."""
 
 
+COLOURS = "#0072b2", "#c94f00", "#00795a"
+"""Colours of thin lines, which would otherwise have none of their own in a picture of few colours."""
+
+
 def palette(picture):
     """Return a picture with the colours of this one."""
     sample = picture.copy()
-    for k, (colour, _) in enumerate(CURVES):  # otherwise the thin lines of a legend get no colour of their own
+    for k, colour in enumerate(COLOURS):
         sample.paste(colour, (50 * k, 0, 50 * k + 50, 100))
     return sample.quantize(192, dither=Image.Dither.NONE)
 
@@ -64,20 +67,27 @@ def wheel(tab, x, y, by):
 
 
 def play(film):
-    """Zoom into a diagram, disturb it, and look at one of its motions."""
+    """Drag the knob along the diagram, zoom into it, and move ε up until the structure of the motion is lost."""
     tab = film.tab
     film.shoot(LONG // 2)
     left, top, width, height = tab.frame()
-    for _ in range(9):
-        wheel(tab, left + 0.75 * width, top + height + 15, -100)  # on the axis: zooms along this axis only
+
+    def place(A, low=2.2, high=5.0):
+        return round(left + width * (A - low) / (high - low)), round(top + height)
+
+    for A in (*np.linspace(2.4, 4.2, 10), *np.linspace(4.0, 3.04, 7)):
+        tab.click(*place(A))
+        tab.until("!page.busy", "the motion")
         film.shoot()
     film.shoot(LONG // 2)
-    for eps in np.linspace(0.0, 2e-4, 13)[1:]:
-        tab.choose("eps", f"{eps:.3g}")
+    for _ in range(8):
+        wheel(tab, place(3.08)[0], top + height / 2, -140)
         film.shoot()
+    tab.until("!!page.limits.eps", "the limit")
     film.shoot(LONG // 2)
-    tab.click(left + 0.72 * width, 300)
-    tab.until("page.words && !page.words.includes('being computed')", "the complete text of a motion")
+    for eps in np.geomspace(1e-6, 3e-4, 14):
+        tab.choose("eps", f"{eps:.2g}")
+        film.shoot()
     film.shoot(LONG)
 
 
@@ -85,8 +95,8 @@ def main():
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
-        with browser(height=1000) as tab:
-            tab.open(server.stdout.readline().strip() + "&bottom=0.6&top=1.9")
+        with browser(1280, 800) as tab:
+            tab.open(server.stdout.readline().strip())
             film = Film(tab)
             play(film)
             film.write(HERE / "explorer.gif")

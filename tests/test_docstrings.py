@@ -23,7 +23,7 @@ LONG |= {name for name in NAMES if name.startswith("plot.") and name != "plot.co
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.jit] if n in LONG else []) for n in sorted(NAMES)])
 def test_examples_give_the_shown_output(name, tmp_path, monkeypatch):
     if name == "explore":
-        pytest.importorskip("bokeh")
+        pytest.importorskip("tornado")
     monkeypatch.chdir(tmp_path)
     if name == "load":
         _write_sweep("fig07.h5")

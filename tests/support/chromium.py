@@ -97,29 +97,24 @@ class Tab:
             self.mouse("Moved", *place)
         self.mouse("Released", *place)
 
-    def model(self, script, *arguments):
-        """Evaluate a script, in which `all` is the list of Bokeh's models."""
-        all_of_them = "const all = [...Bokeh.documents[0]._all_models.values()];"
-        return self.driver.execute_script(f"{all_of_them} {script}", *arguments)
-
-    def frame(self, figure="first"):
-        """Return [left, top, width, height] of the frame of a figure, in pixels of the page."""
-        return self.model(
-            "const view = Bokeh.index.find_one_by_id(all.find((m) => m.name === arguments[0]).id);"
-            "const {left, top} = view.canvas_view.el.getBoundingClientRect(), box = view.frame.bbox;"
-            "return [left + box.left, top + box.top, box.width, box.height]",
-            figure,
+    def frame(self):
+        """Return [left, top, width, height] of the frame of the picture, in pixels of the page."""
+        return self.driver.execute_script(
+            "const {left, top, width, height} = document.getElementById('frame').getBoundingClientRect();"
+            "return [left, top, width, height]"
         )
 
     def choose(self, name, value):
-        """Set a widget as a user does."""
-        self.driver.execute_script("window.explorer.fields[arguments[0]].value = arguments[1]", name, value)
+        """Set a field as a user does."""
+        self.ask("page.enter(...arguments)", name, value)
+
+    def press(self, name):
+        """Press the button with this id."""
+        self.driver.execute_script("document.getElementById(arguments[0]).click()", name)
 
     def notice(self):
         return self.ask("page.refused")
 
     def complaints(self):
-        """Return the warnings and errors in the console of the browser, except known ones."""
-        known = ("could not set initial ranges",)  # from Bokeh, for figures without data
-        entries = [e for e in self.driver.get_log("browser") if e["level"] != "INFO"]
-        return [e["message"] for e in entries if not any(k in e["message"] for k in known)]
+        """Return the warnings and errors in the console of the browser."""
+        return [e["message"] for e in self.driver.get_log("browser") if e["level"] != "INFO"]

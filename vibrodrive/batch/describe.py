@@ -18,7 +18,7 @@ from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import LONGEST, SECTION, SUMMARY, period_words
-from vibrodrive.model.states import states
+from vibrodrive.model.states import PLAIN_STATES, states
 
 LEAST = 4 * LONGEST
 """Least number of excitation periods from which the summary is computed. They suffice to find the longest period."""
@@ -106,9 +106,9 @@ def _long(plan: Plan) -> Plan:
     return replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
 
 
-def long_summary(plan: Plan) -> dict[str, Any]:
-    """Return the summary of the single motion of a plan, from at least LEAST periods."""
-    return summary_of(_long(plan))
+def long_summary(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
+    """Return the summary of the single motion of a plan, from at least LEAST periods. Raises Halted."""
+    return summary_of(_long(plan), halt)
 
 
 def _summaries(plan: Plan, halt: Halt | None = None) -> Mapping[str, np.ndarray]:
@@ -208,10 +208,12 @@ def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Pla
     if math.isnan(impacts):
         return [*said, f"{cycle}; the record is too short for means, which need two main impacts"]
     rate = "" if scene is None else f" ({impacts * scene.frequency:.4g} per second)"
-    over = "" if period > 0 else ", a mean of the record"
+    over = "" if period > 0 else f", a mean of {_long(plan).settings.periods} periods, between main impacts"
     said.append(f"{cycle}; impacts per excitation period: {impacts:.4g}{rate}{over}")
     if found["sequence"] > 0:
-        said.append(f"states: {' '.join(states(found['sequence']))} (Up, Down, Stick, Rest, Impact)")
+        cycle = " ".join(states(found["sequence"]))
+        long = f"a cycle of more than {PLAIN_STATES}"  # its number is no text for a reader
+        said.append("states: " + (long if cycle[0].isdigit() else f"{cycle} (Up, Down, Stick, Rest, Impact)"))
     mean, most = found["impact_speed_mean"], found["impact_speed_max"]
     if scene is None:
         said.append(f"mean impact speed {mean:.6g}, largest {most:.6g}")

@@ -19,16 +19,15 @@ from vibrodrive.cli.common import FILE, in_one_line, judge_slip, read, say
 def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
     """Show interactive diagrams in the browser.
 
-    CONFIG is a configuration, or a link that the page has saved ("link to this view"). The page then begins with the
-    diagrams of CONFIG. This command needs the extra `explore`: pip install 'vibrodrive[explore]'.
+    CONFIG is a configuration, or a link that the page has saved. The page then begins with the view of CONFIG. This
+    command needs the extra `explore`: pip install 'vibrodrive[explore]'.
 
     Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server.
     """
-    if find_spec("bokeh") is None:
+    if find_spec("tornado") is None:
         raise click.ClickException("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
     from vibrodrive.explorer.controls import part_shown
-    from vibrodrive.explorer.session import read_address
-    from vibrodrive.explorer.view import View, view_of
+    from vibrodrive.explorer.view import View, read_address, view_of
 
     view = View()
     with in_one_line():

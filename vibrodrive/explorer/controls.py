@@ -1,47 +1,94 @@
-"""Controls of the page, with labels and explanations: one for each field of a view (view.py) that is not a range."""
+"""Words and controls of the page: one control for each field of a view (view.py) that is no range and no place."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from vibrodrive.explorer.view import ALONE, BESIDE, DIAGRAM, DIFFERENCE, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
-from vibrodrive.model.drawing import DIAGRAM_QUANTITIES, MAP
+from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
+from vibrodrive.model import choices, drawing, names, physical
+from vibrodrive.model.drawing import MAP
 from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
-from vibrodrive.model.physical import UNIT_OF, UNITS
 from vibrodrive.model.plan import Plan
 
-EXPONENTS = ("dtau",)  # sliders over the decimal logarithm of their value
-SLIDER_STEPS = 400  # number of steps of a slider over the range of an axis
+MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
+
+WORDS = {
+    "dxi": "Velocity ξ′ of the mass, once per shake",
+    "xi": "Gap ξ between mass and obstacle, once per shake",
+    "impact_phase": "Phase of the shaking when the mass hits the obstacle",
+    "impact_speed": "Speed at which the mass hits the obstacle",
+    "A": "how hard it is shaken",
+    "B": "slope",
+    "eps": "ripple",
+    "eta": "frequency of the ripple",
+    "dtau": "time step",
+    "tol": "tolerance",
+    "xi0": "gap at the start",
+    "dxi0": "velocity at the start",
+    "tau0": "phase at the start",
+    "section_phase": "moment of a shake",
+    "transient": "left out before",
+    "periods": "drawn",
+    "a0": "amplitude",
+    "omega0": "angular frequency",
+    "frequency": "frequency",
+    "mu": "friction",
+    "alpha": "incline",
+    "mass": "",
+    "g": "gravity",
+}
+"""Quantities and parameters in the words of titles."""
 
 
 class Control(NamedTuple):
-    """Control of one field. `options` contains (value, text on the page) for each choice; `slider` the ends and step of
-    a slider. If `only` is not "", the control is shown only for this mode or scene of the view."""
+    """Control of one field. `options` contains (value, text on the page) for each choice; `slider` the ends and the
+    spacing of a slider, where "zero" is a logarithmic slider that begins with 0. The page shows the value times
+    `factor`. If `only` is not "", the control is shown only for this mode or scene of the view."""
 
     name: str
     label: str
+    words: str
     hint: str
+    place: str = MORE
     options: tuple[tuple[str, str], ...] = ()
-    slider: tuple[float, float, float] | None = None
+    slider: tuple[float, float, str] | None = None
+    factor: float = 1.0
     only: str = ""
 
 
-def unit(name: str) -> str:
-    """Return the unit of a parameter on the page. This is always an SI unit, also if figures use mm."""
-    row = NAMES[name]
-    return row.unit if row.scale != 1.0 else row.shown
-
-
-def symbol(name: str, with_unit: bool = True, si: bool = False) -> str:
+def symbol(name: str, si: bool = False) -> str:
     """Return the symbol of the paper and the unit of a parameter or quantity, or if `si` words and the unit in SI."""
-    if si and name in UNIT_OF:
-        of = UNITS[UNIT_OF[name]]
+    if si and name in physical.UNIT_OF:
+        of = physical.UNITS[physical.UNIT_OF[name]]
         words = {"xi": "gap x", "dxi": "velocity dx/dt"}.get(name, name.replace("_", " "))
         return f"{words} ({of.si if of.scale != 1.0 else of.shown or '1/s'})"
     if name not in NAMES:
         return {"impact_phase": "impact phase (rad)", "impact_speed": "impact speed"}.get(name, name.replace("_", " "))
-    written = NAMES[name].symbol.replace("_s", "ₛ")
-    return f"{written} ({unit(name)})" if with_unit and unit(name) else written
+    return _letter(name) + (f" ({NAMES[name].shown})" if NAMES[name].shown else "")
+
+
+def _letter(name: str) -> str:
+    return NAMES[name].symbol.replace("_s", "ₛ")
+
+
+def title_of(view: View) -> tuple[str, str]:
+    """Return (title of the picture in words, conditions common to all its motions)."""
+    shown = view.shade if view.mode == MAP else view.quantity
+    title = WORDS.get(shown, shown.replace("_", " ").capitalize())
+    title += ", against " + " and ".join(f"{WORDS[name]} ({_letter(name)})" for name in view.axes)
+    given = [name for name in view.machine if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
+    given += ["eps"]
+    given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
+    given += ["dtau"] if view.method != "certified" else []
+    given += [name for name in ("xi0", "dxi0", "tau0") if getattr(view, name)]
+    given += ["section_phase"] if view.record == "section" else []
+    values = [
+        f"{_letter(name)} = {NAMES[name].scale * getattr(view, name):.6g} {NAMES[name].shown}"
+        for name in given
+        if name not in view.axes
+    ]
+    periods = f"periods {view.transient + 1} to {view.transient + view.recorded}"
+    return title, ", ".join([*map(str.rstrip, values), view.method, periods])
 
 
 def part_shown(view: View, plan: Plan) -> str:
@@ -52,63 +99,59 @@ def part_shown(view: View, plan: Plan) -> str:
     return ", ".join([f"{shown} over {' and '.join(map(symbol, view.axes))}", *others])
 
 
-def _number(name: str, only: str = "") -> Control:
-    """Return the control of a parameter. If the table NAMES contains no slider, the slider covers the range of the
-    axis in this table."""
+def _number(name: str, place: str = MORE, only: str = "") -> Control:
+    """Return the control of a parameter, with a slider if the table NAMES has a range for it."""
     row = NAMES[name]
-    slider = row.slider
-    if slider is None and row.axis and row.axis[2] == LINEAR:
-        low, high, _ = row.axis
-        slider = low, high, (high - low) / SLIDER_STEPS
-    return Control(
-        name, symbol(name), f"{row.meaning[0].upper()}{row.meaning[1:]}.".replace("_s", "ₛ"), slider=slider, only=only
-    )
+    spacing = row.axis[2] if row.axis else LINEAR
+    ends = row.slider or (row.axis[:2] if row.axis and spacing == LINEAR else None)
+    slider = (*ends, "zero" if spacing == LOG and row.default == 0.0 else spacing) if ends else None
+    hint = f"{row.meaning[0].upper()}{row.meaning[1:]}.".replace("_s", "ₛ")
+    return Control(name, symbol(name), WORDS[name], hint, place, (), slider, row.scale, only)
 
 
-def _choice(name: str, label: str, hint: str, options: dict[str, str], only: str = "") -> Control:
-    return Control(name, label, hint, tuple(options.items()), only=only)
+def _choice(name: str, label: str, hint: str, options: dict[str, str], place: str = MORE, only: str = "") -> Control:
+    return Control(name, label, "", hint, place, tuple(options.items()), only=only)
 
 
 _SCALES = {LINEAR: "linear", LOG: "logarithmic"}
 _PARAMETERS = {name: symbol(name) for name in RANGES}
 
-GROUPS: dict[str, tuple[Control, ...]] = {
-    "Picture": (
-        _choice("mode", "Picture", "A diagram shows many values over one parameter. A map shows one value over two "
-                "parameters.",
-                {DIAGRAM: "diagram", MAP: "map"}),
-        _choice("quantity", "Upwards", "The quantity on the vertical axis: one dot for each section point or impact.",
-                {q: symbol(q) if q not in ("xi", "dxi") else f"{symbol(q)} at the section"
-                 for q in DIAGRAM_QUANTITIES}, DIAGRAM),
-        _choice("shade", "Colour", "The quantity shown by the colours of the map.",
-                {q: q.replace("_", " ") for q in OF_MAPS}, MAP),
-        _choice("x", "Across", "The parameter along the horizontal axis.", _PARAMETERS),
-        _choice("scale", "Axis across", "Equal steps, or equal ratios, along the horizontal axis.", _SCALES),
-        _choice("y", "Upwards", "The parameter along the vertical axis of the map.", _PARAMETERS, MAP),
-        _choice("y_scale", "Axis upwards", "Equal steps, or equal ratios, along the vertical axis.", _SCALES, MAP),
-    ),
-    "Parameters": (
-        _choice("scene", "Given as", "Enter A and B, or the quantities of a machine in SI units, which give A and B.",
-                {UNITLESS: "A and B", SI: "SI units"}),
-        _number("A", UNITLESS), _number("B", UNITLESS), *(_number(name, SI) for name in SCENE if name != "frequency"),
-        _number("eps"), _number("eta"),
-    ),
-    "Method": (
-        _choice("method", "Switches found by", "Certified: the proved first zero. Muller: the paper's iteration on a "
-                "grid. Fixed: the next grid point.", {m: m for m in METHODS}),
-        _number("dtau"), _number("tol"),
-        _choice("compare", "Certified motions", "Also show the certified motions, or the difference between the two "
-                "methods.",
-                {ALONE: "not shown", BESIDE: "below", DIFFERENCE: "as a difference"}, DIAGRAM),
-    ),
-    "Run": (
-        _number("section_phase"), _number("transient"), _number("periods"),
-        Control("orbits", "Exact orbits up to period", "Draw the periodic orbits of the undisturbed motion up to this "
-                "period, and their bifurcations. 0 means none."),
-        Control("columns", "Motions across", "Number of motions in a row, 2 to 4000. If empty, one for each pixel."),
-        Control("rows", "Motions upwards", "Number of motions in a column, 2 to 4000. If empty, the number follows "
-                "from the size of the page.", only=MAP),
-    ),
-    "Start": (_number("xi0"), _number("dxi0"), _number("tau0")),
-}  # fmt: skip
-"""All controls, in the order of the page. The first group is above the picture, the other groups are beside it."""
+CONTROLS = (
+    _number("eps", MAIN),
+    _choice("method", "Method", "How the ends of sliding and sticking are found. Certified: the first zero, proved. "
+            "Muller: the paper's iteration on a grid. Fixed: the next point of a grid.",
+            {m: m for m in reversed(METHODS)}, MAIN),
+    _number("dtau", MAIN),
+    _choice("compare", "Compared with certified", "Colour what the steps invent and what they miss.",
+            {ALONE: "not", DIFFERENCE: "in colour"}, MAIN, DIAGRAM),
+    _number("A", MAIN, UNITLESS), _number("B", MAIN, UNITLESS),
+    *(_number(name, MAIN, SI) for name in ("a0", "omega0", "mu", "alpha", "mass")),
+    _choice("mode", "Picture", "A diagram shows many values over one parameter, a map one value over two parameters.",
+            {DIAGRAM: "diagram", MAP: "map"}),
+    _choice("x", "Across", "The parameter along the horizontal axis.", _PARAMETERS),
+    _choice("scale", "spaced", "Equal steps, or equal ratios, along the horizontal axis.", _SCALES),
+    _choice("quantity", "Upwards", "One dot for each section point or impact.",
+            {q: symbol(q) for q in drawing.DIAGRAM_QUANTITIES}, only=DIAGRAM),
+    _choice("y", "Upwards", "The parameter along the vertical axis of the map.", _PARAMETERS, only=MAP),
+    _choice("y_scale", "spaced", "Equal steps, or equal ratios, along the vertical axis.", _SCALES, only=MAP),
+    _choice("shade", "Colour", "The quantity that the colours of the map show.",
+            {q: q.replace("_", " ") for q in OF_MAPS}, only=MAP),
+    _number("eta"), _number("section_phase"), _number("tol"), _number("transient"), _number("periods"),
+    _number("xi0"), _number("dxi0"), _number("tau0"),
+)  # fmt: skip
+"""All controls, in the order of the page."""
+
+
+def known() -> dict[str, Any]:
+    """Return what the scripts of the page know, as values for JSON."""
+    allowed = {name: (row.low, min(row.high, 1e300)) for name, row in names.PARAMETERS.items()}
+    allowed |= dict.fromkeys(SCENE, (1e-9, 1e9)) | {"alpha": (0.0, 89.9)}
+    shown = (*RANGES, *drawing.DIAGRAM_QUANTITIES, *OF_MAPS)
+    return {
+        "controls": [control._asdict() for control in CONTROLS],
+        "allowed": allowed,
+        "factor": {name: NAMES[name].scale for name in RANGES},
+        "symbols": {name: symbol(name) for name in shown},
+        "in_si": {name: symbol(name, si=True) for name in shown},
+        "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
+    }

@@ -1,23 +1,20 @@
-"""Resources that all pages of a server share: the worker thread, the process for exact results, and the measured speed.
+"""Resources that all pages of a server share: the worker thread, the measured speed, and the limits found.
 
 Numba is imported after the first page has been built. While the browser loads this page, the worker loads the kernels.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from vibrodrive.errors import TooLarge
-from vibrodrive.explorer.aside import SeparateProcess
-from vibrodrive.explorer.worker import Rank, Slot, Worker
+from vibrodrive.explorer.worker import Worker
+from vibrodrive.model import records, size
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SECTION
-from vibrodrive.model.size import available_memory, human
 
-WARMING = Slot(-1, Rank.EXPORT)  # a slot that belongs to no page, because pages are numbered from 0
-
-
+WARMING = -1  # belongs to no page, because pages are numbered from 0
 FEWEST = 64  # least number of points of a level (work.py); a kernel computes this number of motions together
 LARGEST = 2 * 10**9  # largest number of bytes of the results of one view
 KEPT = 1000  # largest number of known limits, which take some hundred bytes each
@@ -49,7 +46,7 @@ class Pace:
     @staticmethod
     def _kind(plan: Plan) -> tuple[int, bool, bool]:
         disturbed = "eps" in plan.axes or plan.scalars["eps"] > 0.0
-        return plan.settings.method, disturbed, SECTION in plan.record
+        return plan.settings.method, disturbed, records.SECTION in plan.record
 
 
 def length(plan: Plan) -> int:
@@ -64,7 +61,6 @@ class Engine:
         self.threads = threads
         self.tasks = tasks
         self.worker = Worker(self._failed)
-        self.aside = SeparateProcess(_warm_exact)
         self.pace = Pace()
         self.pages: dict[int, Any] = {}
         self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, at most KEPT, by their arguments
@@ -73,37 +69,30 @@ class Engine:
         """Load all modules and kernels that the first picture needs."""
         self.worker.request(WARMING, lambda halt: self.tasks().warm_picture(self, halt))
 
-    def _failed(self, slot: Slot, error: BaseException) -> None:
-        page = self.pages.get(slot.page)
+    def _failed(self, number: int, error: BaseException) -> None:
+        page = self.pages.get(number)
         if page is not None:
-            page.failed(slot.rank, error)
+            page.later(partial(page.refuse, error))
+
+    def compiling(self) -> float:
+        """Return the seconds that this process has compiled, 0 if it does not compile now."""
+        module = sys.modules.get("vibrodrive.jit.compile")  # imported by the first task
+        compilation = getattr(module, "compilation", None)
+        return float(compilation.seconds) if compilation is not None and compilation.running else 0.0
 
     def make_room(self, need: int, what: str) -> None:
         """Delete results of pages, the oldest page first, until all results and `need` fit into half of the free
         memory.
 
-        `need` is the number of bytes of a new view. Raises TooLarge if `need` exceeds LARGEST or half of the free
+        `need` is the number of bytes of a new view. Raises ValueError if `need` exceeds LARGEST or half of the free
         memory; the message begins with `what`.
         """
         holders = [page for page in self.pages.values() if page.work is not None]
         used = sum(page.work.bytes for page in holders)
-        most = (available_memory() + used) // 2
+        most = (size.available_memory() + used) // 2
         if need > min(most, LARGEST):
-            sizes = f"{human(need)}, and {human(min(most, LARGEST))} are allowed"
-            raise TooLarge(f"{what}: must be small enough for memory; the results of this view take {sizes}")
+            sizes = f"{size.human(need)}, and {size.human(min(most, LARGEST))} are allowed"
+            raise ValueError(f"{what}: must be small enough for memory; the results of this view take {sizes}")
         for page in holders:
             if used + need > most:
                 used, page.work = used - page.work.bytes, None
-
-    def close(self) -> None:
-        """End the worker thread and the process for exact results."""
-        self.worker.close()
-        self.aside.close()
-
-
-def _warm_exact() -> None:
-    """Load the code for exact results in the separate process, and compile the kernels that the worker needs later."""
-    from vibrodrive.explorer import exact, motion
-
-    exact.warm()
-    motion.warm()

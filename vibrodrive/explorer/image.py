@@ -1,4 +1,4 @@
-"""Diagrams and maps as images: each pixel is an index into a palette.
+"""Picture of a view: a diagram or a map as an image, whose pixels are indices into a palette, its key and its statuses.
 
 Each column of a diagram is a point of the sweep. The rows divide the range of the ordinate evenly. A column that is not
 yet computed repeats the last computed column to its left. Maps have the colours of the package's figures. A level
@@ -8,26 +8,22 @@ yet computed repeats the last computed column to its left. Maps have the colours
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibrodrive.explorer.density import paint
-from vibrodrive.explorer.view import PICTURE_ROWS
+from vibrodrive.explorer.view import MAP, PICTURE_ROWS, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import STRIDES, Level
 from vibrodrive.figures.ink import ink_of
-from vibrodrive.model.choices import Status
+from vibrodrive.model import choices, drawing, names
 from vibrodrive.model.results import Results
 
-if TYPE_CHECKING:
-    from matplotlib.colors import Normalize
-
 SHADES = 64
-"""Number of shades of a scale. A pixel of shade 0 is blank, all others have ink. The palette of `difference` consists
-of three scales, for the pixels with ink in both images, only in the chosen image, and only in the certified image."""
+"""Number of shades of a scale. A pixel of shade 0 is blank, all others have ink. The shades of `difference` are
+three scales, for the pixels with ink in both images, only in the chosen image, and only in the certified image."""
 
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
-INKS = ((0, 0, 0), (213, 94, 0), (0, 114, 178))
 MARGIN = 0.04  # share of the range of the values that is added at both ends of the ordinate
 
 
@@ -38,7 +34,7 @@ def values_of(results: Results, quantity: str) -> np.ndarray:
     else:
         found = getattr(results, quantity)
     found = results.measure(quantity).of(found)
-    lacking = np.isin(results.status, (Status.NOT_COMPUTED, Status.BUDGET))
+    lacking = np.isin(results.status, (choices.Status.NOT_COMPUTED, choices.Status.BUDGET))
     return np.where(lacking[:, None], np.nan, found) if lacking.any() else found
 
 
@@ -62,12 +58,6 @@ def palette_of(colours: np.ndarray) -> np.ndarray:
     """Convert colours, float64 (n, 3) with red, green, blue from 0 to 255, to the pixels of a canvas, uint32 (n,)."""
     red, green, blue = np.rint(colours.T).astype(np.uint32)
     return 255 << 24 | blue << 16 | green << 8 | red
-
-
-def ink_palette() -> np.ndarray:
-    """Return the concatenated scales from white to each of INKS."""
-    share = np.arange(SHADES)[:, None] / (SHADES - 1)
-    return palette_of(np.concatenate([255 + share * (np.array(ink) - 255) for ink in INKS]))
 
 
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
@@ -125,32 +115,12 @@ def _repeated(there: np.ndarray) -> np.ndarray:
 
 
 class Key(NamedTuple):
-    """Key to the colours of a picture: `swatches` (colour "#rrggbb", name), the colours of the `scale`, and `numbers`
-    (share of the length of the scale, number)."""
+    """Key to the colours of a picture: `swatches` (colour of CSS, name), the colours of the `scale`, and its `ends`
+    (low, high, whether it is logarithmic)."""
 
     swatches: Sequence[tuple[str, str]] = ()
     scale: Sequence[str] = ()
-    numbers: Sequence[tuple[float, str]] = ()
-
-    def html(self) -> str:
-        """Return the key for a page: the scale with its numbers, and the swatches."""
-        bar = "".join(f"<span style='left:{100 * share:.1f}%'>{number}</span>" for share, number in self.numbers)
-        if self.scale:
-            bar = f"<span class='bar'><i style='--scale:{','.join(self.scale[::8])}'></i>{bar}</span>"
-        swatch = "<span class='entry'><span class='colours swatch' style='background:{}'></span> {}</span>"
-        return bar + " ".join(swatch.format(colour, name) for colour, name in self.swatches)
-
-
-def round_numbers(norm: Normalize) -> list[tuple[float, str]]:
-    """Return round numbers of a scale (1, 2 or 5 times a power of ten), each with its share of the length."""
-    from matplotlib.colors import LogNorm
-    from matplotlib.ticker import Locator, LogLocator, MaxNLocator
-
-    low, high = (float(norm.inverse(end)) for end in (0.0, 1.0))
-    few: Locator = MaxNLocator(6, steps=[1, 2, 5, 10])
-    if isinstance(norm, LogNorm):
-        few = LogLocator(subs=(1.0, 2.0, 5.0) if high < 1e3 * low else (1.0,))
-    return [(float(norm(v)), f"{v:.4g}") for v in few.tick_values(low, high) if low <= v <= high]
+    ends: tuple[float, float, bool] = (0.0, 1.0, False)
 
 
 def painted(
@@ -160,28 +130,29 @@ def painted(
 
     The image contains palette indices, uint16 (rows, columns), with y upwards. For `limits` see `map_figure`.
     """
-    from matplotlib.colors import to_hex, to_rgb  # imported here so that the page appears sooner
+    from matplotlib.colors import LogNorm, to_hex, to_rgb  # imported here so that the page appears sooner
 
     from vibrodrive.figures.colours import SHADES, paint
-    from vibrodrive.figures.map import recorded
 
     part = level.sweep if level.sketch is None or level.sweep.done.any() else level.sketch
     results = part.results[0]
-    values, status = results.measure(quantity).of(recorded(results, quantity)), results.status
+    values = np.asarray(getattr(results, "energy" if quantity == drawing.IMPACT_POWER else quantity))
+    values = values.astype(np.int64 if values.dtype.kind == "i" else float)
+    values, status = results.measure(quantity).of(values), results.status
     shape = status.shape
     source = _nearest(part.done.reshape(shape))
     values, status = (whole.reshape(-1)[source].reshape(shape) for whole in (values, status))
     found = paint(quantity, values, status, limits)
     colours = [to_hex(colour) for colour in found.colours]
     swatches = [*zip(colours, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
-    scale, numbers = [], []
-    if not found.labels:
-        scale = colours[:SHADES]
-        numbers = round_numbers(found.norm)
+    scale = [] if found.labels else colours[:SHADES:8]
+    if scale:
         ends = (("max", "more", SHADES + 1), ("min", "less", SHADES))
         swatches = [(colours[k], name) for end, name, k in ends if found.extend in (end, "both")] + swatches
     palette = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
-    return found.cells.filled(0).T.astype(np.uint16), palette, Key(swatches, scale, numbers)
+    norm = found.norm
+    key = Key(swatches, scale, (float(norm.vmin or 0.0), float(norm.vmax or 1.0), isinstance(norm, LogNorm)))
+    return found.cells.filled(0).T.astype(np.uint16), palette, key
 
 
 def _nearest(done: np.ndarray) -> np.ndarray:
@@ -198,3 +169,84 @@ def _nearest(done: np.ndarray) -> np.ndarray:
         source[better] = (coarse[0] * done.shape[1] + coarse[1])[better]
         there |= better
     return source.reshape(-1)
+
+
+STATUS_WORDS = {
+    choices.Status.TOO_CLOSE: "undecided by rounding",
+    choices.Status.BUDGET: "stopped by their budget of switches",
+    choices.Status.NEVER_LEAVES: "rest for ever",
+}
+PERIODS = 16  # longest period that `spans_of` finds
+NARROWEST = 0.03  # least width of a span of equal periods, as a share of the window
+
+
+def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return (head, arrays) of the picture of the computed part of a view. `height` is the number of rows of a diagram.
+
+    The arrays are the image, with y upwards, and its palette (empty for a diagram, whose shades the page colours). The
+    head has the place of the image in coordinates of the axes, which are decimal logarithms along a logarithmic axis;
+    whether the ordinate has the range of the values (`fit`); the number of motions with each of STATUS_WORDS
+    (`counts`), and in a diagram their columns (`odd`); and the `spans` of equal periods.
+    """
+    columns, rows = view.grid
+    left, right = edges(view, SPAN, columns)
+    status = level.sweep.results[0].status
+    where = {words: np.flatnonzero(status == s) for s, words in STATUS_WORDS.items()} if level.complete else {}
+    where = {words: points for words, points in where.items() if len(points)}
+    head: dict[str, Any] = {
+        "x": left,
+        "dw": right - left,
+        "map": view.mode == MAP,
+        "fit": False,
+        "odd": {},
+        "spans": [],
+    }
+    head |= {"counts": {words: len(points) for words, points in where.items()}, "empty": False}
+    if view.mode == MAP:
+        low, high = edges(view, Y_SPAN, rows)
+        image, palette, key = painted(level, view.shade, view.limits)
+        return {**head, "y": low, "dh": high - low, "key": key._asdict()}, {"image": image, "palette": palette}
+    key, low, high = Key(), view.bottom, view.top
+    if view.limits is None:
+        head["fit"], (low, high) = True, fitting_range(level, view.quantity)
+    image, *certified = pictures(level, view.quantity, low, high, height)
+    if certified:
+        image = difference(image, *certified)
+        inks = ("var(--ink)", "both"), ("var(--down)", f"{view.method} only"), ("var(--up)", "certified only")
+        key = Key(inks)
+    elif level.complete and view.quantity in drawing.SECTION_QUANTITIES:
+        values = values_of(level.sweep.results[0], view.quantity)
+        head["spans"] = spans_of(values, 0.5 * (high - low) / height, left, right)
+    head |= {"y": low, "dh": high - low, "key": key._asdict(), "empty": not image.any()}
+    head["odd"] = {words: points.tolist() for words, points in where.items()}
+    return head, {"image": image, "palette": np.empty(0, np.uint32)}
+
+
+def spans_of(values: np.ndarray, same: float, left: float, right: float) -> list[tuple[float, float, int]]:
+    """Return (left end, right end, period) of each wide span of columns that repeat with one period, 0 if none does.
+
+    `values`, float64 (columns, periods), repeat if they differ by less than `same`. The columns divide the range from
+    `left` to `right` evenly.
+    """
+    period = np.zeros(len(values), int)
+    for p in range(min(PERIODS, values.shape[1] // 3), 0, -1):
+        period[np.abs(values[:, p:] - values[:, :-p]).max(axis=1, initial=0.0) < same] = p
+    if not period.any():
+        return []
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(period)) + 1, [len(period)]])
+    place = left + (right - left) * ends / len(period)
+    runs = zip(place[:-1].tolist(), place[1:].tolist(), period[ends[:-1]].tolist(), strict=True)
+    return [run for run in runs if run[1] - run[0] >= NARROWEST * (right - left)]
+
+
+def place(values: Any, scale: str) -> Any:
+    """Return the coordinates at which values of an axis are drawn: their decimal logarithms if its scale is LOG."""
+    return np.log10(values) if scale == names.LOG else values
+
+
+def edges(view: View, keys: tuple[str, str, str], count: int) -> tuple[float, float]:
+    """Return the outer edges of the first and last cell of an axis. Each value is the centre of its cell."""
+    low, high, scale = (getattr(view, key) for key in keys)
+    first, last = float(place(low, scale)), float(place(high, scale))
+    half = 0.5 * (last - first) / (count - 1)
+    return first - half, last + half

@@ -81,13 +81,13 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     True
     >>> explorer.close()
     """
-    if find_spec("bokeh") is None:
+    if find_spec("tornado") is None:
         raise ModuleNotFoundError("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
-    view = View() if config is None else view_of(configuration.read(Path(config)))
-    from vibrodrive.batch.sweep import check_threads
+    view = View.read({}) if config is None else view_of(configuration.read(Path(config)))
+    from vibrodrive.batch import sweep
     from vibrodrive.explorer import tasks  # noqa: F401 - imports Numba; if two threads import it, one may fail
 
-    return Explored(view, check_threads(threads))
+    return Explored(view, sweep.check_threads(threads))
 
 
 def _serve(view: View, threads: int, started: Future[Explorer]) -> None:

@@ -1,73 +1,383 @@
-// Pictures are separate canvases below Bokeh's transparent canvas. Bokeh glyphs would be slower: each
-// new picture would repaint axes, lines and tools, and each move of an axis would repaint the picture.
-const pictures = {}; // for each diagram: a box over its frame with canvases and lines, and the rectangle of the last picture
+// The frame with its axes, the picture in it, and the knob that chooses a motion. Coordinates of an axis (span) are its
+// values, or their decimal logarithms.
+const FINEST = 2 ** -42; // least width of a window as a share of its ends: a few thousand doubles for a thousand columns
+const STEADY = 100; // ms that the axes wait for a picture
+const WIDEST = 1900; // with more pixels across, as on a projector, a dot takes several pixels
+const [axes, canvas, odd_canvas, frame, line, handle] = ["axes", "picture", "odd", "frame", "line", "handle"].map(element);
+const context = canvas.getContext("2d", {alpha: false});
 
-const picture_of = (plot) => {
-  if (pictures[plot.id]) return pictures[plot.id];
-  const view = Bokeh.index.find_one_by_id(plot.id);
-  if (!view) return null;
-  const [box, canvas, line, odd] = ["div", "canvas", "div", "canvas"].map((kind) => document.createElement(kind));
-  canvas.style.cssText = "position: absolute; left: 0; top: 0; transform-origin: 0 0";
-  odd.style.cssText = `${canvas.style.cssText}; height: 8px`; // ticks at columns whose status is not OK
-  line.style.cssText = "position: absolute; left: 0; top: 0; height: 100%; border-left: 1px dotted #888";
-  box.append(canvas, line, odd);
-  view.canvas_view.underlays_el.append(box);
-  view.canvas_view.events_el.style.outline = "none"; // without an outline, although a click sets the focus
-  view.repainted.connect(() => {
-    page.due = false;
-    move_picture(plot);
-    if (plot === first) measure();
+const scale_of = (k) => (k === "x" ? page.view.scale : over_plane() ? page.view.y_scale : "linear");
+const parameter = (k) => (k === "x" ? page.view.x : over_plane() ? page.view.y : page.view.quantity);
+const keys = (k) => (k === "x" ? ["low", "high"] : over_plane() ? ["y_low", "y_high"] : ["bottom", "top"]);
+const shown = (u, k) => (scale_of(k) === "log" ? 10 ** u : u);
+const drawn = (v, k) => (scale_of(k) === "log" ? Math.log10(Math.max(Number(v), 1e-300)) : Number(v));
+const span = (k) => keys(k).map((key, end) => drawn(page.view[key] ?? page.fitted[end], k));
+const allowed = (k) => (known.allowed[parameter(k)] ?? [-1e300, 1e300]).map((v) => drawn(v, k));
+const name_of = (k) => (page.view.scene === "SI" && known.in_si[parameter(k)]) || known.symbols[parameter(k)];
+const factor_of = (k) => (known.allowed[parameter(k)] ? known.factor[parameter(k)] ?? 1 : 1);
+
+const set_span = (k, start, end) => {
+  const [least, most] = allowed(k), [low, high] = [Math.max(start, least), Math.min(end, most)];
+  if (!(high - low >= FINEST * Math.max(Math.abs(low), Math.abs(high)))) return;
+  keys(k).forEach((key, n) => { page.view[key] = shown([low, high][n], k); });
+  element("fit").hidden = k === "x" && element("fit").hidden;
+  if (!page.busy) draw();
+  else page.due ||= setTimeout(draw, STEADY); // the axes move together with the next picture
+  page.ask();
+};
+const pan = (k, share, [start, end] = span(k)) => {
+  const [least, most] = allowed(k), by = Math.min(Math.max(share * (end - start), least - start), most - end);
+  set_span(k, start + by, end + by);
+};
+// Make a window wider by a factor, with the place at this share of its width fixed.
+const zoom = (k, factor, share, [start, end] = span(k)) => {
+  const still = start + share * (end - start);
+  set_span(k, still - factor * (still - start), still + factor * (end - still));
+};
+
+// Round numbers (1, 2 or 5 times a power of ten) between two ends, about `most`.
+const round = (low, high, most = 8) => {
+  const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough * (1 - 1e-9)), from = Math.ceil(low / step - 1e-9);
+  return Array.from({length: Math.max(0, Math.floor(high / step + 1e-9) - from + 1)}, (_, k) => (from + k) * step);
+};
+// Coordinates of the ticks. A logarithmic axis has them at 1 to 9, at 1, 2 and 5, or at 1 of each decade, or of some.
+const ticks = (k, most) => {
+  const [start, end] = span(k), f = factor_of(k);
+  if (scale_of(k) !== "log") return round(start * f, end * f, most).map((u) => u / f);
+  if (end - start < 0.7) return round(10 ** start, 10 ** end, most).map(Math.log10);
+  const decades = round(start, end, most).filter(Number.isInteger);
+  const within = (factors) => Array.from({length: Math.ceil(end) - Math.floor(start) + 1}, (_, n) => Math.floor(start) + n)
+    .flatMap((d) => factors.map((g) => d + Math.log10(g))).filter((u) => u >= start && u <= end);
+  return [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 5], [1]].map(within).find((places) => places.length <= 1.5 * most) ?? decades;
+};
+const plain = (v, count) => {
+  const n = Math.min(17, Math.max(1, count)), text = Math.abs(v) < 1e-3 ? v.toExponential(n - 1) : v.toPrecision(n);
+  if (v === 0) return "0";
+  return text.includes("e") ? text.replace(/\.?0+e/, "e") : text.includes(".") ? text.replace(/\.?0+$/, "") : text;
+};
+// Labels of ticks. On a narrow axis the first is complete and the others are differences from it.
+const labels = (places, k) => {
+  const values = places.map((u) => shown(u, k) * factor_of(k)), log = scale_of(k) === "log";
+  if (values.length < 2) return values.map((v) => plain(v, 12));
+  const step = Math.abs(values[1] - values[0]), size = Math.max(...values.map(Math.abs));
+  const count = (v) => Math.ceil(Math.log10(Math.max(log ? Math.abs(values[0]) : Math.abs(v), step) / step)) + (log ? 3 : 2);
+  return values.map((v, n) => (log || step > 1e-5 * size || n === 0 ? plain(v, count(v)) : `+${plain(v - values[0], 3)}`));
+};
+// Value at a coordinate, with as many digits as the width of a pixel justifies.
+const read_off = (u, k, pixels) => {
+  const [start, end] = span(k), v = shown(u, k), step = Math.abs(shown(u + (end - start) / pixels, k) - v);
+  return Number(v.toPrecision(Math.min(17, Math.max(1, Math.ceil(Math.log10(Math.max(Math.abs(v), step) / step)) + 1))));
+};
+
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const rem = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
+const box_of = () => ({left: frame.offsetLeft, top: frame.offsetTop, width: frame.clientWidth, height: frame.clientHeight});
+
+// Draw the axes, their labels and the periods of the columns around a box.
+const draw_axes = (c, {left, top, width, height}) => {
+  const size = 0.9 * rem(), [ink, quiet, faint] = ["--ink", "--quiet", "--faint"].map(css);
+  const [[x0, x1], [y0, y1]] = [span("x"), span("y")];
+  const across = (u) => left + width * (u - x0) / (x1 - x0), up = (u) => top + height * (y1 - u) / (y1 - y0);
+  Object.assign(c, {font: `${size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center", textBaseline: "top", lineWidth: 1});
+  c.fillStyle = faint;
+  c.fillRect(left, top + height, width, 1);
+  const knob = c === axes.getContext("2d") && !over_plane() ? across(drawn(page.view.at, "x")) : NaN;
+  const xs = ticks("x", Math.max(2, width / (5.5 * size))), ys = ticks("y", Math.max(2, height / (3.5 * size)));
+  c.fillStyle = quiet;
+  labels(xs, "x").forEach((text, k) => {
+    c.fillRect(Math.round(across(xs[k])), top + height, 1, 0.35 * size);
+    if (!(Math.abs(across(xs[k]) - knob) < 3 * size)) c.fillText(text, across(xs[k]), top + height + 0.75 * size);
   });
-  const context = canvas.getContext("2d", {alpha: false});
-  return pictures[plot.id] = {view, box, canvas, lines: [line], odd, context, drawn: null, frame: ""};
+  Object.assign(c, {textAlign: "right", textBaseline: "middle"});
+  if (page.data || over_plane()) labels(ys, "y").forEach((text, k) => {
+    c.fillRect(left - 0.35 * size, Math.round(up(ys[k])), 0.35 * size, 1);
+    c.fillText(text, left - 0.6 * size, up(ys[k]));
+  });
+  Object.assign(c, {fillStyle: ink, textBaseline: "top", font: `${1.1 * size}px ${css("--font")}`});
+  c.fillText(name_of("x"), left + width, top + height + 2 * size);
+  c.textAlign = "left";
+  c.fillText(name_of("y"), Math.max(0, left - 3.2 * size), Math.max(0, top - 1.9 * size));
+  Object.assign(c, {font: `${0.9 * size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center"});
+  for (const [from, to, period] of page.data?.spans ?? []) {
+    const [a, b] = [from, to].map((u) => Math.min(left + width, Math.max(left, across(u)))), room = b - a;
+    const text = [`period ${period}`, String(period)].find((one) => c.measureText(one).width < room - 6);
+    if (text && period) c.fillText(text, (a + b) / 2, top - 1.7 * size);
+    if (!period && room > 6 * size) c.fillText("no period", (a + b) / 2, top - 1.7 * size);
+    c.fillStyle = period ? faint : quiet;
+    if (room > 3) c.fillRect(a + 1, top - 0.4 * size, room - 2, 3);
+    c.fillStyle = quiet;
+  }
 };
 
-// Move each picture to its data coordinates in the visible window. Move the lines to the selected motion and the marks.
-const move_picture = (plot) => {
-  const picture = picture_of(plot), {view, box, canvas, lines, odd, drawn} = picture;
-  const places = [page.over_plane ? NaN : page.followed, ...page.marks];
-  while (lines.length < places.length) box.append(lines[lines.length] = lines[0].cloneNode());
-  canvas.hidden = odd.hidden = !drawn;
-  lines.forEach((line, k) => { line.hidden = !drawn || !Number.isFinite(places[k]); });
-  if (!drawn) return;
-  const {left, top, width, height} = view.frame.bbox, {x_range, y_range} = plot;
-  const frame = `left: ${left}px; top: ${top}px; width: ${width}px; height: ${height}px`;
-  if (picture.frame !== frame) box.style.cssText = `position: absolute; overflow: hidden; ${picture.frame = frame}`;
-  const across = width / (x_range.end - x_range.start), up = height / (y_range.end - y_range.start);
-  const right = (drawn.x - x_range.start) * across, down = (y_range.end - drawn.y - drawn.dh) * up;
-  const wider = drawn.dw * across / canvas.width, taller = drawn.dh * up / canvas.height;
-  canvas.style.transform = `translate(${right}px, ${down}px) scale(${wider}, ${taller})`;
-  odd.style.transform = `translate(${right}px) scale(${wider}, 1)`;
-  lines.forEach((line, k) => { line.style.transform = `translate(${(places[k] - x_range.start) * across}px)`; });
+// Draw everything that depends on the window: axes, place of the picture, knob.
+const draw = () => {
+  clearTimeout(page.due);
+  page.due = 0;
+  if (!page.view) return;
+  const {width, height} = element("figure").getBoundingClientRect(), ratio = devicePixelRatio, c = axes.getContext("2d");
+  const [wide, tall] = [Math.round(width * ratio), Math.round(height * ratio)];
+  if (axes.width !== wide || axes.height !== tall) Object.assign(axes, {width: wide, height: tall});
+  c.setTransform(ratio, 0, 0, ratio, 0, 0);
+  c.clearRect(0, 0, width, height);
+  const box = box_of();
+  draw_axes(c, box);
+  place_picture(box);
+  place_handle(box);
+};
+const place_picture = ({width, height}) => {
+  const {data} = page;
+  canvas.hidden = odd_canvas.hidden = !data;
+  if (!data) return;
+  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], across = width / (x1 - x0), up = height / (y1 - y0);
+  const right = (data.x - x0) * across, down = (y1 - data.y - data.dh) * up, wider = data.dw * across / canvas.width;
+  canvas.style.transform = `translate(${right}px, ${down}px) scale(${wider}, ${data.dh * up / canvas.height})`;
+  odd_canvas.style.transform = `translate(${right}px) scale(${wider}, 1)`;
+};
+// The knob is on the horizontal axis or, in a map, at the point of its motion.
+const label_of_x = () => {
+  const value = (k, v) => {
+    const [symbol, unit] = known.symbols[parameter(k)].replace(")", "").split(" (");
+    return [symbol, "=", Number((v * factor_of(k)).toPrecision(10)), unit].join(" ").trim();
+  };
+  return value("x", page.view.at) + (over_plane() ? `, ${value("y", page.view.at_y)}` : "");
+};
+const place_handle = ({left, top, width, height}) => {
+  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], map = over_plane();
+  const x = (drawn(page.view.at, "x") - x0) / (x1 - x0), y = map ? (y1 - drawn(page.view.at_y, "y")) / (y1 - y0) : 1;
+  handle.hidden = line.hidden = !(x >= 0 && x <= 1 && y >= 0 && y <= 1);
+  handle.style.transform = `translate(${left + x * width}px, ${top + y * height}px)`;
+  line.style.transform = `translate(${x * width}px)`;
+  line.hidden ||= map;
+  handle.ariaValueText = handle.firstChild.textContent = label_of_x();
 };
 
-// Each pixel of a picture is an index into its RGBA palette; the first row is the lowest.
-const draw_picture = (plot, image, data, odd) => {
-  const picture = picture_of(plot);
-  if (!picture) return;
-  const {canvas, context} = picture, [rows, columns] = image.shape;
-  if (!picture.pixels || canvas.width !== columns || canvas.height !== rows) {
+// Send the size of the frame in dots, for which pictures are computed.
+const measure = () => {
+  const {width, height} = box_of(), dot = Math.ceil(width / WIDEST);
+  const pixels = [width, height].map((length) => Math.round(length / dot));
+  if (!(width > 1 && height > 1)) return;
+  draw();
+  if (String(pixels) === String(page.pixels)) return;
+  page.pixels = pixels;
+  clearTimeout(page.resized);
+  page.resized = setTimeout(request, 100);
+};
+new ResizeObserver(measure).observe(element("figure"));
+
+const clear_picture = () => {
+  page.data = null;
+  for (const where of ["key", "status", "conditions"]) say("", where);
+  wait(`computing the ${page.view.mode} …`);
+};
+
+// Colours of a diagram: scales of `--ink`, `--down` and `--up` on the paper. The colours of a map come with it.
+const SHADES = 64;
+const rgb = (name) => [1, 3, 5].map((at) => parseInt(css(name).slice(at, at + 2), 16));
+const inks = () => {
+  const paper = rgb("--paper"), table = new Uint32Array(3 * SHADES);
+  ["--ink", "--down", "--up"].map(rgb).forEach((ink, k) => {
+    for (let s = 0; s < SHADES; s++) {
+      const share = s && 0.24 + 0.76 * s / (SHADES - 1); // a single dot has a contrast of 3
+      const [r, g, b] = paper.map((v, n) => Math.round(v + (ink[n] - v) * share));
+      table[k * SHADES + s] = (255 << 24 | b << 16 | g << 8 | r) >>> 0;
+    }
+  });
+  return table;
+};
+// Each pixel of a picture is an index into its palette; the first row is the lowest.
+const colour = () => {
+  const {image, palette, odd} = page.data, [rows, columns] = image.shape, table = palette.length ? palette : page.inks ??= inks();
+  if (!page.cells || canvas.width !== columns || canvas.height !== rows) {
     Object.assign(canvas, {width: columns, height: rows});
-    picture.pixels = context.createImageData(columns, rows);
-    canvas.style.imageRendering = columns < picture.view.frame.bbox.width ? "pixelated" : "auto"; // so that cells have sharp edges
+    page.cells = context.createImageData(columns, rows);
   }
-  const colours = new Uint32Array(picture.pixels.data.buffer), {palette} = data;
+  const colours = new Uint32Array(page.cells.data.buffer);
   for (let row = 0, k = 0; row < rows; row++) {
-    for (let spot = (rows - 1 - row) * columns, end = spot + columns; spot < end;) colours[k++] = palette[image[spot++]];
+    for (let spot = (rows - 1 - row) * columns, end = spot + columns; spot < end;) colours[k++] = table[image[spot++]];
   }
-  context.putImageData(picture.pixels, 0, 0);
-  Object.assign(picture.odd, {width: columns, height: 1}).style.width = `${columns}px`;
-  const ticks = picture.odd.getContext("2d");
-  ticks.fillStyle = "#CC3311";
-  for (const column of Object.values(odd).flat()) ticks.fillRect(column, 0, 1, 1);
-  picture.drawn = data;
-  move_picture(plot);
+  context.putImageData(page.cells, 0, 0);
+  Object.assign(odd_canvas, {width: columns, height: 1}).style.width = `${columns}px`;
+  const marks = odd_canvas.getContext("2d");
+  for (const [words, places] of Object.entries(odd)) {
+    marks.fillStyle = css(words.startsWith("rest") ? "--quiet" : "--down");
+    for (const column of places) marks.fillRect(column, 0, 1, 1);
+  }
 };
 
-const clear_pictures = () => {
-  for (const plot of [first, second]) {
-    if (!pictures[plot.id]) continue;
-    pictures[plot.id].drawn = null;
-    move_picture(plot);
+const paint = (head, {image, palette}) => {
+  const answers = page.busy, {began} = page, before = page.data;
+  const spans = head.complete || !before || before.sweep !== page.last ? head.spans : before.spans;
+  if (head.fit && page.view.bottom === null && !head.map && head.seq === page.asked) {
+    const rests = before && (page.pressed || page.played);
+    if (!rests) page.fitted = [head.y, head.y + head.dh];
   }
+  page.data = {...head, image, palette, spans};
+  page.patience = PATIENCE;
+  if (head.seq === page.seq) page.good = page.tried;
+  colour();
+  draw();
+  caption(head);
+  if (head.seq === page.asked) remember(head.address);
+  free();
+  requestAnimationFrame(() => setTimeout(() => {
+    const now = performance.now();
+    if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
+    page.frames.push(now);
+    if (answers) page.latencies.push(now - began);
+    page.whole = head.complete ? head.seq : 0;
+    settle();
+  }, 0));
 };
+
+const caption = ({title, conditions, key, count, done, complete, counts, odd, empty}) => {
+  say(title, "title");
+  say(conditions, "conditions");
+  const swatches = key.swatches.map(([colour, name]) => `<span class="entry"><i style="background: ${colour}"></i>${name}</span>`);
+  const [low, high, log] = key.ends, values = log ? round(Math.log10(low), Math.log10(high), 5).map((u) => 10 ** u) : round(low, high, 6);
+  const share = (v) => (log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
+  const numbers = values.map((v) => `<span style="left: ${100 * share(v)}%">${plain(v, 4)}</span>`);
+  const bar = key.scale.length ? `<span class="bar"><i style="--scale: ${key.scale}"></i>${numbers.join("")}</span>` : "";
+  say(bar + swatches.join(""), "key");
+  const odds = Object.entries(counts).map(([words, n]) => (odd[words] ? `<button data-odd="${words}" title="Show the next of them">${n} ${words}</button>` : `${n} ${words}`));
+  const text = complete ? [`${count} motions`, ...odds].join(" · ") : `coarse, ${Math.round(100 * done)} % of ${count} motions`;
+  say((empty ? "no value in this window: press F · " : "") + text, "status");
+};
+
+// Select the next motion with a status other than OK.
+element("status").addEventListener("click", ({target}) => {
+  if (!target.dataset.odd) return;
+  const {x, dw, image, odd} = page.data, at = drawn(page.view.at, "x");
+  const places = odd[target.dataset.odd].map((column) => x + (column + 0.5) * dw / image.shape[1]);
+  choose(places.find((u) => u > at + 1e-6 * dw / image.shape[1]) ?? places[0]);
+});
+
+// Show the motion at a place.
+const choose = (u, v) => {
+  page.view.at = shown(u, "x");
+  if (over_plane() && v !== undefined) page.view.at_y = shown(v, "y");
+  page.moved = true;
+  draw();
+  judge();
+  page.ask();
+};
+const choose_at = (x, y) => {
+  const {width, height} = box_of(), [[x0, x1], [y0, y1]] = [span("x"), span("y")];
+  const at = (k, low, high, share, size) => drawn(read_off(low + Math.min(1, Math.max(0, share)) * (high - low), k, size), k);
+  choose(at("x", x0, x1, x / width, width), over_plane() ? at("y", y0, y1, 1 - y / height, height) : undefined);
+};
+press("dive", () => page.command({changed: "mode", view: {...page.state(), mode: "diagram", [page.view.y]: page.view.at_y}}));
+
+// The mouse and fingers: `down` contains their places; `from` the windows when the last of them went down or up.
+const pointers = {down: new Map(), from: null, far: false, part: ""};
+const inside = (event) => {
+  const {left, top} = frame.getBoundingClientRect();
+  return [event.clientX - left, event.clientY - top];
+};
+const begin = () => {
+  const places = [...pointers.down.values()];
+  pointers.from = {places, x: span("x"), y: span("y")};
+  page.pressed = places.length > 0;
+};
+const figure = element("figure");
+figure.addEventListener("pointerdown", (event) => {
+  if (!page.view || event.target.closest("button")) return;
+  const [x, y] = inside(event), {width, height} = box_of();
+  const part = event.target.closest("#handle") ? "handle" : x < 0 ? "y" : y > height ? "x" : "frame";
+  if (part === "frame" && (x > width || y < 0)) return;
+  figure.setPointerCapture(event.pointerId);
+  if (!pointers.down.size) Object.assign(pointers, {far: false, part});
+  pointers.down.set(event.pointerId, [x, y]);
+  begin();
+});
+figure.addEventListener("pointermove", (event) => {
+  const place = inside(event), {width, height} = box_of(), {down, part, from} = pointers;
+  if (!down.has(event.pointerId)) return;
+  down.set(event.pointerId, place);
+  if (part === "handle") return choose_at(...place);
+  const places = [...down.values()], both = places.length > 1, up = part === "y" || over_plane() || event.shiftKey;
+  const middle = (all) => [0, 1].map((n) => all.reduce((sum, one) => sum + one[n], 0) / all.length);
+  const [[x0, y0], [x1, y1]] = [middle(from.places), middle(places)];
+  pointers.far ||= both || Math.hypot(x1 - x0, y1 - y0) > 4;
+  if (!pointers.far) return;
+  const apart = (all) => Math.max(20, both ? Math.abs(all[0][0] - all[1][0]) : 20), by = apart(from.places) / apart(places);
+  if (both) zoom("x", by, x0 / width, from.x);
+  if (both && over_plane()) zoom("y", by, 1 - y0 / height, from.y);
+  if (both) return;
+  if (part !== "y" && !(event.shiftKey && !over_plane())) pan("x", (x0 - x1) / width, from.x);
+  if (up && part !== "x") pan("y", (y1 - y0) / height, from.y);
+});
+const lift = (event) => {
+  if (!pointers.down.delete(event.pointerId)) return;
+  const dragged = pointers.far;
+  if (event.type === "pointerup" && !dragged && pointers.part !== "y") choose_at(...inside(event));
+  pointers.far = true; // the other finger does not click
+  begin();
+  if (!page.pressed && dragged && page.view.bottom === null) page.ask(true); // the ordinate may move now
+};
+for (const kind of ["pointerup", "pointercancel"]) figure.addEventListener(kind, lift);
+figure.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  const [x, y] = inside(event), {width, height} = box_of(), factor = Math.exp(0.002 * (event.deltaY || event.deltaX));
+  if (x >= 0 && !(event.shiftKey && y < height)) zoom("x", factor, x / width);
+  if (x < 0 || (y < height && (event.shiftKey || over_plane()))) zoom("y", factor, 1 - y / height);
+}, {passive: false});
+handle.addEventListener("keydown", (event) => {
+  const by = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1}[event.key], {width, height} = box_of();
+  if (!by) return;
+  event.preventDefault();
+  const up = over_plane() && /Up|Down/.test(event.key), far = by * (event.shiftKey ? 20 : 2);
+  const share = (k, at) => { const [low, high] = span(k); return (drawn(at, k) - low) / (high - low); };
+  const [x, y] = [share("x", page.view.at) * width, over_plane() ? (1 - share("y", page.view.at_y)) * height : 0];
+  choose_at(x + (up ? 0 : far), y - (up ? far : 0));
+});
+
+// The picture as PNG, as on the page: the picture, its axes, and all texts and colours of the title and of the key.
+const whole_picture = () => {
+  const ratio = devicePixelRatio, out = document.createElement("canvas"), c = out.getContext("2d"), size = rem();
+  const [top, {left, width}] = [element("title"), figure].map((one) => one.getBoundingClientRect());
+  Object.assign(out, {width: ratio * (width + 2 * size), height: ratio * (element("foot").getBoundingClientRect().bottom - top.top + 2 * size)});
+  c.scale(ratio, ratio);
+  c.fillStyle = css("--paper");
+  c.fillRect(0, 0, out.width, out.height);
+  c.translate(size - left, size - top.top);
+  const box = frame.getBoundingClientRect();
+  c.save();
+  c.beginPath();
+  c.rect(box.left, box.top, box.width, box.height);
+  c.clip();
+  c.imageSmoothingEnabled = false;
+  for (const one of [canvas, odd_canvas]) {
+    const place = one.getBoundingClientRect();
+    c.drawImage(one, place.left, place.top, place.width, place.height);
+  }
+  c.restore();
+  const around = axes.getBoundingClientRect();
+  c.drawImage(axes, around.left, around.top, around.width, around.height);
+  for (const one of document.querySelectorAll("#title, #conditions, #key *")) {
+    const {left, top, width, height} = one.getBoundingClientRect(), style = getComputedStyle(one), text = one.lastChild;
+    if (one.tagName === "I") {
+      const {scale} = page.data.key, shades = c.createLinearGradient(left, 0, left + width, 0);
+      scale.forEach((colour, k) => shades.addColorStop(k / (scale.length - 1), colour));
+      c.fillStyle = one.parentNode.className === "bar" ? shades : style.backgroundColor;
+      c.fillRect(left, top, width, height);
+    } else if (text?.nodeType === 3) {
+      const range = document.createRange();
+      range.selectNode(text);
+      Object.assign(c, {font: style.font, fillStyle: style.color, textBaseline: "middle"});
+      c.fillText(text.data, range.getBoundingClientRect().left, top + height / 2);
+    }
+  }
+  return out;
+};
+press("png", () => whole_picture().toBlob((content) => {
+  page.file = {name: `${parameter("y")}_over_${page.view.x}.png`, content};
+  Object.assign(document.createElement("a"), {href: URL.createObjectURL(content), download: page.file.name}).click();
+}));
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  page.inks = null;
+  if (page.data) colour();
+  draw();
+  draw_motion();
+});

@@ -13,74 +13,59 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
-from urllib.parse import urlencode
+from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 
-from vibrodrive.explorer.numbers import number_of
-from vibrodrive.model import config, drawing
-from vibrodrive.model.choices import ACTS_ON, Method
-from vibrodrive.model.drawing import MAP, check_range, choose_drawing
-from vibrodrive.model.names import AXES, ETA, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, TURN
-from vibrodrive.model.parameters import bad, check, unknown
-from vibrodrive.model.physical import Measure, Scene, check_scene, incline, measure
-from vibrodrive.model.plan import Plan, idle
-from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
+from vibrodrive.model import choices, config, drawing, names, parameters, physical, records
+from vibrodrive.model.drawing import MAP
+from vibrodrive.model.names import LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
+from vibrodrive.model.parameters import bad
+from vibrodrive.model.plan import Plan
 
 DIAGRAM = "diagram"  # mode with one parameter; the mode MAP has two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
-COMPARISONS = ALONE, BESIDE, DIFFERENCE = "alone", "beside", "difference"  # ways to show certified motions
+COMPARISONS = ALONE, DIFFERENCE = "alone", "difference"  # without the certified motions, or coloured by method
 UNITLESS, SI = "dimensionless", "SI"
-METHODS = tuple(m.name.lower() for m in Method)
+METHODS = tuple(m.name.lower() for m in choices.Method)
 MOST_COLUMNS = 4000
 MOST_CELLS = 1_000_000
 COLUMNS, ROWS = 1000, 250  # numbers of columns and rows of a view without a page
 PICTURE_ROWS = 360  # height in pixels of a diagram without a page
 CELLS = 250_000  # largest number of cells of a map, if the number follows from the size of the page
 LONGEST = 10**6  # largest `transient` and `periods`
-NOWHERE = math.nan  # default of `bottom`, `top` and `at`
-RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in AXES.items() if row.axis}
+RECORDED, RECORDED_DISTURBED = 200, 500
+"""Recorded periods of a view that gives no number. With the η of the paper the phase of a disturbance advances by 1/202
+of a turn in each period, so that 200 dots would draw a moiré, which is no property of the motion."""
+NOWHERE = math.nan  # default of `bottom` and `top`
+PLACE = 0.3  # default place of the motion that is shown, as a share of the window
+RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in names.AXES.items() if row.axis}
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # fields with the defaults of RANGES, in order
 ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colours of a map
-MAY_LACK = (*ENDS, "at", "columns", "rows")  # fields that may be empty
-
-
-def _real(value: object) -> float:
-    return number_of(value) if isinstance(value, str) else float(value)  # type: ignore[arg-type]
+MAY_LACK = (*ENDS, "at", "at_y", "columns", "rows", "periods")  # fields that may be empty
 
 
 def _number(key: str, value: object) -> float:
     try:
-        found = _real(value)
+        found = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise ValueError(bad(key, value, "a number, or an expression such as 3*pi/2 or sqrt(2)")) from None
+        raise ValueError(bad(key, value, "a number")) from None
     if not math.isfinite(found):
         raise ValueError(bad(key, value, "a finite number"))
     return found + 0.0
 
 
-def _parameter(key: str, value: object) -> float:
-    try:
-        return check(key, _real(value))
-    except (TypeError, ValueError):
-        raise ValueError(bad(key, value, PARAMETERS[key].allowed)) from None
-
-
-def _of_scene(key: str, value: object) -> float:
-    return check_scene(key, _number(key, value))
-
-
 def _count(key: str, value: object, low: int, high: int) -> int:
     with suppress(TypeError, ValueError):
-        value = int(found) if (found := _real(value)).is_integer() else value
+        value = int(found) if (found := float(value)).is_integer() else value  # type: ignore[arg-type]
     if isinstance(value, int) and low <= value <= high:
         return value
     raise ValueError(bad(key, value, f"an integer from {low} to {high}"))
 
 
-def _choice(key: str, value: object, names: tuple[str, ...]) -> str:
-    if value not in names:
-        raise ValueError(bad(key, value, "one of " + ", ".join(names)))
+def _choice(key: str, value: object, known: tuple[str, ...]) -> str:
+    if value not in known:
+        raise ValueError(bad(key, value, "one of " + ", ".join(known)))
     return str(value)
 
 
@@ -96,9 +81,9 @@ class View:
     RANGES. The ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate
     of a map is the parameter y, with `rows` values from `y_low` to `y_high`. The colours of a map show `shade`.
 
-    `at` is the x of the motion shown below the diagram (NaN: none). `orbits` is the longest period of the exact orbits
-    that are drawn (0: none). If `scene` is "SI", the fields a0 to g are those of `Scene`. They determine B and, if A is
-    not an axis, also A. "SI" is the default if one of them is an axis. The other fields are those of `simulate`.
+    `at` is the x of the motion that the page shows, and `at_y` its y in a map. If `scene` is "SI", the fields a0 to g
+    are those of `Scene`. They determine B and, if A is not an axis, also A. "SI" is the default if one of them is an
+    axis. The other fields are those of `simulate`; `periods` None means a number that suits the picture.
 
     Examples
     --------
@@ -110,44 +95,49 @@ class View:
     array([3.    , 3.0625, 3.125 , 3.1875, 3.25  ])
     """
 
-    mode: str = _set(DIAGRAM, _choice, names=(DIAGRAM, MAP))
-    x: str = _set("A", _choice, names=tuple(RANGES))
+    mode: str = _set(DIAGRAM, _choice, known=(DIAGRAM, MAP))
+    x: str = _set("A", _choice, known=tuple(RANGES))
     low: float = _set(RANGES["A"][0], _number)
     high: float = _set(RANGES["A"][1], _number)
-    scale: str = _set(RANGES["A"][2], _choice, names=(LINEAR, LOG))
+    scale: str = _set(RANGES["A"][2], _choice, known=(LINEAR, LOG))
     columns: int | None = _set(None, _count, low=2, high=MOST_COLUMNS)
-    quantity: str = _set("dxi", _choice, names=drawing.DIAGRAM_QUANTITIES)
+    quantity: str = _set("dxi", _choice, known=drawing.DIAGRAM_QUANTITIES)
     bottom: float = _set(NOWHERE, _number)
     top: float = _set(NOWHERE, _number)
-    y: str = _set("B", _choice, names=tuple(RANGES))
+    y: str = _set("B", _choice, known=tuple(RANGES))
     y_low: float = _set(RANGES["B"][0], _number)
     y_high: float = _set(RANGES["B"][1], _number)
-    y_scale: str = _set(RANGES["B"][2], _choice, names=(LINEAR, LOG))
+    y_scale: str = _set(RANGES["B"][2], _choice, known=(LINEAR, LOG))
     rows: int | None = _set(None, _count, low=2, high=MOST_COLUMNS)
-    shade: str = _set("period", _choice, names=OF_MAPS)
-    compare: str = _set(ALONE, _choice, names=COMPARISONS)
-    orbits: int = _set(0, _count, low=0, high=12)
+    shade: str = _set("period", _choice, known=OF_MAPS)
+    compare: str = _set(ALONE, _choice, known=COMPARISONS)
     at: float = _set(NOWHERE, _number)
-    method: str = _set("certified", _choice, names=METHODS)
-    A: float = _set(3.04, _parameter)
-    B: float = _set(0.1, _parameter)
-    eps: float = _set(0.0, _parameter)
-    eta: float = _set(ETA, _parameter)
-    dtau: float = _set(0.1, _parameter)
-    tol: float = _set(1e-7, _parameter)
-    xi0: float = _set(0.0, _parameter)
-    dxi0: float = _set(0.0, _parameter)
-    tau0: float = _set(0.0, _parameter)
-    section_phase: float = _set(0.5 * math.pi, _parameter)
+    at_y: float = _set(NOWHERE, _number)
+    method: str = _set("certified", _choice, known=METHODS)
+    A: float = _set(3.04, _number)
+    B: float = _set(0.1, _number)
+    eps: float = _set(0.0, _number)
+    eta: float = _set(names.ETA, _number)
+    dtau: float = _set(0.1, _number)
+    tol: float = _set(1e-7, _number)
+    xi0: float = _set(0.0, _number)
+    dxi0: float = _set(0.0, _number)
+    tau0: float = _set(0.0, _number)
+    section_phase: float = _set(0.5 * math.pi, _number)
     transient: int = _set(500, _count, low=0, high=LONGEST)
-    periods: int = _set(200, _count, low=1, high=LONGEST)
-    scene: str = _set(UNITLESS, _choice, names=(UNITLESS, SI))
-    a0: float = _set(8e-4, _of_scene)
-    omega0: float = _set(150.0, _of_scene)
-    mu: float = _set(0.6, _of_scene)
-    alpha: float = _set(3.4, _of_scene)
-    mass: float = _set(250.0, _of_scene)
-    g: float = _set(Scene.g, _of_scene)
+    periods: int | None = _set(None, _count, low=1, high=LONGEST)
+    scene: str = _set(UNITLESS, _choice, known=(UNITLESS, SI))
+    a0: float = _set(8e-4, _number)
+    omega0: float = _set(150.0, _number)
+    mu: float = _set(0.6, _number)
+    alpha: float = _set(3.4, _number)
+    mass: float = _set(250.0, _number)
+    g: float = _set(physical.Scene.g, _number)
+
+    def __post_init__(self) -> None:
+        for name, span in (("at", SPAN), ("at_y", Y_SPAN)):
+            if math.isnan(getattr(self, name)):
+                object.__setattr__(self, name, _inside(*(getattr(self, key) for key in span)))
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:
@@ -157,7 +147,7 @@ class View:
         values: dict[str, Any] = {}
         for key, value in written.items():
             if key not in known:
-                raise ValueError(unknown("key of a view", key, known))
+                raise ValueError(parameters.unknown("key of a view", key, known))
             if key in MAY_LACK and (value is None or value == ""):
                 continue
             values[key] = known[key].metadata["read"](key, value)
@@ -181,13 +171,17 @@ class View:
         if self.mode == MAP:
             if self.x == self.y:
                 raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
-            check_range("bottom and top", self.limits, self.shade)
+            drawing.check_range("bottom and top", self.limits, self.shade)
             columns, rows = self.grid
             if columns * rows > MOST_CELLS:
                 raise ValueError(bad("rows", rows, f"<= {MOST_CELLS // columns} at {columns} columns"))
         plan = self.plan()
+        self.motion_plan()
         if self.mode == MAP:
-            choose_drawing(plan, MAP, self.shade)
+            drawing.choose_drawing(plan, MAP, self.shade)
+            if self.shade == "lyapunov" and ("eps" in self.axes or self.eps > 0.0 or self.method != "certified"):
+                allowed = "another quantity: only certified motions with ε = 0 have a Lyapunov exponent"
+                raise ValueError(bad("shade", self.shade, allowed))
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -216,15 +210,16 @@ class View:
             name for name in SCENE if name != "frequency" and not (name == "omega0" and "frequency" in self.axes)
         )
 
-    def measure(self, quantity: str) -> Measure:
+    def measure(self, quantity: str) -> physical.Measure:
         """Return the conversion of a quantity to SI units if no quantity of the machine is an axis."""
         known = {name: getattr(self, name) for name in self.machine if name not in self.axes}
-        return measure(quantity, known if self.scene == SI else {})
+        return physical.measure(quantity, known if self.scene == SI else {})
 
     @property
-    def incline(self) -> float:
-        """Value of B if B is not an axis."""
-        return incline(self.mu, self.alpha) if self.scene == SI else self.B
+    def recorded(self) -> int:
+        """Number of recorded periods."""
+        disturbed = "eps" in self.axes or self.eps > 0.0
+        return self.periods or (RECORDED_DISTURBED if disturbed else RECORDED)
 
     @property
     def _default_scene(self) -> str:
@@ -234,7 +229,8 @@ class View:
         """Return the query of the address: all fields that differ from their defaults."""
         defaults = {f.name: f.default for f in fields(self)}
         defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
-        defaults["scene"] = self._default_scene
+        defaults |= {"scene": self._default_scene, "at": _inside(self.low, self.high, self.scale)}
+        defaults |= {"at_y": _inside(self.y_low, self.y_high, self.y_scale)}
         values = ((name, getattr(self, name)) for name in defaults)
         chosen = {name: v for name, v in values if v is not None and v != defaults[name] and v == v}
         return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in chosen.items()})
@@ -248,9 +244,12 @@ class View:
         """Return the sweep of this view. Raises ValueError with a message of one line."""
         return config.parse(self.toml()).plan()
 
-    def certified(self) -> View:
-        """Return this view with the certified method and no comparison."""
-        return replace(self, method="certified", compare=ALONE)
+    def motion_plan(self) -> Plan:
+        """Return the plan of the motion that the page shows. Raises ValueError with a message of one line."""
+        values = dict(zip(self.axes, (self.at, self.at_y), strict=False))
+        if "frequency" in values:
+            values["omega0"] = names.TURN * values.pop("frequency")
+        return config.parse(replace(self, **values)._toml({}, self.axes)).plan()  # type: ignore[arg-type]
 
     @property
     def limits(self) -> tuple[float, float] | None:
@@ -262,35 +261,37 @@ class View:
         """True if the certified motions are also shown, for comparison."""
         return self.mode == DIAGRAM and self.compare != ALONE and self.method != "certified"
 
-    @property
-    def follows(self) -> bool:
-        """True if the motion at `at` is shown. It is shown if `at` is inside the window of a diagram."""
-        return self.mode == DIAGRAM and self.low <= self.at <= self.high
-
     def toml(self) -> str:
         """Return the configuration of this view for `vibrodrive sweep`. It contains every number, also the defaults."""
         columns, rows = self.grid
         over = {self.x: (self.low, self.high, columns, self.scale)}
         if self.mode == MAP:
             over[self.y] = (self.y_low, self.y_high, rows, self.y_scale)
+        return self._toml(over, self.axes)
 
-        def numbers(names: Iterable[str]) -> list[str]:
-            return [f"{name} = {getattr(self, name)!r}" for name in names if name not in over]
+    def _toml(self, over: Mapping[str, tuple[float, float, int, str]], along: tuple[str, ...]) -> str:
+        """Return a configuration with the axes `over`. `along` contains the axes, which replace values of a scene."""
+
+        def numbers(keys: Iterable[str]) -> list[str]:
+            return [f"{name} = {getattr(self, name)!r}" for name in keys if name not in over]
 
         model, scene = config.HOMES["model"], self.machine if self.scene == SI else ()
         if scene:
-            scene = tuple(name for name in scene if name != "a0" or "A" not in over)
-            model = tuple(name for name in model if name != "B" and (name != "A" or "a0" not in scene))
-        used = [name for name in ACTS_ON if name not in idle(Method[self.method.upper()])]
+            scene = tuple(name for name in scene if name != "a0" or "A" not in along)
+            scene += ("omega0",) if not over and "frequency" in along else ()
+            given = ("B", "A") if {"a0"} & {*scene, *along} else ("B",)
+            model = tuple(name for name in model if name not in given)
+        method = choices.Method[self.method.upper()]
+        used = [name for name, methods in choices.ACTS_ON.items() if method in methods]
         tables = {
             "model": numbers(model),
             "physical": numbers(scene),
             "sweep": [f'{name} = {{start = {low!r}, stop = {high!r}, num = {num}, scale = "{scale}"}}'
                       for name, (low, high, num, scale) in over.items()],
             "switching": [f'method = "{self.method}"', *numbers(used)],
-            "run": [*numbers(["section_phase"]), f"transient = {self.transient}", f"periods = {self.periods}",
+            "run": [*numbers(["section_phase"]), f"transient = {self.transient}", f"periods = {self.recorded}",
                     f'record = "{self.record}"'],
-            "figure": self._figure(),
+            "figure": self._figure() if over else [],
         }  # fmt: skip
         lines = [line for name, table in tables.items() if table for line in ("", f"[{name}]", *table)]
         return "\n".join(['title = "A view of the explorer"', *lines, ""])
@@ -298,8 +299,8 @@ class View:
     @property
     def record(self) -> str:
         if self.mode == MAP:
-            return SUMMARY
-        return SECTION if self.quantity in drawing.SECTION_QUANTITIES else IMPACTS
+            return records.SUMMARY
+        return records.SECTION if self.quantity in drawing.SECTION_QUANTITIES else records.IMPACTS
 
     def _figure(self) -> list[str]:
         limits = [f"limits = [{self.bottom!r}, {self.top!r}]"] if self.limits else []
@@ -307,6 +308,18 @@ class View:
             return [f'kind = "{MAP}"', f'quantity = "{self.shade}"', f'x = "{self.x}"', f'y = "{self.y}"', *limits]
         lines = [f'kind = "{drawing.BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
         return [*lines, *limits]
+
+
+def _inside(low: float, high: float, scale: str) -> float:
+    """Return a round number at about PLACE of a window."""
+    at = low * (high / low) ** PLACE if scale == LOG and low > 0.0 else low + PLACE * (high - low)
+    step = high - low if scale == LINEAR else at
+    return min(max(round(at, 3 - math.floor(math.log10(step))) if 0.0 < step < math.inf else at, low), high)
+
+
+def read_address(address: str) -> View:
+    """Return the view of an address. Raises ValueError with a message of one line."""
+    return View.read({key: value for key, value in parse_qsl(address.lstrip("?")) if key != "token"})
 
 
 def view_of(settings: config.Config) -> View:
@@ -326,28 +339,21 @@ def view_of(settings: config.Config) -> View:
             raise ValueError(bad("A", values["A"], "an axis, or left out (A then follows from a0), in the explorer"))
     values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
     if "frequency" in values:
-        values["omega0"] = TURN * values.pop("frequency")
+        values["omega0"] = names.TURN * values.pop("frequency")
     if math.isnan(values["dtau"]):
         del values["dtau"]
     s = plan.settings
-    values |= {"method": Method(s.method).name.lower(), "transient": s.transient, "periods": s.periods}
-    names = sorted(plan.axes, key=lambda name: (name != settings.figure.get("x"), -len(plan.axes[name])))
-    names = [name for name in names if len(plan.axes[name]) > 1]
-    if names:
-        values |= {"x": names[0]} | dict(zip(("low", "high", "columns", "scale"), _span(plan, names[0]), strict=True))
-    if SUMMARY in plan.record and len(names) > 1:
-        y = settings.figure.get("y", names[1])
+    values |= {"method": choices.Method(s.method).name.lower(), "transient": s.transient, "periods": s.periods}
+    along = sorted(plan.axes, key=lambda name: (name != settings.figure.get("x"), -len(plan.axes[name])))
+    along = [name for name in along if len(plan.axes[name]) > 1]
+    if along:
+        values |= {"x": along[0]} | dict(zip(("low", "high", "columns", "scale"), _span(plan, along[0]), strict=True))
+    if records.SUMMARY in plan.record and len(along) > 1:
+        y = settings.figure.get("y", along[1])
         values |= {"mode": MAP, "y": y} | dict(zip(("y_low", "y_high", "rows", "y_scale"), _span(plan, y), strict=True))
     quantity = settings.figure.get("quantity")
     shows = {"quantity": drawing.DIAGRAM_QUANTITIES, "shade": OF_MAPS}
     values |= {key: quantity for key, known in shows.items() if quantity in known}
-    if "limits" in settings.figure and settings.figure.get("units") != drawing.DIMENSIONLESS:
-        limits = settings.figure["limits"]
-        of = quantity or choose_drawing(plan, settings.figure.get("kind"))[1]
-        check_range("limits", limits, of)
-        shown = "shade" if values.get("mode") == MAP else "quantity"
-        if of == values.get(shown, getattr(View, shown)):
-            values["bottom"], values["top"] = limits
     return View.read(values)
 
 
@@ -358,3 +364,32 @@ def _span(plan: Plan, name: str) -> tuple[float, float, int, str]:
     geometric = low > 0 and np.allclose(axis, np.geomspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)
     even = np.allclose(axis, np.linspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)
     return low, high, num, LOG if geometric and not even else LINEAR
+
+
+OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), (*Y_SPAN, "at_y")  # fields that return to their defaults with an axis
+
+
+def adapted(state: Mapping[str, Any], changed: str) -> View:
+    """Return the view after a change of the field `changed`, with defaults for all fields that depend on this field.
+    Raises ValueError.
+
+    A quantity of the machine as an axis selects SI units, and B as an axis dimensionless parameters. The other axis is
+    replaced if it then cannot be an axis.
+    """
+    drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
+    known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
+    if known.get(changed) in SCENE_AXES:
+        known["scene"] = SI
+    elif changed in ("x", "y") and known[changed] == "B":
+        known["scene"] = UNITLESS
+    strangers = ("B",) if known["scene"] == SI else SCENE_AXES
+    for axis, other, keys in (("x", "y", OF_ABSCISSA), ("y", "x", OF_ORDINATE)):
+        if known[axis] in strangers or (axis != changed and known["x"] == known["y"]):
+            usual = ("A", "B") if known["scene"] != SI else ("mu",) if known[other] == "A" else ("a0", "omega0")
+            known[axis] = next(name for name in usual if name != known[other])
+            for key in keys:
+                known.pop(key, None)
+    for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):
+        if changed == scale and known[scale] == LOG and float(known[low]) <= 0.0 < float(known[high]):
+            known[low] = float(known[high]) / 1000.0
+    return View.read(known)

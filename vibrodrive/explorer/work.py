@@ -18,12 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.sweep import check_threads, compute_points
+from vibrodrive.batch import sweep
 from vibrodrive.explorer.engine import FEWEST, Pace, length
 from vibrodrive.jit.slices import Halt
+from vibrodrive.model import size
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
-from vibrodrive.model.size import result_bytes
 
 FRAME_SECONDS = 0.03  # time for the first level; together with the drawing about 15 frames per second are possible
 LEVEL_SECONDS = 0.15  # time for each later level
@@ -65,7 +65,7 @@ class Work:
 
     @property
     def bytes(self) -> int:
-        return sum(map(result_bytes, self.plans))
+        return sum(map(size.result_bytes, self.plans))
 
     def levels(self, pace: Pace, halt: Halt) -> Iterator[Level]:
         """Compute the missing points and yield a Level after each step. Raises Halted."""
@@ -131,7 +131,7 @@ def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
 def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int | None, halt: Halt, pace: Pace) -> None:
     """Compute the points with these indices, in any order, and store them in `results`. Raises Halted."""
     began, n = perf_counter(), len(which)
-    block = compute_points(plan, which, check_threads(threads), halt)
+    block = sweep.compute_points(plan, which, sweep.check_threads(threads), halt)
     computed = block.section, block.status, block.margin, block.switches
     for array, part in zip(results.rows(0, plan.n_points), computed, strict=True):
         if array is not None:

@@ -1,87 +1,49 @@
-"""Thread that runs one task at a time. More urgent kinds of work run first; within one kind, the newest request runs
-first.
+"""Thread that runs one task at a time, for the page that asked last.
 
-There is one slot for each kind of work of each page. A new request replaces the waiting or running request in its slot.
-A new request also halts the running task of another slot if this task is not more urgent. The halted task is started
-again later and continues from its stored results (`Work`). A task itself may make a request (`follow`). Such a request
-runs after the task, and halts no other task.
+There is one task for each page. A new request replaces the task of its page, and halts the running task. If this is the
+task of another page, it is started again later, and continues from its stored results (`Work`).
 """
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from enum import IntEnum
-from typing import NamedTuple
 
 from vibrodrive.jit.slices import Halt, Halted
-
-
-class Rank(IntEnum):
-    """Kinds of work, the most urgent first: curves of the selected motion, picture, file to save, exact results."""
-
-    MOTION = 0
-    PICTURE = 1
-    EXPORT = 2
-    EXACT = 3
-
-
-class Slot(NamedTuple):
-    """Page and kind of work of a request."""
-
-    page: int
-    rank: Rank
-
 
 Task = Callable[[Halt], None]
 """Function that returns early or raises Halted as soon as its flag `Halt` is set. It can be called again later."""
 
 
 class Worker:
-    """Worker thread, and the requests that wait for it."""
+    """Worker thread, and the requests that wait for it, by the numbers of their pages."""
 
-    def __init__(self, failed: Callable[[Slot, BaseException], None]) -> None:
+    def __init__(self, failed: Callable[[int, BaseException], None]) -> None:
         self._failed = failed
-        self._waiting: dict[Slot, Task] = {}  # the newest request is the last
-        self._current: tuple[Slot, Task, Halt] | None = None
+        self._waiting: dict[int, Task] = {}  # the newest request is the last
+        self._current: tuple[int, Task, Halt] | None = None
         self._changed = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="explorer", daemon=True)
         self._thread.start()
 
-    def request(self, slot: Slot, task: Task, instead_of: tuple[Rank, ...] = ()) -> None:
-        """Run this task in place of the earlier task in its slot.
-
-        Cancel the tasks of the same page whose rank is in `instead_of`.
-        """
-        with self._changed:  # in one step, so that a halted task cannot add requests
-            if instead_of:
-                self.cancel(slot.page, *instead_of)
+    def request(self, page: int, task: Task) -> None:
+        """Run this task in place of the earlier task of its page."""
+        with self._changed:
             if self._current is not None:
                 running, halted, halt = self._current
-                if slot.rank <= running.rank and not halt.called:  # a cancelled task is not restarted
+                if not halt.called:  # a cancelled task is not restarted
                     self._waiting.setdefault(running, halted)
                     halt.call()
-            self._waiting.pop(slot, None)
-            self._waiting[slot] = task
+            self._waiting.pop(page, None)
+            self._waiting[page] = task
             self._changed.notify_all()
 
-    def follow(self, halt: Halt, slot: Slot, task: Task) -> None:
-        """Run `task` after the running task, which calls this method with its `halt`.
-
-        `task` is ignored if the running task was halted, or if another task waits in this slot.
-        """
+    def cancel(self, page: int) -> None:
+        """Cancel the task of a page."""
         with self._changed:
-            if not halt.called:
-                self._waiting.setdefault(slot, task)
-
-    def cancel(self, page: int, *ranks: Rank) -> None:
-        """Cancel the work of a page that has these ranks. Without `ranks`, cancel all work of the page."""
-        with self._changed:
-            chosen = {Slot(page, rank) for rank in ranks or Rank}
-            for slot in chosen:
-                self._waiting.pop(slot, None)
-            if self._current is not None and self._current[0] in chosen:
+            self._waiting.pop(page, None)
+            if self._current is not None and self._current[0] == page:
                 self._current[2].call()
                 self._changed.notify_all()
 
@@ -109,20 +71,20 @@ class Worker:
 
     def _run(self) -> None:
         while (chosen := self._next()) is not None:
-            slot, task, halt = chosen
+            page, task, halt = chosen
             try:
                 task(halt)
             except Halted:
                 pass
             except BaseException as error:
-                self._failed(slot, error)
+                self._failed(page, error)
 
-    def _next(self) -> tuple[Slot, Task, Halt] | None:
+    def _next(self) -> tuple[int, Task, Halt] | None:
         with self._changed:
             self._current = None
             self._changed.wait_for(lambda: self._waiting or self._closed)
             if self._closed:
                 return None
-            first = min(reversed(self._waiting), key=lambda slot: slot.rank)
-            self._current = first, self._waiting.pop(first), Halt()
+            page, task = self._waiting.popitem()
+            self._current = page, task, Halt()
             return self._current

@@ -35,7 +35,7 @@ class Name(NamedTuple):
     default : default value; None if the value must be given.
     low, high, open_low : range of allowed values; if `open_low`, `low` itself is not allowed.
     axis : ends and spacing of its axis in the explorer; None if it cannot be an axis.
-    slider : ends and step of its slider in the explorer; None without a slider.
+    slider : ends of its slider in the explorer; None without a slider.
     choices : enumeration of the values of a setting with named values.
     unit : unit in files, in the notation of UDUNITS.
     shown : unit in figures.
@@ -51,7 +51,7 @@ class Name(NamedTuple):
     high: float = math.inf
     open_low: bool = False
     axis: tuple[float, float, str] | None = None
-    slider: tuple[float, float, float] | None = None
+    slider: tuple[float, float] | None = None
     choices: type[IntEnum] | None = None
     unit: str = "1"
     shown: str = ""
@@ -67,15 +67,15 @@ class Name(NamedTuple):
 
 PARAMETERS: dict[str, Name] = {
     "A": Name("excitation amplitude A = Ω0² a0 / (μ g cos α)", "A", "A", "model", None, 0.0, 1e9,
-              axis=(2.4, 3.25, LINEAR), slider=(1.0, 4.0, 0.001)),
+              axis=(2.2, 5.0, LINEAR), slider=(1.0, 6.0)),
     "B": Name("incline over friction B = tan α / μ", "B", "B", "model", 0.1, 0.0, 1e9,
-              axis=(0.02, 0.3, LINEAR), slider=(0.0, 0.6, 0.001)),
+              axis=(0.02, 0.3, LINEAR), slider=(0.0, 0.6)),
     "eps": Name("relative amplitude ε of the disturbance, eq. (9)", "ε", r"\varepsilon", "model", 0.0, 0.0, 1e3,
-                axis=(1e-6, 1e-3, LOG), slider=(0.0, 1e-3, 1e-6)),
+                axis=(1e-6, 1e-3, LOG), slider=(1e-6, 1e-2)),
     "eta": Name("frequency ratio η of the disturbance, eq. (9)", "η", r"\eta", "model", ETA, 1e-9, 1e8,
-                axis=(1.0, 200.0, LINEAR), slider=(1.0, 200.0, 0.1)),
+                axis=(1.0, 200.0, LINEAR), slider=(1.0, 200.0)),
     "dtau": Name("step Δτ of the grid (fixed, muller)", "Δτ", r"\Delta\tau", "switching", math.nan, 1e-12, 1e6,
-                 axis=(1e-3, 1.0, LOG), slider=(-5.0, 0.0, 0.01)),
+                 axis=(1e-3, 1.0, LOG), slider=(1e-4, 1.0)),
     "tol": Name("step tolerance of Muller's method", "tol", r"\mathrm{tol}", "switching", 1e-7, 0.0, 1.0, True,
                 axis=(1e-12, 1e-1, LOG)),
     "xi0": Name("initial gap ξ at τ0", "ξ₀", r"\xi_0", "model", 0.0, 0.0, 1e15, axis=(0.0, 10.0, LINEAR)),
@@ -83,9 +83,9 @@ PARAMETERS: dict[str, Name] = {
                  axis=(-3.0, 3.0, LINEAR)),
     "tau0": Name("initial time τ0", "τ₀", r"\tau_0", "model", 0.0, -1e12, 1e12, axis=(0.0, TURN, LINEAR)),
     "section_phase": Name("phase φ_s of the Poincaré section", "φ_s", r"\varphi_s", "run", 0.0, -1e6, 1e6,
-                          axis=(0.0, TURN, LINEAR), slider=(0.0, 6.28, 0.01)),
+                          axis=(0.0, TURN, LINEAR), slider=(0.0, TURN)),
 }  # fmt: skip
-"""Dimensionless real arguments of `simulate`. Each may be an axis of a sweep. The slider of Δτ gives log10(Δτ)."""
+"""Dimensionless real arguments of `simulate`. Each may be an axis of a sweep."""
 
 SCENE: dict[str, Name] = {
     "a0": Name("amplitude a0 of the excitation", "a₀", "a_0", "physical", axis=(3e-4, 1.2e-3, LINEAR),
@@ -105,10 +105,8 @@ each point. Exactly one of `omega0` and `frequency` is given."""
 
 SETTINGS: dict[str, Name] = {
     "method": Name("method of finding switches", "method", "", "switching", Method.CERTIFIED, choices=Method),
-    "transient": Name(
-        "excitation periods before the record begins", "transient", "", "run", 1000, slider=(0, 2000, 10)
-    ),
-    "periods": Name("excitation periods recorded", "periods", "", "run", 250, 1, slider=(10, 1000, 10)),
+    "transient": Name("excitation periods before the record begins", "transient", "", "run", 1000),
+    "periods": Name("excitation periods recorded", "periods", "", "run", 250, 1),
     "budget": Name(
         "switches allowed in a period; evaluations also count, with a small weight", "budget", "", "run", 100_000, 1
     ),

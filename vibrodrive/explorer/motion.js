@@ -1,0 +1,125 @@
+// The motion: the mass on the shaken incline, its phase curve, and its time curve with a line at the present time.
+const STATES = ["up", "down", "stick", "rest", "impact"];
+const WORDS = {up: "slides up", down: "slides down", stick: "sticks", rest: "rests", impact: "hits"};
+const SLOPE = 0.16; // angle of the drawn incline in radians; the true angle is not used
+const TEMPO = 0.7; // shakes a second
+const FRAME = 30; // ms between two pictures of the mass
+const clock = {at: 0, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, last: 0};
+
+const move = (head, found) => {
+  const finite = (values) => Array.from(values).filter(Number.isFinite);
+  const [xi, dxi] = [finite(found.xi), finite(found.dxi)];
+  const ends = (values, least) => [Math.min(...values, 0), Math.max(...values, least)];
+  page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9)};
+  page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
+  clock.at %= found.time.at(-1);
+  draw_motion();
+  requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
+  if (head.done === page.seq) answered(head);
+  judge();
+};
+
+// Clear a canvas. Return its context, and its size in pixels of the page.
+const cleared = (id) => {
+  const {offsetWidth: width, offsetHeight: height} = element(id), c = element(id).getContext("2d"), ratio = devicePixelRatio;
+  Object.assign(element(id), {width: Math.round(width * ratio), height: Math.round(height * ratio)});
+  c.scale(ratio, ratio);
+  Object.assign(c, {font: `${0.85 * rem()}px ${css("--font")}`, fillStyle: css("--ink"), strokeStyle: css("--ink"), lineWidth: 1.5, lineJoin: "round"});
+  return {c, width, height, size: 0.85 * rem()};
+};
+const stroke = (c, points) => {
+  c.beginPath();
+  for (const point of points) c.lineTo(...point);
+  c.stroke();
+};
+
+// A curve in the colours of its states, broken where a coordinate is not a number.
+const draw_curve = (c, {state}, across, up, width = 1.6) => {
+  c.lineWidth = width;
+  for (let k = 0; k + 1 < across.length;) {
+    const from = k;
+    c.strokeStyle = css(`--${STATES[state[k]] === "impact" ? "rest" : STATES[state[k]]}`);
+    c.beginPath();
+    c.moveTo(across[k], up[k]);
+    while (k + 1 < across.length && state[k] === state[from] && Number.isFinite(up[k + 1])) c.lineTo(across[k + 1], up[++k]);
+    c.stroke();
+    if (k === from || !Number.isFinite(up[k + 1])) k += Number.isFinite(up[k + 1]) ? 1 : 2;
+  }
+};
+const draw_motion = () => {
+  draw_mass();
+  if (!page.motion) return;
+  const {motion} = page, {time, xi, dxi, head} = motion;
+  const scale = ([low, high], from, to) => (v) => from + (to - from) * (v - low) / (high - low);
+  {
+    const {c, width, height, size} = cleared("phase"), across = scale(motion.over, 2.2 * size, width - size), up = scale(motion.up, height - 1.6 * size, 1.4 * size);
+    Object.assign(c, {strokeStyle: css("--faint"), lineWidth: 1, fillStyle: css("--quiet")});
+    stroke(c, [[across(motion.over[0]), up(0)], [width - size, up(0)]]);
+    stroke(c, [[across(0), up(motion.up[0])], [across(0), up(motion.up[1])]]);
+    c.fillText("velocity ξ′", 0.3 * size, size);
+    c.textAlign = "right";
+    c.fillText("gap ξ", width - 0.3 * size, height - 0.4 * size);
+    draw_curve(c, motion, Array.from(xi, across), Array.from(dxi, up));
+  }
+  const {c, width, height, size} = cleared("time"), last = time.at(-1), across = scale([0, last], 0, width), up = scale(motion.over, height - 1.6 * size, 1.4 * size);
+  Object.assign(c, {strokeStyle: css("--sine"), lineWidth: 1, fillStyle: css("--quiet")});
+  const low = up(motion.over[0]), high = up(motion.over[1]), {phase} = head;
+  stroke(c, Array.from({length: 60 * Math.ceil(last) + 1}, (_, k) => [across(k / 60), low + (high - low) * (1 + Math.sin(2 * Math.PI * k / 60 + phase)) / 6]));
+  for (let k = 0; k <= last; k++) c.fillRect(across(k), low, 1, 0.4 * size);
+  c.fillText("gap ξ over time, in shakes", 0.3 * size, size);
+  c.fillStyle = css("--sine");
+  c.fillText("shaking sin τ", 0.3 * size, height - 0.2 * size);
+  draw_curve(c, motion, Array.from(time, across), Array.from(xi, up));
+  element("phase").ariaLabel = `Phase curve: velocity over gap. ${element("sentence").textContent}`;
+  element("time").ariaLabel = `Gap over ${last.toFixed(0)} shakes. ${element("sentence").textContent}`;
+};
+
+const draw_mass = () => {
+  const {c, width, height, size} = cleared("mechanism"), {motion} = page, at = clock.at;
+  const length = Math.min(0.84 * width, 2.6 * height), block = 0.15 * length, wall = 0.05 * length;
+  let k = 0, gap = 0.45, state = "rest";
+  if (motion) {
+    k = Math.max(0, motion.time.findLastIndex((t) => t <= at));
+    gap = (Number.isFinite(motion.xi[k]) ? motion.xi[k] : 0) / motion.over[1];
+    state = STATES[motion.state[k]];
+  }
+  c.translate((width - length) / 2, Math.min(height - 1.6 * size, height / 2 + 0.16 * length));
+  c.rotate(-SLOPE);
+  c.translate(motion ? 0.03 * length * Math.sin(2 * Math.PI * at + motion.head.phase) : 0, 0);
+  c.fillStyle = css("--faint");
+  c.fillRect(0, 0, length, 3);
+  c.fillStyle = css("--quiet");
+  c.fillRect(0, -1.5 * block, wall, 1.5 * block); // the obstacle moves with the incline
+  c.fillStyle = css(`--${state === "impact" ? "down" : state}`);
+  const left = wall + gap * (length - wall - block);
+  c.beginPath();
+  c.roundRect(left, -block, block, block, 0.1 * block);
+  c.fill();
+  c.textAlign = gap > 0.6 ? "right" : "left";
+  if (motion) c.fillText(WORDS[state], left + (gap > 0.6 ? block : 0), -block - 0.5 * size);
+  Object.assign(c, {fillStyle: css("--quiet"), textAlign: "left"});
+  c.fillText("obstacle", 0, 1.3 * size);
+  c.textAlign = "right";
+  if (width > 15 * size) c.fillText("shaken incline", length, 1.3 * size);
+  element("moment").style.transform = `translate(${motion ? at / motion.time.at(-1) * element("times").clientWidth : -9}px)`;
+};
+const tick = (now) => {
+  requestAnimationFrame(tick);
+  const rests = page.pressed && pointers.part !== "handle"; // while the picture is dragged, it has all the time
+  if (!page.motion || !clock.playing || now - clock.last < FRAME || document.hidden || rests) return;
+  clock.at = (clock.at + Math.min(0.1, (now - clock.last) / 1000) * TEMPO) % page.motion.time.at(-1);
+  clock.last = now;
+  draw_mass();
+};
+page.play = () => { clock.playing = !clock.playing; };
+const scrub = ({clientX, buttons}) => {
+  const {left, width} = element("times").getBoundingClientRect();
+  if (!buttons || !page.motion) return;
+  Object.assign(clock, {playing: false, at: Math.min(0.9999, Math.max(0, (clientX - left) / width)) * page.motion.time.at(-1)});
+  draw_mass();
+};
+for (const kind of ["pointerdown", "pointermove"]) element("times").addEventListener(kind, scrub);
+element("mechanism").addEventListener("click", () => page.play());
+for (const id of ["mechanism", "phase", "time"]) new ResizeObserver(draw_motion).observe(element(id));
+requestAnimationFrame(tick);
+connect();

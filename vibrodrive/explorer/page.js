@@ -1,0 +1,204 @@
+"use strict";
+// The page and its server: one view at a time. The page requests the next picture as soon as the last one is painted.
+const PATIENCE = 250; // ms that a newer view first waits for the running request; it doubles on a slow machine
+const SLOW = 1200; // ms without an answer until the page says that it computes
+const SILENCE = 8000; // ms without any answer of the server until a message is shown
+const REST = 300; // ms without a change after which a view becomes a step of "back"
+const element = (id) => document.getElementById(id);
+const known = JSON.parse(element("known").textContent);
+const token = new URLSearchParams(location.search).get("token");
+const page = {
+  view: null, // all fields of the view (view.py); texts that the user has typed stay texts
+  good: {}, tried: {}, // the last view that the server has accepted, and the last view requested
+  fitted: [-1, 1], // range of the values, which the ordinate shows unless it was moved
+  busy: false, // a view has been requested, and its answer has not yet arrived
+  pending: false, // the view has changed since the last request
+  moved: false, // only the place of the motion has changed since the last request
+  settled: false, // the picture of the last request is painted and complete
+  begun: false, // the address contains the first view; each later change is a step of "back"
+  pressed: false, // a button of the mouse or a finger is down: the ordinate rests
+  patience: PATIENCE, seq: 0, sent: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
+  kind: "", story: "", // what the picture shows, and the text for a start view that was chosen
+  asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
+  last: "", // the last view requested
+  data: null, // head of the last picture
+  motion: null, // head and arrays of the motion that is shown
+  limits: {}, // its limits k₂, by name
+  played: "", // field whose slider ▶ moves at present
+  refused: "", pixels: null, file: null,
+  frames: [], latencies: [], // times at which pictures were painted, and their delay after the change (ms)
+};
+window.explorer = page;
+let socket = null;
+
+const said = {};
+const say = (text, where) => {
+  if (said[where] !== text) element(where).innerHTML = said[where] = text;
+};
+const over_plane = () => page.view.mode === "map";
+
+const connect = () => {
+  const address = new URL(`ws?token=${token}`, location.href);
+  address.protocol = address.protocol.replace("http", "ws");
+  socket = new WebSocket(address);
+  socket.binaryType = "arraybuffer";
+  socket.onopen = () => {
+    page.pinged = 0;
+    if (page.view) return request(true);
+    apply(known.view);
+    if (known.refused) refuse(known.refused);
+  };
+  socket.onclose = () => {
+    page.busy = false;
+    lost(true);
+    setTimeout(connect, 1000);
+  };
+  socket.onmessage = ({data}) => {
+    page.pinged = 0;
+    lost(false);
+    if (typeof data === "string") return hear(JSON.parse(data));
+    const length = new DataView(data).getInt32(0, true);
+    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), found = {};
+    const kinds = {u1: Uint8Array, u2: Uint16Array, u4: Uint32Array, i1: Int8Array, f4: Float32Array};
+    for (const [name, [type, shape, at]] of Object.entries(head.arrays)) {
+      const size = shape.reduce((a, b) => a * b, 1);
+      found[name] = Object.assign(new kinds[type](data, 4 + length + at, size), {shape});
+    }
+    ({picture: paint, motion: move})[head.kind](head, found);
+  };
+};
+
+const tell = (message) => {
+  if (!message.ping && !message.toml) page.seq += 1; // these two replace no running request
+  if (socket.readyState === 1) socket.send(JSON.stringify({seq: page.seq, ...message}));
+};
+
+const GONE = "The explorer does not answer. If its program has ended, start it again and open the address that it prints.";
+const lost = (gone) => {
+  document.body.classList.toggle("gone", gone);
+  say(gone ? GONE : page.refused, "notice");
+};
+setInterval(() => {
+  if (document.hidden || !socket || socket.readyState !== 1) return;
+  if (page.pinged && performance.now() - page.pinged > SILENCE) lost(true);
+  if (page.pinged) return;
+  page.pinged = performance.now();
+  tell({ping: true});
+}, 1000);
+
+page.state = () => ({...page.view});
+const but_for_motion = (view) => JSON.stringify({...view, at: 0, at_y: 0, pixels: page.pixels});
+
+const send = () => {
+  page.began = page.changed;
+  const view = page.state(), only_motion = page.moved && page.last === but_for_motion(view);
+  const last = but_for_motion(view);
+  Object.assign(page, {busy: true, pending: false, moved: false, sent: performance.now(), last, tried: view});
+  clearTimeout(page.slow);
+  page.slow = setTimeout(() => wait("computing …"), SLOW);
+  tell({view, only_motion, pixels: page.pixels});
+  if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
+};
+
+// Request the picture of the view, or only its motion. While a request runs, the newest view waits.
+const request = (again) => {
+  if (!page.view || !page.pixels || page.pending) return;
+  if (!again && !page.moved && page.last === but_for_motion(page.state())) return;
+  if (!page.busy) return send();
+  page.pending = true;
+  page.settled = page.settled && page.moved;
+  clearTimeout(page.timer);
+  page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.sent)));
+};
+const insist = () => { // replace the running request; the next one gets twice the time, or none would ever finish
+  if (!page.pending) return;
+  page.patience *= 2;
+  send();
+};
+page.ask = (again) => {
+  page.changed = performance.now();
+  if (page.refused) say(page.refused = "", "notice");
+  request(again);
+};
+const free = () => {
+  page.compiling = "";
+  page.busy = false;
+  clearTimeout(page.slow);
+  wait("");
+  if (page.pending) send();
+};
+
+page.command = (message) => {
+  Object.assign(page, {asked: 0, settled: false}); // the running request is obsolete
+  tell({view: page.state(), pixels: page.pixels, ...message});
+};
+
+// Take a complete view from the server, and request its picture.
+const apply = (view) => {
+  const kind = ["mode", "x", "y", "quantity", "shade"].map((name) => view[name]).join(), other = kind !== page.kind;
+  Object.assign(page, {view, kind, good: {...view}});
+  if (other) clear_picture();
+  if (other || page.story) say(page.story || known.about[view.mode], "story"); // a text stays with its picture
+  page.story = "";
+  show_controls();
+  draw();
+  page.ask(true);
+};
+
+const hear = (item) => {
+  if (item.apply) apply(item.apply);
+  if (item.refused) refuse(item.refused);
+  if (item.toml) offer("view.toml", item.toml);
+  if (item.limits) know(item.limits);
+  if (item.compiling) wait(page.compiling = `compiling the program for this machine, about a minute, once: ${item.compiling} s`);
+  if (item.done !== undefined && item.done === page.seq) answered(item);
+};
+const answered = (item) => {
+  if (item.address !== undefined) remember(item.address);
+  free();
+  settle();
+};
+
+// One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion.
+const wait = (text) => {
+  say(page.data ? "" : text, "wait");
+  if (page.data && text && !page.motion) say(text, "sentence"); else judge();
+};
+
+const settle = () => {
+  const latest = page.last === but_for_motion(page.state());
+  page.settled = page.whole === page.asked && !page.pending && latest;
+};
+
+// Write the view into the address after REST ms, as a new step of "back".
+const remember = (address) => {
+  clearTimeout(page.waiting);
+  page.waiting = setTimeout(() => {
+    const url = `?token=${token}${address ? `&${address}` : ""}`;
+    if (url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
+    page.begun = true;
+    page.waiting = 0;
+  }, REST);
+};
+window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));
+
+// Show a text, which can be copied or saved.
+const offer = (name, content) => {
+  page.file = {name, content};
+  Object.assign(element("keep"), {href: URL.createObjectURL(new Blob([content])), download: name});
+  element("content").value = content;
+  element("text").showModal();
+};
+const press = (id, act) => element(id).addEventListener("click", act);
+press("copy", () => navigator.clipboard.writeText(element("content").value));
+press("toml", () => tell({toml: true, view: page.state(), pixels: page.pixels}));
+press("link", () => offer("link.txt", `vibrodrive explore "${location.href.replace(/token=[^&]*&?/, "")}"`));
+press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
+press("fit", () => fit_now());
+
+// Menus close when one clicks elsewhere, or chooses something in them.
+document.addEventListener("click", ({target}) => {
+  for (const menu of document.querySelectorAll(".menu[open]")) {
+    if (!menu.contains(target) || target.matches(".menu div button")) menu.open = false;
+  }
+});
