@@ -34,14 +34,9 @@ from vibrodrive.model.parameters import bad
 ADDRESS = "127.0.0.1"
 HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
-"""Default port of the page, 1000 · 2π. With the same port in each run a browser shows the last picture at once."""
+"""Default port of the page, 1000 · 2π. With the same port in each run a browser remembers what is open on the page."""
 
 TELLING = 500  # milliseconds between two messages that kernels are being compiled
-
-SPINS = "10000"
-"""Number of times that an idle thread of GNU's OpenMP looks for work before it sleeps, about 20 µs. By default it looks
-for milliseconds, during which it takes a core from the browser, which then draws a third fewer pictures."""
-
 
 HEADERS = {
     "Cache-Control": "no-store",
@@ -152,7 +147,6 @@ class Explorer:
 
             sweep.check_threads(threads)
         listening = _listening(port)
-        os.environ.setdefault("GOMP_SPINCOUNT", SPINS)  # read when the first sweep starts the threads
         self.view, self.engine = view, Engine(threads, _tasks)
         self.token = secrets.token_urlsafe(24)
         self.hub = os.environ.get("JUPYTERHUB_SERVICE_PREFIX", "")
