@@ -42,7 +42,7 @@ from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say, w
 from benchmarks.tables import ROOT, fill, number, table
 from vibrodrive import State
 
-PAGE, PICTURE = ROOT / "docs" / "stability.md", ROOT / "docs" / "grazing.png"
+PAGE, PICTURE = ROOT / "benchmarks" / "LIMITS.md", ROOT / "docs" / "grazing.png"
 INCLINES = (0.05, 0.1, 0.2, 0.4)
 MAX_PERIOD, LARGEST_A = 4, 8.0
 DISTANCES = np.geomspace(1e-5, 1e-2, 10)

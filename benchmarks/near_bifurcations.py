@@ -28,7 +28,7 @@ import vibrodrive as vd
 from benchmarks.common import RESULTS, TWO_PI, environment, figure, say, write
 from benchmarks.tables import ROOT, fill, number, table
 
-PAGE, PICTURE = ROOT / "docs" / "stability.md", ROOT / "docs" / "near_bifurcations.png"
+PAGE, PICTURE = ROOT / "benchmarks" / "LIMITS.md", ROOT / "docs" / "near_bifurcations.png"
 B, RANGE, MAX_PERIOD = 0.1, (2.5, 3.25), 4
 DISTANCES = np.geomspace(1e-5, 1e-2, 7)
 AWAY = 100.618

@@ -50,7 +50,7 @@ from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band
 from vibrodrive.stability.main_impacts import impact_cycle
 from vibrodrive.stability.structure import ReferenceOrbit, keeps
 
-PAGE, PICTURE = ROOT / "docs" / "stability.md", ROOT / "docs" / "ruler.png"
+PAGE, PICTURE = ROOT / "benchmarks" / "LIMITS.md", ROOT / "docs" / "ruler.png"
 
 TRANSIENT, PERIODS, B = 1000, 1500, 0.1
 PAPER = 3.04

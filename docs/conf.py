@@ -52,40 +52,32 @@ nb_output_stderr = "remove-warn"  # a warning of an example is an error
 NotebookClient.__init__ = partialmethod(NotebookClient.__init__, coalesce_streams=True)
 
 autodoc_member_order = "bysource"
+toc_object_entries_show_parents = "hide"
 autodoc_typehints = "none"  # the docstrings have types, with shapes
 napoleon_numpy_docstring = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_preprocess_types = False
 
-PAGES = {
-    f"../{name}.md": f"{page}.md"
-    for name, page in {
-        "README": "index",
-        "CHANGELOG": "changelog",
-        "CONTRIBUTING": "contributing",
-        "RELEASING": "releasing",
-        "benchmarks/paper/README": "claims",
-        "benchmarks/paper/CRITERION": "claims",
-        "benchmarks/switches/README": "switches",
-        "benchmarks/switches/RATES": "switches",
-    }.items()
-}
-"""Documents of the folder above, and the pages that include them."""
+README = "../README.md"
+"""Included by the first page, index.md."""
 
 LINK = re.compile(r"\]\((?!\w+:|#)([^)#\s]+)")
 
+OUTSIDE = re.compile(r"\]\((\.\./[^)#\s]+\.(?:md|ipynb))(?:#[^)]*)?\)")
+"""Link to a document that is not a page of the site."""
+
 
 def read_page(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Redirect links from included documents to the pages that include them."""
-    source[0] = LINK.sub(lambda m: f"]({PAGES.get(m[1], m[1])}", source[0])
+    """Make links to the README lead to the page that includes it, and other documents of the repository downloads."""
+    text = LINK.sub(lambda m: f"]({'index.md' if m[1] == README else m[1]}", source[0])
+    source[0] = OUTSIDE.sub(r"](path:\1)", text)
 
 
 def read_included(app: Sphinx, path: Path, docname: str, source: list[str]) -> None:
-    """Rewrite the links of an included document relative to this folder."""
-    if path.as_posix() in PAGES:
-        folder = Path("docs") / path.parent
-        source[0] = LINK.sub(lambda m: f"]({os.path.relpath(folder / m[1], 'docs').replace(os.sep, '/')}", source[0])
+    """Rewrite the links of the README relative to this folder."""
+    if path.as_posix() == README:
+        source[0] = LINK.sub(lambda m: f"]({os.path.relpath(m[1], 'docs').replace(os.sep, '/')}", source[0])
         read_page(app, docname, source)
 
 

@@ -115,7 +115,7 @@ BOXES = {
     State.STICK: ((5.0, 2.0), "sticking\n" + r"$\xi\mathrm{′} = 0,\ \xi > 0$"),
     State.DOWN: ((5.0, 0.0), "sliding down\n" + r"$\xi\mathrm{′} < 0$"),
     State.IMPACT: ((2.5, 0.0), "impact\n" + r"$\xi = 0$"),
-    State.REST: ((0.0, 0.0), "interruption\n" + r"at the obstacle"),
+    State.REST: ((0.0, 0.0), "resting\nat the obstacle"),
 }
 
 HALF = (0.62, 0.3)  # half the width and half the height of a box
@@ -170,7 +170,7 @@ def _ends(before: State, after: State, paired: bool) -> tuple[Place, Place]:
 
 
 def _label(ax: Axes, before: State, after: State, paired: bool, function: str, decision: str) -> None:
-    """Write the switching condition and the decision on a slanting arrow, or beside an arrow that is not slanting."""
+    """Write the switching condition and the decision beside an arrow."""
     (x0, y0), (x1, y1) = _ends(before, after, paired)
     parts = [f"S_{function[1]} = 0"] if function else []
     parts += [decision.replace("<=", r"\leq")] if decision else []
@@ -184,8 +184,6 @@ def _label(ax: Axes, before: State, after: State, paired: bool, function: str, d
         above = not paired or x1 > x0
         ax.text(x, y + (0.07 if above else -0.07), text, ha="center", va="bottom" if above else "top", **where)
     else:
-        paper = {"fc": "white", "ec": "none", "pad": 1.5}
-        x, y = x0 + 0.36 * (x1 - x0), y0 + 0.36 * (y1 - y0)
-        slope = math.degrees(math.atan((y1 - y0) / (x1 - x0)))
-        turned: dict[str, Any] = {"rotation": slope, "rotation_mode": "anchor", "transform_rotates_text": True}
-        ax.text(x, y, text, ha="center", va="center", bbox=paper, **where, **turned)
+        right = x1 > x0
+        x, y = x0 + 0.3 * (x1 - x0), y0 + 0.3 * (y1 - y0)  # near the state that ends
+        ax.text(x, y, text, ha="left" if right else "right", va="bottom" if right else "top", **where)

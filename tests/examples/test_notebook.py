@@ -1,4 +1,4 @@
-"""The notebook docs/session.ipynb: every cell runs in a new kernel without a warning and has the expected output."""
+"""The notebook examples/session.ipynb: every cell runs in a new kernel, without a warning and with the right output."""
 
 import base64
 import io
@@ -13,7 +13,7 @@ import matplotlib.image
 import pytest
 
 ROOT = Path(__file__).parent.parent.parent
-NOTEBOOK = ROOT / "docs" / "session.ipynb"
+NOTEBOOK = ROOT / "examples" / "session.ipynb"
 RUN = """
 import sys, nbformat
 from nbclient import NotebookClient

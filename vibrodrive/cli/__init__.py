@@ -42,11 +42,12 @@ class _Commands(click.Group):
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, message="%(prog)s %(version)s")
 def cli() -> None:
-    """Simulate a mass on a vibrating incline with friction and impacts, for many parameter values.
+    """Simulate a mass that slides, sticks and strikes on a vibrating incline, for many parameter values.
 
-    By default the program proves that it misses no switching point. CONFIG is a configuration, a TOML file with the
-    parameters; `vibrodrive init` lists configurations to begin with. `vibrodrive COMMAND --help` shows the options of a
-    command. Quantities without a unit are dimensionless.
+    To begin, type `vibrodrive init quickstart` and then `vibrodrive sweep quickstart.toml --plot`. CONFIG is a
+    configuration, a TOML file with the parameters; `vibrodrive init` lists those that are supplied, `vibrodrive COMMAND
+    --help` the options of a command. Quantities without a unit are dimensionless. By default each switch from one state
+    of the motion to the next is proved to be the first one.
 
     Exit codes: 0 (done), 1 (the computation failed, or a file is damaged), 2 (refused before any computation), 130
     (interrupted).
