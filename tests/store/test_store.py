@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import pickle
+import time
 import weakref
 from dataclasses import replace
 from importlib import metadata
@@ -460,6 +461,13 @@ def test_truncated_file_is_refused(finished):
             load(finished)
         with pytest.raises(NoResult):
             open_writer(finished, make(), Origin(TEXT))
+
+
+def test_file_that_is_growing_is_read_when_it_is_complete(finished, monkeypatch):
+    raw = finished.read_bytes()
+    finished.write_bytes(raw[:-1])  # HDF5 writes the length into the header before it extends the file
+    monkeypatch.setattr(time, "sleep", lambda seconds: finished.write_bytes(raw))
+    assert look(finished).complete
 
 
 def test_damaged_root_is_refused(finished):

@@ -8,6 +8,7 @@ import math
 import os
 import re
 import stat
+import time
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
@@ -85,17 +86,30 @@ def open_result(path: Path) -> Iterator[h5py.File]:
                     )
                 raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
             access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
-            try:
-                opened = h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
-            except OSError as error:
-                what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
-                raise Damaged(f"{path}: {what}; {RESTORE}") from error
-            with opened as file:
+            with _opened(path, access) as file:
                 yield file
     except Refused as refused:
         raise OSError(refused.args[0].errno, refused.args[0].strerror, str(path)) from None
     finally:
         access.close()  # a reference to `content` that outlives the interpreter crashes it
+
+
+def _opened(path: Path, access: h5py.h5p.PropFAID) -> h5py.File:
+    """Open a result file by HDF5. Raises Damaged.
+
+    While another process writes the file, it may be shorter for a moment than its header tells.
+    """
+    waits = iter((0.01, 0.1, 0.4))
+    while True:
+        try:
+            return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
+        except OSError as error:
+            truncated = "truncated" in str(error)
+            if truncated and (wait := next(waits, 0.0)):
+                time.sleep(wait)
+                continue
+            what = "truncated" if truncated else f"too damaged to be read ({error})"
+            raise Damaged(f"{path}: {what}; {RESTORE}") from error
 
 
 def open_to_write(path: Path) -> h5py.File:
