@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -39,6 +40,12 @@ def test_breaches_of_the_contracts_are_detected(tmp_path):
     )
     assert done.returncode == 1
     assert [complaint for *_, complaint in BREACHES if complaint not in done.stdout] == []
+
+
+def test_files_named_in_the_check_of_all_exist():
+    named = re.findall(r"tests/[\w/]+(?:\.py)?", (ROOT / ".ci" / "run").read_text())
+    assert [name for name in named if not (ROOT / name).exists()] == []
+    assert len(named) > 10
 
 
 def test_no_import_is_circular():

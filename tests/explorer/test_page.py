@@ -323,6 +323,16 @@ def test_link_restores_the_view(tab, explorer):
     tab.driver.execute_script("document.getElementById('text').close()")
 
 
+def test_last_picture_of_a_view_is_shown_until_the_first_is_computed(tab, explorer):
+    shown_again = "(show_kept(), frame.style.background.slice(0, 19))"
+    tab.open(explorer.address + "&columns=100&transient=50&periods=20")
+    tab.until("localStorage.getItem('kept')?.includes('columns=100')", "the picture is kept")
+    assert tab.ask(shown_again) == 'url("data:image/png'
+    tab.open(explorer.address + "&columns=100&transient=50&periods=21")
+    tab.driver.execute_script("history.replaceState(null, '', location.href + '&B=0.3')")
+    assert tab.ask(shown_again) == "", "another view"
+
+
 def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0&high=3.25")
     left, top, width, height = tab.frame()

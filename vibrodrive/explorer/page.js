@@ -138,6 +138,7 @@ const apply = (view) => {
   const kind = ["mode", "x", "y", "quantity", "shade"].map((name) => view[name]).join(), other = kind !== page.kind;
   Object.assign(page, {view, kind, good: {...view}});
   if (other) clear_picture();
+  if (!page.begun) show_kept();
   if (other || page.story) say(page.story || known.about[view.mode], "story"); // a text stays with its picture
   page.story = "";
   show_controls();
@@ -178,6 +179,7 @@ const remember = (address) => {
     if (url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
     page.begun = true;
     page.waiting = 0;
+    if (page.settled) keep();
   }, REST);
 };
 window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));

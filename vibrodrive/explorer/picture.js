@@ -171,6 +171,28 @@ const clear_picture = () => {
   wait(`computing the ${page.view.mode} …`);
 };
 
+// The last complete picture stays in the browser. When its view is opened again, it is shown, pale, until the first
+// picture of the page is there.
+const PALE = 0.35;
+const place = () => location.search.replace(/token=[^&]*&?/, "") + css("--paper");
+const keep = () => {
+  const pale = Object.assign(document.createElement("canvas"), {width: canvas.width, height: canvas.height});
+  const c = pale.getContext("2d");
+  c.globalAlpha = PALE;
+  c.drawImage(canvas, 0, 0);
+  try {
+    localStorage.setItem("kept", JSON.stringify([place(), page.fitted, pale.toDataURL()]));
+  } catch { // too large for the browser
+    localStorage.removeItem("kept");
+  }
+};
+const show_kept = () => {
+  const [at, fitted, picture] = JSON.parse(localStorage.getItem("kept") ?? "[]");
+  if (at !== place()) return;
+  frame.style.background = `url(${picture}) 0 0 / 100% 100%`;
+  page.fitted = fitted;
+};
+
 // Colours of a diagram: scales of `--ink`, `--down` and `--up` on the paper. The colours of a map come with it.
 const SHADES = 64;
 const rgb = (name) => [1, 3, 5].map((at) => parseInt(css(name).slice(at, at + 2), 16));
@@ -213,6 +235,7 @@ const paint = (head, {image, palette}) => {
     if (!rests) page.fitted = [head.y, head.y + head.dh];
   }
   page.data = {...head, image, palette, spans};
+  frame.style.background = "";
   page.patience = PATIENCE;
   if (head.seq === page.seq) page.good = page.tried;
   colour();
