@@ -1,5 +1,7 @@
 """The file of each record describes its contents; equal runs make equal files; what a file is not is said in a line."""
 
+from time import sleep
+
 import h5py
 import numpy as np
 import pytest
@@ -50,6 +52,12 @@ def test_file_of_each_record_is_read_described_and_equal_to_another(name, tmp_pa
     for quantity in results.quantities:
         assert np.array_equal(results[quantity.name], fake.block(results.plan, 0).records[quantity.name].reshape(
             results[quantity.name].shape), equal_nan=True)  # fmt: skip
+
+
+def test_file_does_not_contain_the_time(tmp_path):
+    one = made("section", tmp_path / "one.h5").read_bytes()
+    sleep(1.1)  # HDF5 stores seconds
+    assert one == made("section", tmp_path / "two.h5").read_bytes()
 
 
 @each

@@ -3,6 +3,7 @@
 So xarray and other programs can open a result file.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,19 @@ MOST = 1 << 16  # largest default length of a chunk along a dimension
 
 
 def create(path: str | Path, **options: Any) -> h5py.File:
-    """Create an HDF5 file. The netCDF library extends only a file that tracks the order of its variables."""
-    return h5py.File(path, "w", track_order=True, **options)
+    """Create an HDF5 file that tracks the order of its variables, without which the netCDF library cannot extend it.
+
+    `h5py.File(path, "w", track_order=True)` also stores the time, before h5py 3.15, so that two files of one
+    configuration would differ.
+    """
+    properties, access = h5py.h5p.create(h5py.h5p.FILE_CREATE), h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    for follow in (properties.set_link_creation_order, properties.set_attr_creation_order):
+        follow(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
+    properties.set_obj_track_times(False)
+    access.set_libver_bounds(h5py.h5f.LIBVER_EARLIEST, h5py.h5f.LIBVER_LATEST)  # the default of h5py, not of all HDF5
+    access.set_file_locking(False, True)
+    h5py.h5f.create(os.fsencode(path), h5py.h5f.ACC_TRUNC, properties, access).close()
+    return h5py.File(path, "r+", **options)
 
 
 def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str) -> h5py.Dataset:
