@@ -84,7 +84,6 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
         if value(first) <= grid.floor:
             return Band(value(first), 0.0, 0.0, 0.0, value(first), 0.0, {value(first): False})
         first -= 2 * grid.decade
-    kept = {first: True}
     loss: int | None = None
     last = first  # index of the largest value that is kept together with its lower neighbour
     top = first
@@ -99,22 +98,21 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
             while value(end) <= BEYOND * value(max(last, loss)):
                 end += grid.batch
             likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))]
-        for k, answer in enumerate((yield from _ask(known, needed, likely)), top + 1):
-            kept[k] = answer
-            if not kept[k] and loss is None:
+        for k, kept in enumerate((yield from _ask(known, needed, likely)), top + 1):
+            if not kept and loss is None:
                 loss = k
-            if kept[k] and kept[k - 1]:
+            if kept and known[value(k - 1)]:
                 last = k
         top += len(needed)
-    kept_at = {value(k): kept[k] for k in sorted(kept)}
-    often = (x for x, share in zip(kept_at, share_kept(kept_at), strict=True) if kept_at[x] and share >= 0.5)
-    half = max(often, default=0.0)
+    kept_at = {value(k): known[value(k)] for k in range(first, top + 1)}
     if loss is None:
         return Band(math.inf, value(top), value(top), 0.0, value(top), value(top), kept_at)
+    often = (x for x, share in zip(kept_at, share_kept(kept_at), strict=True) if kept_at[x] and share >= 0.5)
+    half = max(often, default=0.0)
     low, high = yield from _bisect(known, value(loss - 1), value(loss))
     last_kept, share = low, 0.0
     if last > loss:
-        last_kept, share = value(last), float(np.mean([kept[k] for k in range(loss, last + 1)]))
+        last_kept, share = value(last), float(np.mean([known[value(k)] for k in range(loss, last + 1)]))
     return Band(high, low, last_kept, share, value(top), max(low, half), kept_at)
 
 
