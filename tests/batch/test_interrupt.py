@@ -99,15 +99,15 @@ def interrupt(work) -> None:
     """Send SIGINT 0.3 s after the start of `work`, which must raise KeyboardInterrupt."""
     timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
     faulthandler.dump_traceback_later(LIMIT, exit=True)
-    callbacks = gc.callbacks[:]
-    gc.callbacks.clear()  # Hypothesis installs callbacks, in which Python ignores a KeyboardInterrupt
+    gc.collect()
+    gc.disable()  # in callbacks of the collector and of weak references Python ignores a KeyboardInterrupt
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
             work()
     finally:
         faulthandler.cancel_dump_traceback_later()
-        gc.callbacks[:] = callbacks
+        gc.enable()
         timer.cancel()
         timer.join()
 
