@@ -45,7 +45,7 @@ def draw(paper: Paper, names: list[str], folder: Path) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.paper", description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=HERE, help="directory to write to")
+    parser.add_argument("-o", "--output", type=Path, default=HERE, help="directory (default: this program's)")
     parser.add_argument("--only", choices=SUBJECTS, action="append", help="compute this only (repeatable)")
     options = parser.parse_args(arguments)
     names, paper, folder = options.only or list(SUBJECTS), Paper(), options.output

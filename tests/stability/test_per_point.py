@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.model.records import How
+from vibrodrive.model.records import PER_POINT, How
 from vibrodrive.stability.failures import count_failures
-from vibrodrive.stability.per_point import run_blocks
+from vibrodrive.stability.per_point import WAVES, run_blocks
 
 SHORT = {"transient": 50, "periods": 40}
 LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "half_kept", "orbit_period", "velocity", "how")
@@ -25,6 +25,10 @@ def settling(motion):
 
 def same(one, other, columns):
     return all(np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in columns)
+
+
+def test_each_record_that_needs_several_motions_has_a_function():
+    assert set(WAVES) == set(PER_POINT)
 
 
 def test_record_limit_equals_the_limit_at_each_point():

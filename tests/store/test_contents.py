@@ -15,13 +15,13 @@ from vibrodrive.model.above import ABOVE, above
 from vibrodrive.model.config import parse
 from vibrodrive.model.own import Own
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.records import ALONE, RECORDS, How
+from vibrodrive.model.records import PER_POINT, RECORDS, How
 from vibrodrive.store.header import BEFORE
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look, verify
 
 OWN = Own("settle", ("last", "share"), "0" * 64)
-TOGETHER = (*(name for name in RECORDS if name not in ALONE), OWN)
+TOGETHER = (*(name for name in RECORDS if name not in PER_POINT), OWN)
 GRID = {"method": "fixed", "dtau": 0.1}
 
 PLANS = {
@@ -70,6 +70,18 @@ def test_every_variable_has_dimensions_a_unit_a_name_and_a_checksum(name, tmp_pa
             assert data.fletcher32, variable
             if not data.is_scale:
                 assert tuple(len(d[0]) for d in data.dims) == data.shape, variable
+
+
+@pytest.mark.parametrize(("sought", "grid"), [("eps", {}), ("dtau", {"method": "fixed"})])
+def test_file_of_limits_says_in_which_disturbance(sought, grid, tmp_path):
+    path = tmp_path / "x.h5"
+    fake.write(path, make_plan({"A": [1.0, 2.0], "record": ("limit",), **grid}), Origin(""))
+    with h5py.File(path) as file:
+        assert file.attrs["record"] == f"limit in {sought}"
+        assert f"a limit in {sought}:" in file.attrs["comment"]
+        assert sought not in file.attrs
+    facts = look(path).facts()
+    assert ("eta" in facts["parameters"]) == (sought == "eps"), "η acts on the motions of a limit in ε"
 
 
 def test_codes_of_a_limit_have_their_meanings_in_the_file(tmp_path):

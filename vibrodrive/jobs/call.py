@@ -70,12 +70,14 @@ def sweep(
         have the order of the keywords in the call. A is required, as this argument or in `points`.
     method, transient, periods, budget
         as in `simulate`, for all points.
-    record : "section", "impacts", "summary" or "error", or several of them
+    record : str, function, or sequence of these
         quantities to record. "section": the section points. "impacts": the main impacts, which have no faster impact
         within half an excitation period. "summary": a few numbers (period, impact speeds, energies, Lyapunov exponent,
         …) over one period of the motion, or over the record (see `Results`). "error": bounds of the errors of ξ and ξ'
         at the section points, and the period from which on a decision may be wrong. For "error" each motion is computed
-        separately to its end. This takes several times as long, or many times as long if the motion repeats.
+        separately to its end. This takes several times as long, or many times as long if the motion repeats. "limit",
+        alone: the limit k₂ at each point, as `limit` finds it. "failures", alone: the switches that a grid method
+        misses. A function f(motion) that returns a number, or numbers by name, is a record, too.
     points : mapping of str to sequences of one length, optional
         parameters that change together, by name, for example a pandas.DataFrame. Point k has the k-th value of each
         parameter. The points form one axis, `point`, with the values 0, 1, ….

@@ -17,10 +17,10 @@ from vibrodrive.model.parameters import bad, did_you_mean
 SECTION, IMPACTS, SUMMARY, ERROR = "section", "impacts", "summary", "error"
 LIMIT, FAILURES = "limit", "failures"
 
-ALONE = (LIMIT, FAILURES)
-"""Records that exclude all others, because their motions are others."""
+PER_POINT = (LIMIT, FAILURES)
+"""Records that stability/per_point.py computes. Each of them excludes all others."""
 
-RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR, *ALONE)
+RECORDS = (SECTION, IMPACTS, SUMMARY, ERROR, *PER_POINT)
 
 
 class How(IntEnum):
@@ -137,7 +137,7 @@ LIMITS = (
     ),
     Quantity("orbit_period", "<i1", -1, "1", "period of the undisturbed orbit in excitation periods, 0: none"),
     Quantity("velocity", "<f8", math.nan, "1", "k2 as a velocity amplitude: k2 eta A in eps, k2 in dtau"),
-    Quantity("how", "<i1", -1, "1", "how the structure is lost at k2", codes=How),
+    Quantity("how", "<i1", -1, "1", "how the structure is lost at k2; -1: see status", codes=How),
 )
 """The limit k₂ of each point (stability/limit.py)."""
 
@@ -182,7 +182,7 @@ def check_record(record: object) -> tuple[str, ...]:
         raise ValueError(bad("record", record, allowed) + hint)
     if len({*named, *(one.name for one in own)}) < len(given):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
-    for one in ALONE:
+    for one in PER_POINT:
         if one in named and len(given) > 1:
             raise ValueError(bad("record", record, f'"{one}" alone, because it is computed from motions of its own'))
     return (*(name for name in RECORDS if name in named), *own)
@@ -190,14 +190,14 @@ def check_record(record: object) -> tuple[str, ...]:
 
 def several_motions(record: tuple[str, ...]) -> bool:
     """Return True if stability/per_point.py computes a record, and False if one motion a point gives all of them."""
-    return any(name in ALONE or isinstance(name, Own) for name in record)
+    return any(name in PER_POINT or isinstance(name, Own) for name in record)
 
 
 def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
     """Return the quantities of the given records, without the section, which is an array of its own."""
     known = [quantity for name, known in OF_RECORD.items() if name in record for quantity in known]
     own = [
-        Quantity(number, "<f8", math.nan, "1", f"{number} of the function {one.name}")
+        Quantity(number, "<f8", math.nan, "1", number if number == one.name else f"{number} of the function {one.name}")
         for one in record
         if isinstance(one, Own)
         for number in one.numbers

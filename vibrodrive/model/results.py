@@ -79,7 +79,7 @@ class Results:
     settings : Settings
         the settings common to all points, as attributes, such as `settings.transient`.
     record : tuple of str
-        names of the records: "section", "impacts", "summary", "error".
+        names of the records: "section", "impacts", "summary", "error", "limit", "failures", or of functions.
     quantities : tuple of Quantity
         name, type, unit and meaning of each array that the records add. A file of an older version may lack some.
     title : str

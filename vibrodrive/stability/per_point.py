@@ -6,7 +6,6 @@ an interruption. This module yields the same blocks as `run_blocks` of batch/swe
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
@@ -58,10 +57,14 @@ def run_blocks(
 def compute_wave(
     plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
 ) -> None:
-    """Compute blocks, limits in all blocks together, others one after the other. `give` is called with each."""
-    if LIMIT in plan.record:
-        _find_limits(plan, blocks, threads, halt, give)
-        return
+    """Compute blocks, and call `give` with each of them when it is finished."""
+    WAVES.get(plan.record[0], _take_in_turn)(plan, blocks, threads, halt, give)
+
+
+def _take_in_turn(
+    plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
+) -> None:
+    """Compute one block after the other."""
     for index, start, stop in blocks:
         give(compute(plan, start, stop, threads, halt)._replace(index=index))
 
@@ -89,10 +92,14 @@ def _find_limits(
         block.status[at] = found.status
         values = {"orbit_period": found.n, "how": found.code}
         for name, column in block.records.items():
-            column[at] = values.get(name, getattr(found, name, math.nan))
+            column[at] = values[name] if name in values else getattr(found, name)
         left[span] -= 1
         if not left[span]:
             give(empty.pop(span))
+
+
+WAVES = {LIMIT: _find_limits, FAILURES: _take_in_turn}
+"""Function that computes the blocks of each record of PER_POINT; `_take_in_turn` computes functions of a motion."""
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:

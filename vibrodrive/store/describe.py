@@ -9,10 +9,17 @@ from typing import Any
 
 from vibrodrive.model.names import NAMES, SCENE
 from vibrodrive.model.plan import Plan, idle
+from vibrodrive.model.records import LIMIT
 
-CONTENTS = (
+MOTION = (
     "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
-    "more; its section is taken at τ = section_phase + 2πk. "
+    "more; its section is taken at τ = section_phase + 2πk."
+)
+SOUGHT = (
+    "Each point of the axes is one search for a limit in {}: motions with increasing values of it are followed for "
+    "`transient` excitation periods and then compared with the undisturbed orbit for `periods` more."
+)
+MODEL = (
     "Mass on a vibrating incline with Coulomb friction and an ideally plastic obstacle, dimensionless: adhesive force "
     "H = A (sin τ + ε η² sin ητ) − B; ξ'' = H − 1 sliding up, ξ'' = H + 1 sliding down; ξ is the gap above the "
     "obstacle, τ the time (2π: one excitation period), ' the derivative by τ."
@@ -21,24 +28,28 @@ CONTENTS = (
 
 def plain(plan: Plan) -> dict[str, Any]:
     """Return the values common to all motions of a plan, by name: parameters that are not an axis, and settings."""
-    scalars = {name: value for name, value in plan.scalars.items() if name not in plan.axes and not math.isnan(value)}
+    left = {*plan.axes, *([plan.sought] if LIMIT in plan.record else [])}
+    scalars = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
     return scalars | settings_in_words(plan)
 
 
 def settings_in_words(plan: Plan) -> dict[str, Any]:
-    """Return the settings of a plan by name. The method is a text."""
-    return plan.settings.words | {"record": ", ".join(plan.record)}
+    """Return the settings of a plan by name. The method and the record are texts."""
+    record = f"{LIMIT} in {plan.sought}" if LIMIT in plan.record else ", ".join(plan.record)
+    return plan.settings.words | {"record": record}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
     """Return the values of `plain` that affect a motion: dtau and tol if the method uses them, eta if ε may be > 0."""
-    left = {*idle(plan.settings.method), *(["eta"] if plan.scalars.get("eps") == 0.0 else [])}
-    return {name: value for name, value in plain(plan).items() if name not in left}
+    values = plain(plan)
+    left = {*idle(plan.settings.method), *(["eta"] if values.get("eps") == 0.0 else [])}
+    return {name: value for name, value in values.items() if name not in left}
 
 
 def comment(plan: Plan) -> str:
     """Return the description of the contents of a file, and the meanings of the values of `plain`."""
-    return f"{CONTENTS} Attributes: {'; '.join(f'{name}: {_meaning(name)}' for name in plain(plan))}."
+    contents = SOUGHT.format(plan.sought) if LIMIT in plan.record else MOTION
+    return f"{contents} {MODEL} Attributes: {'; '.join(f'{name}: {_meaning(name)}' for name in plain(plan))}."
 
 
 def _meaning(name: str) -> str:

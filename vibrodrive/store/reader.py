@@ -186,7 +186,7 @@ class Report:
         found += [("point", f"{name} between {v.min():g} and {v.max():g}") for name, v in plan.together.items()]
         found += [
             ("fixed", numbers({name: value for name, value in shared.items() if name in plan.scalars})),
-            ("record", ", ".join(map(str, plan.record))),
+            ("record", str(shared["record"])),
             ("switches", str(shared["method"])),
             ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
         ]
