@@ -186,4 +186,5 @@ def _label(ax: Axes, before: State, after: State, paired: bool, function: str, d
     else:
         right = x1 > x0
         x, y = x0 + 0.3 * (x1 - x0), y0 + 0.3 * (y1 - y0)  # near the state that ends
-        ax.text(x, y, text, ha="left" if right else "right", va="bottom" if right else "top", **where)
+        aside, up = (0.06, 0.02) if right else (-0.06, -0.02)
+        ax.text(x + aside, y + up, text, ha="left" if right else "right", va="bottom" if right else "top", **where)
