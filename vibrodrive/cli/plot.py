@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     metavar="NAME",
     help="Quantity to draw (default: depends on the contents). "
     "Section: dxi or xi. Main impacts: impact_phase or impact_speed. "
-    "Map: " + ", ".join(drawing.MAP_QUANTITIES) + " (see the page Maps), or a number of a "
+    "Map: " + ", ".join(drawing.MAP_QUANTITIES) + " (the page of maps explains them), or a number of a "
     "function of your own.",
 )
 @click.option(
