@@ -9,18 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import vibrodrive as vd
-from benchmarks.paper.drawing import INK, drawing, scheme
-from benchmarks.paper.grids import (
-    JUDGED,
-    METHODS,
-    OVER_A,
-    OVER_DTAU,
-    ZEROS,
-    closing,
-    convergents,
-    failures_by_zeros,
-    returning,
-)
+from benchmarks.paper.drawing import drawing, scheme
+from benchmarks.paper.grids import closing, convergents, returning
 from benchmarks.paper.motions import LAGS, Paper, find_phase_slip, without_grid
 from vibrodrive.figures import style
 
@@ -107,8 +97,9 @@ def grid(paper: Paper) -> Figure:
     closes = [convergents(step, LAGS)[-1].periods for step in steps]
     returns = [int(returning(section, LAGS).argmin()) + 1 for section in results.section]
     circle = {"mfc": "none", "mec": style.look().other, "mew": 0.5}
-    over.plot(steps, closes, "o", ms=5, **circle, label="a: the grid closes (convergent $q$)")
-    over.plot(steps, returns, ".", ms=3.2, mew=0, color=style.look().main, label="a: the motion nearly repeats")
+    over.plot(steps, closes, "o", ms=5, **circle, label="a: $m$ periods are nearly a whole number of steps")
+    dot = {"ms": 3.2, "mew": 0, "color": style.look().main}
+    over.plot(steps, returns, ".", **dot, label="a: the motion nearly repeats after $m$ periods")
     over.set_ylim(0, LAGS + 1)
     over.margins(x=0.01)
     over.set_xlabel(style.symbol("dtau"))
@@ -119,46 +110,14 @@ def grid(paper: Paper) -> Figure:
     motion = paper.motions("fig12")[0]
     step = motion.arguments["dtau"]
     m = np.arange(1, LAGS + 1)
-    itself = {"lw": 0.6, "ms": 5, "mew": 0, "label": "b: distance of the motion from itself"}
-    one.semilogy(m, returning(motion.section, LAGS), ".-", color=style.look().main, **itself)
-    grid = {"lw": 0.5, "ms": 4, "mfc": "white", "mew": 0.5, "label": r"b: distance of $m\cdot2\pi$ from the grid"}
-    one.semilogy(m, closing(step, LAGS), "o--", color=style.look().other, **grid)
+    itself, whole = "b: from the motion $m$ periods later", "b: of $m$ periods from a whole number of steps"
+    one.semilogy(m, returning(motion.section, LAGS), ".-", lw=0.6, ms=5, mew=0, color=style.look().main, label=itself)
+    grid = {"lw": 0.5, "ms": 4, "mfc": "white", "mew": 0.5, "color": style.look().other}
+    one.semilogy(m, closing(step, LAGS), "o--", **grid, label=whole)
     one.set_xlim(0, LAGS + 1)
     one.set_xlabel("periods $m$")
     one.set_ylabel("distance")
     style.letter(one, 1, style.equation("dtau", step))
-    style.explain(fig)
-    return fig
-
-
-MARKS: dict[str, dict[str, Any]] = {
-    "one": {"marker": "s", "ms": 3.6, "mew": 0, "color": "0.75"},
-    "even": {"marker": "o", "ms": 3.6, "mew": 0.8, "mfc": "none", "mec": INK},
-    "both": {"marker": "x", "ms": 3.6, "mew": 0.8, "color": INK},
-    "odd": {"marker": "^", "ms": 3.6, "mew": 0.8, "color": INK},
-}
-"""Marks of the numbers of zeros in a step, by their names in ZEROS."""
-
-
-def zeros(paper: Paper) -> Figure:
-    """Mark over A and Δτ the numbers of zeros in the steps at which a switch is missed, late or followed by a wrong
-    state, at ε = 0. There is a panel for each grid method."""
-    fig, axes = style.new(1, len(METHODS), height=3.8, sharey=True)
-    failed = [failures_by_zeros(method)[1] for method in METHODS]
-    for k, (ax, method, failures) in enumerate(zip(axes[0], METHODS, failed, strict=True)):
-        for name, meaning in ZEROS.items():
-            points = sorted({(f.A, f.dtau) for f in failures if f.zeros == name})
-            count = sum(f.zeros == name for found in failed for f in found)
-            A, dtau = zip(*points, strict=True) if points else ((), ())
-            ax.plot(A, dtau, ls="none", label=f"{meaning} ({count} switches)", **MARKS[name])
-        ax.set_yscale("log")
-        ax.set_xlim(OVER_A[0] - 0.05, OVER_A[-1] + 0.05)
-        ax.set_ylim(OVER_DTAU[0], 1.2 * OVER_DTAU[-1])
-        style.name_axes(ax, "A", None if k else "dtau")
-        style.letter(ax, k, method)
-    first = JUDGED["transient"] + 1
-    said = _said({"eps": 0.0, **JUDGED}, "B", "eps")
-    style.note(axes[0, -1], [*said, f"periods {first}–{first + JUDGED['periods'] - 1}"])
     style.explain(fig)
     return fig
 
@@ -205,7 +164,6 @@ FIGURES = {
     "fig11": Drawing("phase curves, exact and with a constant step", fig11),
     "fig12": Drawing("basic and transient motions", fig12),
     "coexisting": Drawing("solutions reached from different starts", coexisting),
-    "zeros": Drawing("zeros in the steps at which a switch fails", zeros),
     "grid": Drawing("periods after which a grid closes and its motion returns", grid),
 }
-"""The figures of the paper, and three that explain Fig. 4, Fig. 12 and §5."""
+"""The figures of the paper, and two that explain Figs. 4 and 12."""
