@@ -318,7 +318,7 @@ def test_limits_over_one_axis_are_bands_of_velocities():
     assert first.get_ydata()[:2] == pytest.approx([1e-2, 1e-1])
     assert last.get_ydata()[:2] == pytest.approx([2e-2, 2e-1])
     assert np.isnan(first.get_ydata()[2])
-    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_yscale()) == ("$A$", "$V$", "log")
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_yscale()) == ("$A$", "limit as a velocity $V$", "log")
     assert "missing points: no limit found" in note_of(ax)
     assert len([text for text in key(fig) if "k_2" in text]) == 2
     with pytest.raises(ValueError, match="axes = A: must be A with the same values in all results"):
@@ -327,7 +327,7 @@ def test_limits_over_one_axis_are_bands_of_velocities():
     found = limits_over([1e-3, 1e-3], **scene)
     ax = vd.plot.limits(found).axes[0]
     speeds = [Scene(a0=1e-3, frequency=f, mu=0.6, alpha=3.4).velocity(0.1) for f in (20.0, 24.0)]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("Excitation frequency $f$ in Hz", "$V$ in m/s")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("Excitation frequency $f$ in Hz", "limit as a velocity $V$ in m/s")
     assert ax.lines[0].get_ydata() == pytest.approx(speeds, rel=1e-12)
 
 

@@ -65,7 +65,7 @@ def limits_figure(
     >>> axis = {"A": [1.5, 2.0, 2.5], "record": "limit", "transient": 50, "periods": 50}
     >>> figure = vd.plot.limits([vd.sweep(**axis), vd.sweep(**axis, method="fixed")])
     >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
-    ('$A$', '$V$')
+    ('$A$', 'limit as a velocity $V$')
     """
     several = [results] if isinstance(results, Results) else list(results)
     for one in several:
@@ -84,7 +84,7 @@ def limits_figure(
         _draw(ax, along, first, last, number, f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}")
     ax.margins(x=0.0)
     name_axes(ax, x, None)
-    label_axes(ax, None, unit.label("$V$"), upright=9 if unit.si == "1" else 0)
+    label_axes(ax, None, unit.label("limit as a velocity $V$"))
     _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
     apart = {x, "eps", "dtau", "method"}
     known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
