@@ -9,6 +9,7 @@ imported. Therefore all private names are used at import, so that a missing name
 from __future__ import annotations
 
 import gc
+import operator
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
@@ -21,6 +22,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
 from numba.core.datamodel.models import BooleanModel
 from numba.core.ir_utils import build_definitions
+from numba.core.types.functions import BaseFunction
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
@@ -106,26 +108,45 @@ class Piece(CompilerBase):
 
 
 _overridden = JITCodeLibrary._optimize_final_module, JITCodeLibrary._finalize_final_module, BooleanModel.from_data
+_typing = BaseFunction.get_call_type
 
 
 def _without_branch(self: BooleanModel, builder: Any, value: Any) -> Any:
     return builder.icmp_unsigned("!=", value, value.type(0))
 
 
+_OPERATORS = {value for name, value in vars(operator).items() if not name.startswith("_")} | {bool}
+_known: dict[tuple[Any, ...], tuple[Any, Any]] = {}
+
+
+def _type_once(self: Any, context: Any, args: Any, kws: Any) -> Any:
+    """Return the signature of an operator for these types of arguments. Numba would try dozens of rules at each use."""
+    if self.typing_key not in _OPERATORS or kws:
+        return _typing(self, context, args, kws)
+    key = self.typing_key, args
+    if key not in _known:
+        found: Any = _typing(self, context, args, kws)
+        _known[key] = found, self._impl_keys[found.args]
+    signature, self._impl_keys[signature.args] = _known[key]
+    return signature
+
+
 @contextmanager
 def compiling() -> Iterator[None]:
-    """Disable garbage collection and branches for bool arguments during compilation.
+    """Compile without garbage collection, without branches for bool arguments, and with `_type_once`.
 
     Compilation produces little garbage. Numba makes a branch for each bool argument, which takes time and prevents
     vectorisation of the reads after the branch.
     """
     with global_compiler_lock:
-        collecting, branching = gc.isenabled(), BooleanModel.from_data
+        collecting, branching, typing = gc.isenabled(), BooleanModel.from_data, BaseFunction.get_call_type
         gc.disable()
         BooleanModel.from_data = _without_branch  # type: ignore[method-assign]
+        BaseFunction.get_call_type = _type_once  # type: ignore[method-assign]
         try:
             yield
         finally:
             BooleanModel.from_data = branching  # type: ignore[method-assign]
+            BaseFunction.get_call_type = typing  # type: ignore[method-assign]
             if collecting:
                 gc.enable()
