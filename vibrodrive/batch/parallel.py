@@ -25,7 +25,7 @@ from numba.extending import typeof_impl
 
 from vibrodrive.jit.compile import jit, prepare
 from vibrodrive.jit.slices import Halt, Halted
-from vibrodrive.kernels.arguments import Arguments, packed
+from vibrodrive.kernels.arguments import Arguments, address_of, packed
 
 LOOK = 0.05  # time in seconds between two checks for Ctrl-C, for a halt from another process, and for finished blocks
 
@@ -181,13 +181,13 @@ def _run(calls: Sequence[tuple[Any, Sequence[Arguments]]], threads: int, halt: H
                 kernel(arguments)
         return
     tables = [packed(sets[:threads]) for _, sets in calls]
+    if threads == 1:
+        for (kernel, _), table in zip(calls, tables):  # noqa: B905
+            kernel(address_of(table))
+        return
     addresses = np.zeros((2, threads), np.int64)
     for row, table in zip(addresses, tables):  # noqa: B905
-        row[:] = table.ctypes.data + table.strides[0] * np.arange(threads)
-    if threads == 1:
-        for (kernel, _), row in zip(calls, addresses):  # noqa: B905
-            kernel(int(row[0]))
-        return
+        row[:] = address_of(table) + table.strides[0] * np.arange(threads)
     functions = [_by_address(kernel) for kernel, _ in calls]
     while not _lock.acquire(timeout=LOOK):
         if halt.called:

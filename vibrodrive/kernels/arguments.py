@@ -5,6 +5,7 @@ signature. Therefore the parallel loop in batch/parallel.py can call each kernel
 compiled only once. `kernels/__init__.py` explains the terms.
 """
 
+import ctypes
 from collections.abc import Sequence
 from itertools import count
 from typing import Any, NamedTuple
@@ -84,6 +85,14 @@ CELLS = sum(1 + dimensions for _, _, dimensions in _KINDS)
 """Number of integers that describe one set of arguments, that is the address and the shape of each array."""
 
 
+_NO_BYTES = ctypes.c_char * 0
+
+
+def address_of(array: Any) -> int:
+    """Return the address of a contiguous, writable NumPy array, in a tenth of the time of `array.ctypes.data`."""
+    return ctypes.addressof(_NO_BYTES.from_buffer(array))
+
+
 def packed(sets: Sequence[Arguments]) -> np.ndarray:
     """Return the addresses and shapes of the arrays of each set, int64 (sets, CELLS).
 
@@ -101,7 +110,7 @@ def packed(sets: Sequence[Arguments]) -> np.ndarray:
             elif array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
                 raise TypeError(f"{name}: must be a contiguous {dtype} array of {dimensions} dimensions")
             else:
-                cells += (array.ctypes.data, *array.shape)
+                cells += (address_of(array), *array.shape)
         rows.append(cells)
     return np.array(rows, np.int64)
 

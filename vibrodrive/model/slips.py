@@ -39,7 +39,7 @@ def unlikely(plan: Any) -> list[str]:
 
     said = []
     for name, axis in plan.axes.items():
-        values, counts = np.unique(axis, return_counts=True)
+        values, counts = np.unique(axis, return_counts=True) if len(axis) > 1 else (axis, axis)
         if len(values) < len(axis):
             said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
         if len(axis) == 3 and _is_range(*axis.tolist()):
