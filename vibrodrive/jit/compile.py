@@ -265,7 +265,10 @@ def _print_compiling(function):
     if not shown and sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules):
         with suppress(OSError, ValueError):
             name = f"{function.__module__}.{function.__name__}"
-            print(f"vibrodrive: compiling {name}, once for this version, Python and processor", file=sys.stderr)
+            print(
+                f"vibrodrive: compiling {name}, once for this version, Python and processor, usually in 3 to 15 s",
+                file=sys.stderr,
+            )
 
 
 _APART = {"forceinline": False, **_ENCLOSED}

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 PLAIN_SECONDS = 10.0  # seconds between lines if stderr is not a terminal (a log, a batch system)
 
-COMPILING = "compiling the kernels, once for this version, Python and processor"
-"""Message at the start of a compilation. The duration of the compilation is unknown."""
+COMPILING = "compiling the kernels, once for this version, Python and processor, usually in 10 to 30 s"
+"""Message at the start of a compilation."""
 
 
 @dataclass
