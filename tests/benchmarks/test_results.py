@@ -7,6 +7,7 @@ import json
 import lzma
 import re
 
+import numpy as np
 import pytest
 
 import vibrodrive as vd
@@ -87,6 +88,18 @@ def test_examples_name_cases_of_the_set():
 @pytest.mark.parametrize("chart", draw.charts(), ids=lambda chart: chart.picture.name)
 def test_picture_shows_the_stored_measurements(chart):
     assert draw.fingerprint(chart.load()).encode() in chart.picture.read_bytes()
+
+
+def test_labels_of_the_chart_cover_neither_each_other_nor_a_mark():
+    fig = draw.chart(draw.stored_dated("accuracy_speed"))
+    fig.draw_without_rendering()
+    for ax in fig.axes:
+        boxes = {text.get_text(): text.get_window_extent().shrunk(0.98, 0.9) for text in ax.texts}
+        marks = np.concatenate([ax.transData.transform(line.get_xydata()) for line in ax.lines])
+        for name, box in boxes.items():
+            assert not [other for other in boxes if other != name and box.overlaps(boxes[other])], name
+            assert not [at for at in marks if box.contains(*at)], name
+    draw.plt.close(fig)
 
 
 def test_stored_limits_of_five_disturbances_are_complete():
