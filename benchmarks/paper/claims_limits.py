@@ -12,10 +12,10 @@ import vibrodrive as vd
 from benchmarks import obvious_loop
 from benchmarks.paper.claim import Outcome, claim, listed, when
 from benchmarks.paper.limits import KINDS, band_of_motions, limits
-from benchmarks.paper.motions import NotApplicable, Paper
+from benchmarks.paper.motions import NotApplicable, Paper, loss_of_sticking
 from benchmarks.paper.orbit_curve import curve_distance, orbit_curve
 from benchmarks.paper.starts import SETTLING, WATCHED
-from vibrodrive import State, Status
+from vibrodrive import Status
 from vibrodrive.stability.structure import reference_orbit
 
 OVER_A = np.linspace(1.11, 3.25, 205)[np.linspace(0, 204, 43).round().astype(int)]
@@ -142,10 +142,10 @@ def rational(paper: Paper) -> Outcome:
 )
 def interruptions_and_limit(paper: Paper) -> Outcome:
     results = paper.results("fig03")
-    gone = np.flatnonzero((results.switches[:, State.IMPACT] > 0) & (results.switches[:, State.STICK] == 0))
-    if not len(gone) or results.status[gone[0]] != Status.OK:
+    lost = loss_of_sticking(results)
+    if lost is None or results.status[lost] != Status.OK:
         raise NotApplicable("sticking never vanishes")
-    at = float(results.axes["A"][gone[0]])
+    at = float(results.axes["A"][lost])
     away = np.linspace(AROUND_LOSS, AROUND_LOSS / 15, 8)  # the loss itself is left out
     A = np.concatenate([at - away, at + away[::-1]])
     found = _both(A=A, B=results.scalars["B"])

@@ -6,7 +6,7 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks.paper.claim import Outcome, claim, listed, when
-from benchmarks.paper.motions import LAGS, PHASES, SETTLED, NotApplicable, Paper
+from benchmarks.paper.motions import LAGS, PHASES, SETTLED, NotApplicable, Paper, loss_of_sticking
 from vibrodrive import State, Status
 from vibrodrive.stability.structure import deviation, period
 
@@ -45,7 +45,8 @@ def interruptions(paper: Paper) -> Outcome:
     landed = switches[:, State.IMPACT]
     moving = landed > 0
     rest = np.where(moving, switches[:, State.REST] / np.maximum(landed, 1), np.nan)
-    stick_gone = _first(A, moving & (switches[:, State.STICK] == 0))
+    lost = loss_of_sticking(results)
+    stick_gone = np.nan if lost is None else float(A[lost])
     rest_less = _first(A, moving & (rest < 0.99))
     bifurcated = moving & (period(results.section) > 1)
     partly = float((rest[bifurcated] < 0.99).mean()) if bifurcated.any() else np.nan

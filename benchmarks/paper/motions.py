@@ -9,6 +9,7 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks.paper.grids import returning
+from vibrodrive import State
 from vibrodrive.model.config import read
 from vibrodrive.stability.main_impacts import are_main_impacts, impact_gaps
 from vibrodrive.stability.structure import compare_structure, reference_orbit
@@ -22,6 +23,12 @@ SETTLING = 3000  # transient periods of undisturbed motions, enough at any A
 
 SAMPLED = 200  # number of values of A in a diagram at which the impacts of a motion are analysed
 PHASES = 200  # number of instants in a period at which different periods of a motion are compared
+
+
+def loss_of_sticking(results: vd.Results) -> int | None:
+    """Return the number of the first A at which the mass moves and never sticks, None if there is none."""
+    gone = np.flatnonzero((results.switches[:, State.IMPACT] > 0) & (results.switches[:, State.STICK] == 0))
+    return int(gone[0]) if len(gone) else None
 
 
 class NotApplicable(ValueError):
