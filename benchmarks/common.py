@@ -54,12 +54,20 @@ DASHES = ("-", "--", ":", "-.")
 # -- running a benchmark -----------------------------------------------------------------------------------
 
 
-def arguments(doc: str) -> argparse.Namespace:
+def parser(doc: str | None, draws: bool = False) -> argparse.ArgumentParser:
+    """Return the parser of a benchmark with -o, the directory of the results, and, if it `draws`, with --draw."""
+    found = argparse.ArgumentParser(description=(doc or "").split("\n")[0])
+    found.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON and PNG")
+    if draws:
+        found.add_argument("--draw", action="store_true", help="measure nothing, draw the stored results")
+    return found
+
+
+def arguments(doc: str | None) -> argparse.Namespace:
     """Parse the options of a benchmark: the directory of the results, and --quick for a short trial run."""
-    parser = argparse.ArgumentParser(description=doc.split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON and PNG")
-    parser.add_argument("--quick", action="store_true", help="few and short measurements, as a trial")
-    return parser.parse_args()
+    options = parser(doc)
+    options.add_argument("--quick", action="store_true", help="few and short measurements, as a trial")
+    return options.parse_args()
 
 
 def say(text: str) -> None:

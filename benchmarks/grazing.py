@@ -26,20 +26,17 @@ prediction contains no other quantity.
     python -m benchmarks.grazing --draw        # draw the stored results, fill in the tables
 """
 
-import argparse
 import cmath
 import json
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import vibrodrive as vd
-from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say, write
-from benchmarks.tables import ROOT, fill, number, table
+from benchmarks.common import TWO_PI, environment, figure, look, parser, say, write
+from benchmarks.tables import ROOT, number, show, table
 from vibrodrive import State
 
 PAGE, PICTURE = ROOT / "benchmarks" / "LIMITS.md", ROOT / "docs" / "grazing.png"
@@ -315,12 +312,10 @@ def draw(rows: list[dict[str, Any]]) -> Any:
 
 def main() -> None:
     """Predict the limits, measure them, or read stored limits. Then draw the chart and write the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON")
-    parser.add_argument("--predict", action="store_true", help="only predict, and print the slopes")
-    parser.add_argument("--eta", action="store_true", help="measure only the limits at other η again")
-    parser.add_argument("--draw", action="store_true", help="measure nothing, draw the stored results")
-    options = parser.parse_args()
+    known = parser(__doc__, draws=True)
+    known.add_argument("--predict", action="store_true", help="only predict, and print the slopes")
+    known.add_argument("--eta", action="store_true", help="measure only the limits at other η again")
+    options = known.parse_args()
     path = options.output / "grazing.json"
     data = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     if not options.draw:
@@ -333,14 +328,8 @@ def main() -> None:
         data["other_eta"] = over_eta()
         write("grazing", data | {"environment": environment()}, None, options.output)
         data = json.loads(path.read_text(encoding="utf-8"))
-    rows = data["grazings"]
-    print(markdown(rows), eta_table(data["other_eta"]), sep="\n\n")
-    fig = draw(rows)
-    fig.savefig(PICTURE)
-    plt.close(fig)
-    page = PAGE.read_text(encoding="utf-8")
-    page = fill(page, "grazing", markdown(rows)) or page
-    PAGE.write_text(fill(page, "grazing_eta", eta_table(data["other_eta"])) or page, encoding="utf-8")
+    rows, of_eta = data["grazings"], data["other_eta"]
+    show(PAGE, {"grazing": markdown(rows), "grazing_eta": eta_table(of_eta)}, PICTURE, draw(rows))
 
 
 if __name__ == "__main__":

@@ -15,18 +15,15 @@ alternation decays below the other changes of the impacts, the two impacts chang
     python -m benchmarks.near_bifurcations --draw    # draw the stored results, fill in the tables
 """
 
-import argparse
 import json
 import math
-from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import vibrodrive as vd
-from benchmarks.common import RESULTS, TWO_PI, environment, figure, say, write
-from benchmarks.tables import ROOT, fill, number, table
+from benchmarks.common import TWO_PI, environment, figure, parser, say, write
+from benchmarks.tables import ROOT, number, show, table
 
 PAGE, PICTURE = ROOT / "benchmarks" / "LIMITS.md", ROOT / "docs" / "near_bifurcations.png"
 B, RANGE, MAX_PERIOD = 0.1, (2.5, 3.25), 4
@@ -209,11 +206,9 @@ def draw(data: dict[str, Any]) -> Any:
 
 def main() -> None:
     """Measure the limits, or read stored limits. Then draw the chart and write the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON")
-    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, help="parts to measure")
-    parser.add_argument("--draw", action="store_true", help="measure nothing, draw the stored results")
-    options = parser.parse_args()
+    known = parser(__doc__, draws=True)
+    known.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, help="parts to measure")
+    options = known.parse_args()
     path = options.output / "near_bifurcations.json"
     data = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     if not options.draw:
@@ -223,14 +218,7 @@ def main() -> None:
         data |= {name: measure[name]() for name in options.only}
         write("near_bifurcations", data | {"distances": DISTANCES, "environment": environment()}, None, options.output)
         data = json.loads(path.read_text(encoding="utf-8"))
-    fig = draw(data)
-    fig.savefig(PICTURE)
-    plt.close(fig)
-    page = PAGE.read_text(encoding="utf-8")
-    for name, content in markdown(data).items():
-        print(content, end="\n\n")
-        page = fill(page, name, content) or page
-    PAGE.write_text(page, encoding="utf-8")
+    show(PAGE, markdown(data), PICTURE, draw(data))
 
 
 if __name__ == "__main__":

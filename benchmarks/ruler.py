@@ -21,7 +21,6 @@ k    The stiffness of a spring in place of the obstacle. V is the velocity that 
     python -m benchmarks.ruler --draw             # draw the stored results, fill in the table
 """
 
-import argparse
 import json
 import math
 import os
@@ -30,14 +29,13 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import vibrodrive as vd
 from benchmarks import ruler_motions
-from benchmarks.common import RESULTS, TWO_PI, environment, figure, look, say
+from benchmarks.common import TWO_PI, environment, figure, look, parser, say
 from benchmarks.switches.model import Point
-from benchmarks.tables import ROOT, fill, number, table
+from benchmarks.tables import ROOT, number, show, table
 from vibrodrive.batch.trajectory import MAIN_IMPACT
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.names import ETA
@@ -296,27 +294,20 @@ def draw(data: dict[str, Any]) -> Any:
 
 def main() -> None:
     """Measure the limits, or read stored limits. Then draw the chart and write the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="directory of the JSON")
-    parser.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="disturbances to measure")
-    parser.add_argument("--draw", action="store_true", help="measure nothing, draw the stored results")
-    parser.add_argument(
+    known = parser(__doc__, draws=True)
+    known.add_argument("--only", nargs="+", choices=NAMES, default=NAMES, help="disturbances to measure")
+    known.add_argument(
         "--quick", action="store_true", help=f"measure at A = {PAPER} and the ends of the range only; draw nothing"
     )
-    options = parser.parse_args()
+    options = known.parse_args()
     path = options.output / "ruler.json"
     if not options.draw:
         measure(path, options.only, (3.0, PAPER, 3.25) if options.quick else AMPLITUDES)
     data = json.loads(path.read_text(encoding="utf-8"))
-    print(markdown(data))
     if options.quick:
-        return
-    fig = draw(data)
-    fig.savefig(PICTURE)
-    plt.close(fig)
-    page = fill(PAGE.read_text(encoding="utf-8"), "ruler", markdown(data))
-    if page is not None:
-        PAGE.write_text(page, encoding="utf-8")
+        print(markdown(data))
+    else:
+        show(PAGE, {"ruler": markdown(data)}, PICTURE, draw(data))
 
 
 if __name__ == "__main__":

@@ -9,12 +9,12 @@ import json
 import math
 import re
 import statistics
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks import passes
-from benchmarks.common import RESULTS, say
+from benchmarks.common import RESULTS, plt, say
 
 ROOT = Path(__file__).parents[1]
 
@@ -292,6 +292,17 @@ def fill(text: str, name: str, content: str) -> str | None:
     if not pattern.search(text):
         return None
     return pattern.sub(lambda _: f"{begin}\n{content}\n{end}", text)
+
+
+def show(page: Path, contents: Mapping[str, str], picture: Path, fig: Any) -> None:
+    """Save a figure as `picture`, print tables by name, and write them into a page that has their markers."""
+    fig.savefig(picture)
+    plt.close(fig)
+    text = page.read_text(encoding="utf-8")
+    for name, content in contents.items():
+        print(content, end="\n\n")
+        text = fill(text, name, content) or text
+    page.write_text(text, encoding="utf-8")
 
 
 def main() -> None:
