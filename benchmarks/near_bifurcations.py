@@ -17,6 +17,7 @@ alternation decays below the other changes of the impacts, the two impacts chang
 
 import json
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,10 @@ A_OVER_ETA = (2.4, 2.605, 2.8, 3.04, 3.1, 3.25)
 VELOCITIES = np.geomspace(1e-5, 0.06, 36)
 
 
-PARTS = ("beat", "eta", "bifurcations")
+HALVES = (100.25, 100.35, 100.4, 100.45, 100.495, 100.5, 100.505, 100.55, 100.65, 300.495, 1009.495)
+ABOVE_HALVES = (1e-4, 1e-3, 3e-3)  # distances above the first doubling at which these η are tried
+
+PARTS = ("beat", "halves", "eta", "bifurcations")
 
 
 def around(bifurcation: Any) -> dict[str, Any]:
@@ -101,6 +105,12 @@ def beat(doubling: float) -> dict[str, Any]:
     return {"A": A, "M": swing(A, 101), "away": (101 - r.axes["eta"]).tolist(), "velocity": r.velocity[0].tolist(),
             "order": (r.how[0] == 1).tolist(), "V": VELOCITIES.tolist(), "kept": base.kept[0].tolist(),
             "flips": base.flips[0].tolist(), "rests": base.rests[0].tolist()}  # fmt: skip
+
+
+def halves(doubling: float) -> dict[str, Any]:
+    """Return limits around half-integers η, at which the force alternates from period to period as the impacts do."""
+    r = vd.sweep(A=[doubling + above for above in ABOVE_HALVES], eta=HALVES, **RECORD)
+    return {"above": ABOVE_HALVES, "eta": HALVES, "velocity": r.velocity.tolist()}
 
 
 def over_eta() -> dict[str, Any]:
@@ -172,9 +182,14 @@ def markdown(data: dict[str, Any]) -> dict[str, str]:
         [f"{A:g}", *(number(V[k]) for k in order), number(dtau)]
         for A, V, dtau in zip(of_eta["A"], of_eta["velocity"], of_eta["dtau"], strict=True)
     ]
+    half_rows = [
+        [f"{above:g}", *map(number, V)]
+        for above, V in zip(data["halves"]["above"], data["halves"]["velocity"], strict=True)
+    ]
     return {
         "near_bifurcations": table(head, rows),
         "beat": table(swing_head, lines[::-1]),
+        "halves": table(["A − A_c", *(f"η = {eta:g}" for eta in data["halves"]["eta"])], half_rows),
         "over_eta": table(["A", *(f"η = {of_eta['eta'][k]:.6g}" for k in order), "k₂(Δτ)"], eta_rows),
     }
 
@@ -214,7 +229,12 @@ def main() -> None:
     if not options.draw:
         found = vd.bifurcations(RANGE, B, max_period=MAX_PERIOD)
         doubling = next(one.A for one in found if one.kind == "period doubling")
-        measure = {"beat": lambda: beat(doubling), "eta": over_eta, "bifurcations": lambda: list(map(around, found))}
+        measure: dict[str, Callable[[], Any]] = {
+            "beat": lambda: beat(doubling),
+            "halves": lambda: halves(doubling),
+            "eta": over_eta,
+        }
+        measure["bifurcations"] = lambda: list(map(around, found))
         data |= {name: measure[name]() for name in options.only}
         write("near_bifurcations", data | {"distances": DISTANCES, "environment": environment()}, None, options.output)
         data = json.loads(path.read_text(encoding="utf-8"))
