@@ -20,10 +20,8 @@ NAMES = {
     "NumPy Chebyshev roots": "Chebyshev roots",
     "RK4 + bisection": "RK4 + bisection",
     "heyoka": "heyoka",
-    "heyoka, g′ and step": "heyoka, as advised",
     "scipy solve_ivp RK45": "scipy RK45",
     "scipy solve_ivp DOP853": "scipy DOP853",
-    "scipy solve_ivp DOP853, g′ and step": "scipy DOP853, as advised",
     "scipy solve_ivp LSODA": "scipy LSODA",
     "CVODE": "CVODE",
     "diffrax Tsit5": "diffrax Tsit5",
@@ -32,7 +30,9 @@ NAMES = {
     "regularised friction, penalty contact explicit": "regularised, explicit",
     "regularised friction, penalty contact implicit": "regularised, implicit",
 }
-"""Methods in the order of the tables, and their labels in the tables."""
+"""Methods in the order of the tables, and their labels in the tables. Those with the ADVISED settings follow."""
+
+ADVISED = ", as advised"
 
 
 class Method(NamedTuple):
@@ -65,8 +65,7 @@ class Method(NamedTuple):
 def key(solver: str, setting: dict[str, Any]) -> str:
     """Return the name of a method: the solver, and the parts of its setting that are not numbers."""
     kind = setting.get("method") or {True: "implicit", False: "explicit"}.get(setting.get("implicit", ""), "")
-    advised = ", g′ and step" if setting.get("advised") else ""
-    return f"{solver} {kind}".strip() + advised
+    return f"{solver} {kind}".strip() + (ADVISED if setting.get("advised") else "")
 
 
 def methods() -> list[Method]:
@@ -76,9 +75,8 @@ def methods() -> list[Method]:
         ids = [case["id"] for case in cases_of([result["level"]])]
         for run in result["runs"]:
             name = key(result["solver"], run["settings"])
-            method = found.setdefault(
-                name, Method(NAMES.get(name, name), result["solver"], result["version"], [], [], [])
-            )
+            label = NAMES.get(base := name.removesuffix(ADVISED), base) + name[len(base) :]
+            method = found.setdefault(name, Method(label, result["solver"], result["version"], [], [], []))
             if run["settings"] not in method.settings:
                 method.settings.append(run["settings"])
                 method.right.append({})
@@ -87,8 +85,8 @@ def methods() -> list[Method]:
             if "seconds" in run:
                 method.seconds[method.settings.index(run["settings"])][result["level"]] = run["seconds"]
             row.update({i: letter in "rR" for i, letter in zip(ids, run["verdicts"], strict=True)})
-    order = {name: k for k, name in enumerate(NAMES)}
-    return [found[name] for name in sorted(found, key=lambda n: order.get(n, math.inf))]
+    order = {name + way: (k, way) for k, name in enumerate(NAMES) for way in ("", ADVISED)}
+    return [found[name] for name in sorted(found, key=lambda n: order.get(n, (math.inf, "")))]
 
 
 def best(method: Method, ids: set[str], level: int) -> int | None:
@@ -143,9 +141,10 @@ def orders() -> tuple[list[str], list[list[str]]]:
         for row in sorted(here, key=lambda r: (-r["whole"], -r["share"], r["error"]))[:3]:
             whole = f"{row['whole']} of {row['motions']}"
             error = f"{row['error']:.1e}".replace("e-0", "e-")
-            rows.append([name, written(row["setting"]), whole, f"{100 * row['share']:.0f} %", error])
-    head = ["method", "setting", "motions with the right order of all states", "events before the first wrong state"]
-    return [*head, "largest error of their times (median of the motions)"], rows
+            cost = f"{row['seconds']:.2g} s"
+            rows.append([name, written(row["setting"]), whole, cost, f"{100 * row['share']:.0f} %", error])
+    head = ["method", "setting", "motions with the right order of all states", "CPU time"]
+    return [*head, "events before the first wrong state", "largest error of their times (median of the motions)"], rows
 
 
 def grids() -> tuple[list[str], list[list[str]]]:

@@ -2,8 +2,8 @@
 
 The score of the set needs times with an error of at most 1e-6, so time-stepping and regularised methods score 0 there,
 whatever else they do. This table has measures that fit them: at how many motions of 20 periods the order of all states
-is right, how many events are in the right order before the first difference, and the error of their times. An error
-that is proportional to the step has the order 1.
+is right, how many events are in the right order before the first difference, the error of their times, and the CPU time
+for all motions. An error that is proportional to the step has the order 1.
 
     python -m benchmarks.switches.order   # minutes; writes results/order.json
 """
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.switches.run import answer, cases_of, inputs, written
+from benchmarks.switches.run import WARM_UP, answer, cases_of, inputs, timed, written
 
 HERE = Path(__file__).parent
 SOLVERS = {"moreau_jean": "time-stepping (Moreau–Jean)", "regularised": "regularised"}
@@ -47,7 +47,14 @@ def measure() -> list[dict[str, Any]]:
     for name, label in SOLVERS.items():
         module = importlib.import_module(f"benchmarks.switches.solvers.{name}")
         for setting in (s for s in module.SETTINGS if s["step"] >= LEAST):
-            results = [judged(c, answer(module, 2, inputs(c), setting)["events"]) for c in cases_of([2])]
+            for level, x in WARM_UP[1:]:
+                answer(module, level, x, setting)
+            results, seconds = [], 0.0
+            for case in cases_of([2]):
+                found, spent = timed(module, 2, inputs(case), setting, 0.0)
+                assert isinstance(found, dict), found  # these solvers raise nothing
+                results.append(judged(case, found["events"]))
+                seconds += spent
             total, count, error = map(np.array, zip(*results, strict=True))
             kind = {True: ", implicit", False: ", explicit"}.get(setting.get("implicit", ""), "")
             numbers = {key: x for key, x in setting.items() if key != "implicit"}
@@ -58,6 +65,7 @@ def measure() -> list[dict[str, Any]]:
                 "whole": int((count == total).sum()),
             }
             row |= {"share": float(np.median(count / total)), "error": float(np.nanmedian(error))}
+            row["seconds"] = float(f"{seconds:.3g}")
             rows.append(row)
             print(f"{label + kind}  {written(numbers)}: {row['whole']} of {len(total)}", flush=True)
     return rows

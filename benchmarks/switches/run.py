@@ -222,8 +222,11 @@ def lacking(module: Any, folder: Path) -> list[dict[str, Any]]:
     return [setting for setting in module.SETTINGS if setting not in known]
 
 
-def add_costs(name: str, level: int, path: Path, limit: float) -> None:
-    """Time the best stored setting of each method of a solver at one level, and store the CPU time with the result."""
+def add_costs(name: str, level: int, path: Path, limit: float, missing: bool) -> None:
+    """Time the best stored setting of each method of a solver at one level, and store the CPU time with the result.
+
+    missing : only methods without a stored CPU time at this level.
+    """
     result = json.loads(path.read_text(encoding="utf-8"))
     cases, solver = cases_of([level]), Solver(name)
     kinds: dict[str, list[dict[str, Any]]] = {}
@@ -231,6 +234,8 @@ def add_costs(name: str, level: int, path: Path, limit: float) -> None:
         kinds.setdefault(str({k: v for k, v in one["settings"].items() if not isinstance(v, float)}), []).append(one)
     for group in kinds.values():
         best = max(group, key=lambda one: one["verdicts"].lower().count("r"))
+        if missing and "seconds" in best:
+            continue
         refused = {i for ids in best["refused"].values() for i in ids}
         asked = [case for case in cases if case["id"] not in refused]
         late = (len(ids) for reason, ids in best["refused"].items() if reason.startswith((LATE, "not asked")))
@@ -261,14 +266,18 @@ def main(arguments: list[str] | None = None) -> int:
     add("--limit", nargs=2, type=float, default=[2.0, 20.0], metavar=("SHORT", "LONG"), help=help_limit)
     add("--results", type=Path, default=HERE / "results", help="folder of the results")
     add("--answers", type=Path, metavar="FOLDER", help="folder for the full answers files, which score.py reads")
-    add("--costs", action="store_true", help="only time the best stored setting of each method")
+    add(
+        "--costs",
+        action="store_true",
+        help="only time the best stored setting of each method, with --missing if it has no time",
+    )
     add("--missing", action="store_true", help="only run settings that the stored results lack, and keep these")
     options = parser.parse_args(arguments)
     if options.costs:
         for name, level in itertools.product(options.only or NAMES, options.levels):
             path = options.results / f"level{level}" / f"{name}.json"
             if path.exists():
-                add_costs(name, level, path, options.limit[level > 1])
+                add_costs(name, level, path, options.limit[level > 1], options.missing)
         return 0
     from benchmarks.common import environment  # imported here, because the process of each solver imports this module
 
