@@ -3,6 +3,9 @@
 The variables of a slide are ξ and ξ'. A slide from rest begins with ξ' = ±1e-16, because at ξ' = 0 some solvers report
 the start as an event, and others miss the next event. If ε = 0, an arcsine gives the end of a wait (STICK or REST). If
 ε > 0, H is integrated in a wait, so that the steps follow the disturbance.
+
+Settings that are `advised` follow what manuals say about missed events: no step is longer than 0.9 half waves of the
+fastest term (`longest`), and g′, the rate of the last variable, is a second event at which a step ends.
 """
 
 import math
@@ -40,6 +43,12 @@ def rates(state: int, of: Any) -> Callable[[float, Any], tuple[float, ...]]:
         return lambda t, y: (rate(of, t),)
     sign = 1.0 if state == UP else -1.0
     return lambda t, y: (y[1], h(of, t) - sign)
+
+
+def longest(of: Any) -> float:
+    """Return 0.9 half waves of the fastest term of a Point or of a function of level 0."""
+    fast = of.eps if hasattr(of, "eps") else of.b
+    return 0.9 * math.pi / (max(1.0, of.eta) if fast != 0.0 else 1.0)
 
 
 def first_value(function: Any) -> float:

@@ -2,8 +2,6 @@
 
 Events have a direction, and no slide begins with ξ' exactly 0. From ξ' = 0 heyoka misses the next zero of the same step
 without a message. From ξ' = ξ'' = 0 it reports the event at the start endlessly.
-
-`advised`: no step is longer than 0.9 half waves of the fastest term, and a step ends where g′ = 0, a second event.
 """
 
 import math
@@ -14,7 +12,7 @@ import heyoka as hy
 
 from benchmarks.switches.loop import event_loop
 from benchmarks.switches.model import DOWN, REST, STICK, UP
-from benchmarks.switches.odes import EVENTS, TOLERANCES, first_value, locator
+from benchmarks.switches.odes import EVENTS, TOLERANCES, first_value, locator, longest
 
 NAME, PACKAGE = "heyoka", "heyoka"
 SETTINGS: list[dict[str, Any]] = [{"tol": tol} for tol in (*TOLERANCES, 1e-15, 2.220446049250313e-16)]
@@ -45,11 +43,6 @@ def integrators(tol, advised, disturbed):
     return slides | {s: integrator(s, (level, rate)) for s in (STICK, REST) if disturbed}
 
 
-def longest(advised, eta, amplitude):
-    """Return the longest step: if `advised`, 0.9 half waves of the fastest term."""
-    return 0.9 * math.pi / (max(1.0, eta) if amplitude != 0.0 else 1.0) if advised else math.inf
-
-
 def solve(setting, state, point, tau, y, end):
     """Return (τ, variables, number of the event) at the first event of a state, or None if there is no event."""
     tol, *advised = setting
@@ -59,7 +52,7 @@ def solve(setting, state, point, tau, y, end):
     for k, x in enumerate(y):
         variables[k] = x
     ta.reset_cooldowns()
-    outcome = ta.propagate_until(end, max_delta_t=longest(advised, point.eta, point.eps))[0]
+    outcome = ta.propagate_until(end, max_delta_t=longest(point) if advised else math.inf)[0]
     return None if outcome == hy.taylor_outcome.time_limit else (ta.time, variables, -1 - int(outcome))
 
 
@@ -86,5 +79,5 @@ def zeros(function, T, tol, advised=False):
     ta = counter(tol, advised)
     ta.pars[:] = function[1:8]
     ta.time, ta.state[0] = 0.0, first_value(function)
-    ta.propagate_until(T, max_delta_t=longest(advised, function.eta, function.b))
+    ta.propagate_until(T, max_delta_t=longest(function) if advised else math.inf)
     return [z for z in FOUND if z > 0.0]
