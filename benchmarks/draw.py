@@ -114,7 +114,8 @@ def difficulty(data: dict[str, Any]) -> Any:
     """Draw for each method the pass rate over the distance of the closest zeros, at its best setting, and the range of
     all its settings. Draw the number of functions in each interval in a last panel."""
     shown = [m for m in passes.methods() if m.rates({"L0-plain-01"})]
-    fig, axes = figure(8.4, 6.4, columns=4, rows=-(-(len(shown) + 1) // 4))
+    rows = -(-(len(shown) + 2) // 4)  # with a panel of counts and one of notes
+    fig, axes = figure(8.4, 1.28 * rows, columns=4, rows=rows)
     middles = [0.5 * (a + b) for a, b in pairwise(EDGES)]
     for k, (ax, method) in enumerate(zip(axes.flat, shown, strict=False)):
         rates = passes.over_difficulty(method, EDGES, FAMILIES)
