@@ -97,7 +97,8 @@ def shown(tab):
 
 
 def text(tab, name):
-    return tab.driver.execute_script("return document.getElementById(arguments[0]).textContent", name)
+    found = tab.driver.execute_script("return document.getElementById(arguments[0]).textContent", name)
+    return found.replace("\xa0", " ")
 
 
 def press_key(tab, key):
@@ -130,7 +131,6 @@ def test_final_picture_equals_the_sweep_of_the_exported_file(tab, explorer):
     tab.press("toml")
     tab.until("page.file !== null", "the configuration")
     results = vd.sweep(**config.parse(tab.ask("page.file.content")).arguments)
-    tab.driver.execute_script("document.getElementById('text').close()")
     painted, (x, y, dw, dh) = image(tab)
     assert painted.shape == (round(tab.frame()[3]), 200)
     assert x + dw * (np.arange(200) + 0.5) / 200 == pytest.approx(results.axes["A"], abs=1e-12)
@@ -161,12 +161,10 @@ def test_map_has_the_colours_of_its_key_and_a_click_opens_the_diagram(tab, explo
     at, at_y = tab.ask("[page.view.at, page.view.at_y]")
     assert (at, at_y) == (pytest.approx(3.1, abs=0.01), pytest.approx(0.132, abs=0.002))
     tab.press("dive")
-    tab.until("page.view.mode === 'diagram'", "the diagram")
-    tab.settle()
+    tab.settle("page.view.mode === 'diagram'")
     assert (shown(tab).mode, shown(tab).B, shown(tab).at) == ("diagram", at_y, at)
     tab.driver.back()
-    tab.until("page.view.mode === 'map'", "the map again")
-    tab.settle()
+    tab.settle("page.view.mode === 'map'")
 
 
 @pytest.mark.parametrize("size", [(3840, 2160), (1024, 768), (900, 600), (390, 844), (844, 390)])
@@ -208,8 +206,7 @@ def test_ordinate_rests_while_the_mouse_is_down_and_moves_on_its_axis_only(tab, 
     tab.until("page.state().low < 3 && !page.busy && !page.pending", "a moved view")
     assert tab.ask("page.fitted") == before
     tab.mouse("Released", x + 300, y - 60)
-    tab.until(lambda: tab.ask("page.fitted") != before, "the ordinate of the new values")
-    tab.settle()
+    tab.settle(lambda: tab.ask("page.fitted") != before)
     assert shown(tab).limits is None
     left = tab.frame()[0]
     tab.drag((left - 20, y), [(left - 20, y + 40)])
@@ -220,18 +217,22 @@ def test_ordinate_rests_while_the_mouse_is_down_and_moves_on_its_axis_only(tab, 
     tab.settle()
     assert shown(tab).limits == moved
     press_key(tab, "f")
-    tab.until("page.view.bottom === null", "to fit")
-    tab.settle()
+    tab.settle("page.view.bottom === null")
 
 
-def test_drag_runs_one_computation_at_a_time_and_ends_on_the_last_view(tab, explorer, monkeypatch):
+@pytest.mark.parametrize("slowly", [0, 40])  # 0.4 s: longer than a newer view first waits for the running request
+def test_drag_shows_pictures_of_one_computation_at_a_time_and_ends_on_the_last_view(tab, explorer, monkeypatch, slowly):
     running, most = [], []
 
-    def counted(*arguments):
+    def counted(results, plan, which, threads, halt, pace):
         running.append(1)
         most.append(len(running))
         try:
-            compute_into(*arguments)
+            for _ in range(slowly):
+                sleep(0.01)
+                if halt.called:
+                    raise Halted
+            compute_into(results, plan, which, threads, halt, pace)
         finally:
             running.pop()
 
@@ -242,7 +243,7 @@ def test_drag_runs_one_computation_at_a_time_and_ends_on_the_last_view(tab, expl
     for k in itertools.count(1):
         place = 500 + round(150 * math.sin(k / 9)), 300 + k % 7
         tab.mouse("Moved", *place)
-        if monotonic() - begun > 3.0 and tab.ask("page.frames.length") > frames + 3:
+        if monotonic() - begun > 3.0 and tab.ask("page.frames.length") > frames + (1 if slowly else 3):
             break
         assert monotonic() - begun < tab.PATIENCE, "pictures must appear while the mouse moves"
         sleep(0.01)
@@ -258,35 +259,13 @@ def test_drag_runs_one_computation_at_a_time_and_ends_on_the_last_view(tab, expl
     assert tab.state()["at"] == 3.04, "a drag is no click"
 
 
-def test_slow_computation_shows_pictures_during_a_drag(tab, explorer, monkeypatch):
-    tab.open(explorer.address + SMALL)
-
-    def slowly(results, plan, which, threads, halt, pace):
-        for _ in range(40):  # 0.4 s, longer than a newer view usually waits for the running request
-            sleep(0.01)
-            if halt.called:
-                raise Halted
-        compute_into(results, plan, which, threads, halt, pace)
-
-    monkeypatch.setattr("vibrodrive.explorer.work.compute_into", slowly)
-    before, end = tab.ask("page.frames.length"), monotonic() + tab.PATIENCE
-    tab.mouse("Pressed", 500, 300)
-    while tab.ask("page.frames.length") == before:
-        assert monotonic() < end
-        tab.mouse("Moved", round(500 + 100 * math.sin(9 * monotonic())), 300)
-        sleep(0.02)
-    tab.mouse("Released", 500, 300)
-    tab.settle()
-
-
 def test_zoom_ends_at_neighbouring_numbers_and_back_returns(tab, explorer):
     tab.open(explorer.address + SMALL)
     first = shown(tab)
     left, top, width, height = tab.frame()
     for _ in range(40):
         wheel(tab, left + width / 2, top + height / 2, -500)
-    tab.until("!page.busy && !page.pending", "the last picture")
-    tab.settle()
+    tab.settle("!page.busy && !page.pending")
     deep = shown(tab)
     assert 1e-13 < deep.high - deep.low < 1e-11
     (complete, *rest), places = tab.ask("[labels(ticks('x', 8), 'x'), ticks('x', 8)]")
@@ -295,15 +274,13 @@ def test_zoom_ends_at_neighbouring_numbers_and_back_returns(tab, explorer):
     assert [float(label) for label in rest] == pytest.approx([p - places[0] for p in places[1:]], rel=0.02)
     for _ in range(80):
         wheel(tab, left + width / 2, top + height / 2, 500)
-    tab.until("!page.busy && !page.pending", "the last picture")
-    tab.settle()
+    tab.settle("!page.busy && !page.pending")
     assert shown(tab).low == 0.0, "the window ends at what is allowed"
     assert tab.notice() == ""
     while shown(tab) != first:
         here = shown(tab)
         tab.driver.back()
-        tab.until(lambda here=here: shown(tab) != here, "the view before")
-        tab.settle()
+        tab.settle(lambda here=here: shown(tab) != here)
     assert tab.state()["low"] == first.low
 
 
@@ -315,22 +292,20 @@ def test_link_restores_the_view(tab, explorer):
     labels, exponents = tab.ask("[labels(ticks('x', 8), 'x'), ticks('x', 8)]")
     assert labels[:5] == ["1e-6", "2e-6", "5e-6", "1e-5", "2e-5"]
     assert list(map(float, labels)) == pytest.approx([10**u for u in exponents], rel=0.005)
-    tab.press("link")
-    command, link, _ = tab.driver.execute_script("return document.querySelector('dialog textarea').value").split('"')
+    command, link, _ = text(tab, "link").split('"')
     assert command == "vibrodrive explore "
     assert "token" not in link
-    assert read_address(link.partition("?")[2]) == view
-    tab.driver.execute_script("document.getElementById('text').close()")
+    assert read_address(link) == view
 
 
 def test_last_picture_of_a_view_is_shown_until_the_first_is_computed(tab, explorer):
-    shown_again = "(show_kept(), frame.style.background.slice(0, 19))"
+    shown_again = "(show_kept(), frame.style.background.includes('data:image/png'))"
     tab.open(explorer.address + "&columns=100&transient=50&periods=20")
     tab.until("localStorage.getItem('kept')?.includes('columns=100')", "the picture is kept")
-    assert tab.ask(shown_again) == 'url("data:image/png'
+    assert tab.ask(shown_again)
     tab.open(explorer.address + "&columns=100&transient=50&periods=21")
     tab.driver.execute_script("history.replaceState(null, '', location.href + '&B=0.3')")
-    assert tab.ask(shown_again) == "", "another view"
+    assert not tab.ask(shown_again), "another view"
 
 
 def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
@@ -342,14 +317,10 @@ def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
     assert pytest.approx(3.1, abs=1e-3) == A
     assert len(repr(A)) <= 7, "a round number"
     motion = vd.simulate(A, section_phase=math.pi / 2, transient=100, periods=12)
-    names = ("time", "xi", "state")
-    time, xi, state = (np.array(v, float) for v in tab.ask("arguments[0].map((n) => [...page.motion[n]])", names))
+    time, xi = (np.array(v, float) for v in tab.ask("[[...page.motion.time], [...page.motion.xi]]"))
     sample, there = motion.sample(POINTS), np.isfinite(xi)
     at = (sample.tau - sample.tau[0]) / (2 * math.pi)
     assert np.interp(at, time[there], xi[there]) == pytest.approx(sample.xi, abs=1e-5)
-    middles = 0.5 * (time[:-1] + time[1:])
-    inside = np.diff(time) > 1e-3
-    assert np.mean(sample.state[np.searchsorted(at, middles[inside]) - 1] == state[:-1][inside]) > 0.97
     limit = vd.limit(A)
     tab.until("!!page.limits.eps", "the limit")
     assert float(tab.ask("page.limits.eps.k2")) == pytest.approx(limit.k2)
@@ -359,7 +330,7 @@ def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
     assert "period 4" in words
 
 
-def test_knob_follows_keys_and_mouse_and_a_motion_at_rest_has_no_limit(tab, explorer):
+def test_knob_follows_keys_and_mouse_and_motions_at_rest_have_ticks_but_no_limit(tab, explorer):
     tab.open(explorer.address + SMALL)
     left, top, width, height = tab.frame()
     handle = tab.driver.find_element("id", "handle")
@@ -371,7 +342,15 @@ def test_knob_follows_keys_and_mouse_and_a_motion_at_rest_has_no_limit(tab, expl
     tab.until("!page.busy", "the motion")
     assert tab.state()["at"] == pytest.approx(2.2 + 2.8 * (at + 200 - left) / width, abs=0.02)
     assert handle.get_attribute("aria-valuetext") == f"A = {tab.state()['at']:g}"
-    tab.open(explorer.address + SMALL + "&low=0.5&at=0.7")
+    tab.open(explorer.address + SMALL + "&low=0.5&high=1.3&at=0.7&quantity=xi")
+    (odd,) = np.nonzero(vd.sweep(**config.parse(shown(tab).toml()).arguments).status)
+    assert 0 < len(odd) < 200
+    assert f"{len(odd)} rest for ever" in text(tab, "status")
+    ticks = tab.driver.execute_script(
+        "const c = document.getElementById('odd');"
+        "return [...c.getContext('2d').getImageData(0, 0, c.width, 1).data].filter((_, k) => k % 4 === 3)"
+    )
+    assert np.array_equal(np.flatnonzero(ticks), odd)
     tab.until(lambda: "rests for ever" in text(tab, "sentence"), "its sentence")
     tab.until(explorer._explorer.engine.worker.idle, "the end of all work")
     assert tab.ask("page.limits") == {}
@@ -382,40 +361,28 @@ def test_slider_runs_until_the_structure_is_lost(tab, explorer):
     last_kept = vd.limit(3.2).last_kept
     tab.driver.execute_script("document.querySelector('[data-play=eps]').click()")
     tab.until("page.played === 'eps'", "the movement")
-    tab.until("page.played === ''", "the end of the movement")
-    tab.settle()
+    tab.settle("page.played === ''")
     tab.until(lambda: "structure lost" in text(tab, "sentence"), "the sentence")
     assert last_kept < shown(tab).eps < 1.2 * last_kept
     assert "times the limit" in text(tab, "sentence")
 
 
-def test_grid_method_is_compared_with_certified(tab, explorer):
-    tab.open(explorer.address + SMALL + "&low=3.0&high=3.25&at=3.04")
-    tab.choose("dtau", "0,05")  # a step asks for a grid
-    tab.settle()
-    assert (shown(tab).method, shown(tab).dtau) == ("fixed", 0.05)
-    tab.choose("compare", "difference")
-    tab.settle()
-    found, _ = image(tab)
-    assert {k for k in range(3) if ((found // 64 == k) & (found > 0)).any()} == {0, 1, 2}
+def test_start_view_compares_a_step_with_certified_and_its_text_leaves_with_it(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    press_key(tab, "3")
+    tab.settle("page.view.method === 'fixed'")
+    assert text(tab, "story").startswith("A time step invents a diagram")
+    assert {k for k in range(3) if ((image(tab)[0] // 64 == k) & (image(tab)[0] > 0)).any()} == {0, 1, 2}
     assert text(tab, "key") == "bothfixed onlycertified only"
     tab.until("!!page.limits.dtau", "the limit in Δτ")
-    assert "your Δτ = 0.05 is" in text(tab, "sentence")
-
-
-def test_text_of_a_start_view_stays_with_its_picture(tab, explorer):
-    tab.open(explorer.address + SMALL)
-    tab.driver.execute_script("document.querySelectorAll('#starts button')[2].click()")
-    tab.until("page.view.method === 'fixed'", "the view")
-    tab.settle()
-    assert text(tab, "story").startswith("A time step invents a diagram")
-    tab.choose("x", "eps")
-    tab.until("page.view.x === 'eps'", "another picture")
-    tab.settle()
+    assert "kept or lost by chance: your Δτ = 0.05 is 1.11 times the limit" in text(tab, "sentence")
+    tab.choose("method", "certified")
     assert "invents" not in text(tab, "story")
-    press_key(tab, "Home")
-    tab.until("page.view.x === 'A'", "the first view")
+    tab.choose("dtau", "0,04")  # a step asks for a grid
     tab.settle()
+    assert (shown(tab).method, shown(tab).dtau) == ("fixed", 0.04)
+    press_key(tab, "Home")
+    tab.settle("page.view.method === 'certified'")
     assert shown(tab).address() == ""
 
 
@@ -455,19 +422,17 @@ def test_saved_picture_contains_the_picture_of_the_page(tab, explorer):
 
 def test_error_is_shown_in_one_line_and_the_field_returns(tab, explorer):
     tab.open(explorer.address + SMALL)
-    for name, nonsense in (("eps", "<script>alert(1)</script>"), ("periods", "-1")):
-        good = tab.ask("page.view[arguments[0]]", name)
-        tab.choose(name, nonsense)
-        tab.until("page.refused !== ''", f"a refusal of {name}")
-        notice = tab.notice()
-        assert notice.startswith(f"{name} = ")
-        assert "must be" in notice
-        assert not {"<", "\n"} & {*notice}
-        assert text(tab, "notice").startswith(f"{name} = ")
-        tab.until(f"page.view.{name} === {good}", "the last accepted value")
-        tab.choose(name, good)
-        tab.until("page.refused === ''", "the end of the refusal")
-    tab.settle()
+    frame = tab.frame()
+    tab.choose("eps", "<script>alert(1)</script>")
+    tab.until("page.refused !== ''", "a refusal")
+    assert tab.notice().startswith("eps = ")
+    assert not {"<", "\n"} & {*tab.notice()}
+    assert text(tab, "notice").startswith("eps = '<script>")
+    assert tab.frame() == frame, "no text changes the place of the picture"
+    tab.until("page.view.eps === 0", "the last accepted value")
+    tab.open(explorer.address + "&mode=map&shade=lyapunov&columns=9&rows=9&periods=64")
+    tab.choose("x", "eps")  # has no Lyapunov exponent
+    tab.settle("page.refused.startsWith('shade = ') && page.view.x === 'A'")
     tab.open(explorer.address + SMALL + "&eps=-3&novelty=1")
     assert tab.notice().startswith(("eps = ", "key of a view = "))
 
@@ -493,25 +458,6 @@ def test_stopped_server_is_reported_until_it_continues(opened):
     opened.complaints()  # discards the messages about the lost connection
 
 
-def test_unusual_statuses_have_ticks_and_are_selectable(tab, explorer):
-    tab.open(explorer.address + SMALL + "&low=0.9&high=1.3&quantity=xi")
-    status = vd.sweep(**config.parse(shown(tab).toml()).arguments).status
-    (odd,) = np.nonzero(status)
-    assert 0 < len(odd) < 200
-    ticks = tab.driver.execute_script(
-        "const c = document.getElementById('odd');"
-        "return [...c.getContext('2d').getImageData(0, 0, c.width, 1).data].filter((_, k) => k % 4 === 3)"
-    )
-    assert np.array_equal(np.flatnonzero(ticks), odd)
-    columns, seen = np.linspace(0.9, 1.3, 200), set()
-    for _ in range(2):
-        tab.driver.execute_script("document.querySelector('#status button').click()")
-        tab.until(lambda: "rests for ever" in text(tab, "sentence"), "its sentence")
-        seen.add(int(np.argmin(np.abs(columns - tab.state()["at"]))))
-    assert len(seen) == 2
-    assert seen <= {*odd.tolist()}
-
-
 def test_fingers_move_zoom_and_select(tab, explorer):
     def touch(kind, *points):
         points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(points)]
@@ -525,15 +471,13 @@ def test_fingers_move_zoom_and_select(tab, explorer):
         for k in range(1, 6):
             touch("touchMove", (x - 10 * k, y))
         touch("touchEnd")
-        tab.until("page.state().low > 2.3", "a moved view")
-        tab.settle()
+        tab.settle("page.state().low > 2.3")
         moved = shown(tab)
         touch("touchStart", (x - 20, y), (x + 20, y))
         for k in range(1, 6):
             touch("touchMove", (x - 20 - 10 * k, y), (x + 20 + 10 * k, y))
         touch("touchEnd")
-        tab.until(f"page.state().high - page.state().low < {0.9 * (moved.high - moved.low)}", "a closer view")
-        tab.settle()
+        tab.settle(f"page.state().high - page.state().low < {0.9 * (moved.high - moved.low)}")
         before = tab.state()["at"]
         touch("touchStart", (x + 40, y))
         touch("touchEnd")

@@ -68,19 +68,12 @@ def test_page_loads_nothing_else_and_is_framed_by_this_machine_only(explorer):
 
 
 def test_page_is_built_without_numba_and_matplotlib():
-    script = """if True:
-        import sys
-        import vibrodrive.explorer.server
-        from vibrodrive.explorer.page import build
-        from vibrodrive.explorer.view import View
-        build(View.read({"eps": 1e-4}), "")
-        print(*{"numba", "matplotlib", "h5py"} & set(sys.modules))
-    """
-    assert python(script).split() == []
+    script = "import sys; from vibrodrive.explorer import server; server.build(server.View(), ''); print(*sys.modules)"
+    assert not {"numba", "matplotlib", "h5py"} & {*python(script).split()}
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/?token=", "/?token=x&token={token}", "/metadata", "/?low=3", "/nowhere", "/ws"]
+    "path", ["/", "/?token=", "/?token=x&token={token}", "/metadata", "/?low=3", "/nowhere", "/ws", "/ws?token=x"]
 )
 def test_no_path_is_served_without_the_token(explorer, path):
     base, _, token = explorer.address.partition("/?token=")
@@ -89,20 +82,13 @@ def test_no_path_is_served_without_the_token(explorer, path):
     assert "token" in text
 
 
-@pytest.mark.parametrize(
-    "headers",
-    [
-        {"Host": "evil.example"},
-        {"Host": "evil.example:80"},
-        {"Host": "127.0.0.1"},
-        {"Origin": "http://evil.example"},
-        {"Origin": "null"},
-        {"Origin": "https://127.0.0.1:{port}"},
-    ],
-)
-def test_foreign_hosts_and_origins_are_refused_even_with_the_token(explorer, headers):
-    port = port_of(explorer)
-    sent = {k: v.format(port=port) for k, v in headers.items()}
+FOREIGN = {"Host": ["evil.example", "evil.example:80", "127.0.0.1"]}
+FOREIGN["Origin"] = ["http://evil.example", "null", "https://127.0.0.1:{port}"]
+
+
+@pytest.mark.parametrize(("header", "value"), [(header, value) for header in FOREIGN for value in FOREIGN[header]])
+def test_foreign_hosts_and_origins_are_refused_even_with_the_token(explorer, header, value):
+    sent = {header: value.format(port=port_of(explorer))}
     assert answer(explorer.address, **sent)[0] == 403
     assert answer(explorer.address.replace("/?", "/ws?"), **UPGRADE, **sent)[0] == 403
 
@@ -141,19 +127,6 @@ def test_page_is_reachable_through_a_jupyterhub(monkeypatch):
                 assert connection.getresponse().status == code
 
 
-def test_websocket_needs_the_token_and_the_origin_of_the_page(explorer):
-    base = explorer.address.split("/?")[0]
-    for address, origin, code in [
-        (base + "/ws", base, 403),
-        (base + "/ws?token=x", base, 403),
-        (explorer.address.replace("/?", "/ws?"), "http://evil.example", 403),
-        (explorer.address.replace("/?", "/ws?"), base, 101),
-    ]:
-        with closing(HTTPConnection("127.0.0.1", port_of(explorer), timeout=LIMIT)) as connection:
-            connection.request("GET", address.removeprefix(base), headers={**UPGRADE, "Origin": origin})
-            assert connection.getresponse().status == code
-
-
 def test_each_message_is_answered_or_refused_in_one_line(explorer):
     """No message ends the connection: the page always receives an answer."""
 
@@ -169,15 +142,8 @@ def test_each_message_is_answered_or_refused_in_one_line(explorer):
         assert json.loads(await socket.read_message()) == {}
         socket.close()
 
-    wrong = [
-        "",
-        "[]",
-        '{"seq": 1}',
-        '{"seq": "x"}',
-        '{"seq": 1, "view": {"low": "<b>"}}',
-        '{"seq": 1, "address": "y=9"}',
-    ]
-    asyncio.run(ask(*wrong))
+    wrong = ["", "[]", '{"seq": 1}', '{"seq": "x"}', '{"seq": 1, "address": "y=9"}']
+    asyncio.run(ask(*wrong, '{"seq": 1, "view": {"low": "<b>"}}'))
 
 
 def started(*arguments):

@@ -1,6 +1,7 @@
 """A view (all settings of a page) is equivalent to its address, its configuration and its state (a dict). An invalid
 view gives an error message of one line."""
 
+import ast
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,10 +12,9 @@ from hypothesis import strategies as st
 
 pytest.importorskip("tornado")
 
-from vibrodrive.explorer.controls import part_shown
+from vibrodrive.explorer.controls import STARTS, title_of
 from vibrodrive.explorer.engine import LARGEST, Engine
 from vibrodrive.explorer.image import painted, spans_of
-from vibrodrive.explorer.starts import STARTS
 from vibrodrive.explorer.tasks import work_of
 from vibrodrive.explorer.view import RANGES, View, adapted, read_address, view_of
 from vibrodrive.explorer.work import Pace, Work
@@ -28,10 +28,8 @@ NUMBERS = st.floats(0.001, 1e3)
 
 
 def test_results_are_reused_for_views_of_the_same_sweep_only():
-    some = {"columns": 9, "transient": 3, "periods": 4}
-    session = SimpleNamespace(
-        work=None, made_from=[], engine=SimpleNamespace(threads=1, make_room=lambda *arguments: None)
-    )
+    some, engine = {"columns": 9, "transient": 3, "periods": 4}, SimpleNamespace(threads=1, make_room=print)
+    session = SimpleNamespace(work=None, made_from=[], engine=engine)
     work = work_of(session, View.read(some))
     assert work_of(session, View.read(some | {"bottom": -1.0, "top": 1.0, "at": 2.0})) is work
     for name, value in {"transient": 4, "periods": 5, "section_phase": 1.0, "B": 0.2, "columns": 8}.items():
@@ -44,12 +42,10 @@ def test_results_are_reused_for_views_of_the_same_sweep_only():
     x=st.sampled_from(sorted(set(PARAMETERS) - {"tol"})),
     low=NUMBERS,
     width=st.floats(1e-10, 10.0),
-    B=st.floats(0.0, 10.0),
     eps=NUMBERS,
     method=st.sampled_from(["certified", "muller", "fixed"]),
-    quantity=st.sampled_from(["dxi", "xi", "impact_speed", "impact_phase"]),
+    quantity=st.sampled_from(["dxi", "impact_speed"]),
     periods=st.integers(1, 10**6),
-    scale=st.sampled_from(["linear", "log"]),
 )
 def test_address_and_configuration_keep_every_bit(**chosen):
     low, width = chosen.pop("low"), chosen.pop("width")
@@ -70,22 +66,14 @@ def test_configuration_is_shown_unchanged(name):
     x = next(iter(shown.axes))
     assert np.allclose(shown.axes[x], plan.axes[x], rtol=1e-15)
     assert shown.settings == plan.settings
-    assert all(
-        shown.scalars[n] == plan.scalars[n] for n in shown.scalars if n in plan.scalars and n not in ("dtau", "tol")
-    )
+    both = {*shown.scalars} & {*plan.scalars} - {"dtau", "tol"}
+    assert {n: shown.scalars[n] for n in both} == {n: plan.scalars[n] for n in both}
 
 
 RANGED = """
-[sweep]
-A = {start = 2.8, stop = 3.25, num = 3}
-B = [0.1, 0.2]
-[run]
-transient = 10
-periods = 64
-record = "summary"
-[figure]
-kind = "map"
-quantity = "energy"
+sweep = {A = {start = 2.8, stop = 3.25, num = 3}, B = [0.1, 0.2]}
+run = {transient = 10, periods = 64, record = "summary"}
+figure = {kind = "map", quantity = "energy"}
 """
 
 
@@ -96,12 +84,9 @@ def test_colour_limits_of_a_map_are_in_its_key_and_its_configuration():
     assert (view.mode, view.shade, view.limits) == ("map", "energy", (1.5, 2.5))
     assert config.parse(view.toml()).figure["limits"] == (1.5, 2.5)
     (level,) = (level for level in Work([view.plan()], 1).levels(Pace(), Halt()) if level.complete)
-    limited, free = (painted(level, "energy", limits)[2] for limits in (view.limits, None))
-    assert limited.ends == (1.5, 2.5, False)
-    assert [{"less", "more"} & {name for _, name in key.swatches} for key in (limited, free)] == [
-        {"less", "more"},
-        set(),
-    ]
+    key = painted(level, "energy", view.limits)[2]
+    assert key.ends == (1.5, 2.5, False)
+    assert {"less", "more"} <= {name for _, name in key.swatches}
     assert adapted(view.state(), "shade").limits is None
 
 
@@ -109,7 +94,6 @@ def test_colour_limits_of_a_map_are_in_its_key_and_its_configuration():
     ("state", "change", "wanted"),
     [
         ({}, {"x": "omega0"}, {"scene": "SI", "x": "omega0", "y": "a0"}),
-        ({}, {"x": "a0"}, {"scene": "SI", "x": "a0", "y": "omega0"}),
         ({}, {"y": "mu"}, {"scene": "SI", "x": "A", "y": "mu"}),
         ({"x": "a0", "y": "omega0"}, {"x": "B"}, {"scene": "dimensionless", "x": "B", "y": "A"}),
         ({"low": 3.0, "bottom": 0.1, "top": 1.0, "shade": "energy"}, {"x": "eps"}, {"low": 1e-6, "limits": None}),
@@ -123,7 +107,10 @@ def test_change_of_a_field_adapts_the_others(state, change, wanted):
     assert found.low <= found.at <= found.high
 
 
-def test_configuration_that_cannot_be_shown_is_refused():
+def test_spacing_and_further_axes_of_a_configuration_and_refusal():
+    view = view_of(config.parse("[sweep]\nA = [1, 2, 4]\neps = [0.0, 1e-4]"))
+    assert (view.scale, title_of(view)[1].split(", ")[:2]) == ("log", ["B = 0.1", "ε = 0"])
+    assert view_of(config.parse("[sweep]\nA = [2, 4]")).scale == "linear"  # two values are spaced both ways
     scene = "[physical]\nomega0 = 150.0\nalpha = 3.4\n[sweep]\nmu = [0.5, 0.6]\nA = 3.0"
     with pytest.raises(ValueError, match=r"A = 3\.0: must be an axis, or left out"):
         view_of(config.parse(scene))
@@ -144,13 +131,6 @@ def test_map_without_meaning_is_refused(over, words):
         View.read({"mode": "map", "columns": 2, "rows": 2} | over)
 
 
-def test_part_of_a_configuration_is_named():
-    settings = config.parse("[sweep]\nA = [3.0, 3.1, 3.3]\neps = [0.0, 1e-4]")
-    assert part_shown(view_of(settings), settings.plan()) == "ξ′ over A, ε = 0, the first of 2 values"
-    scales = [view_of(config.parse(f"[sweep]\nA = {values}\n")).scale for values in ("[2, 4]", "[1, 2, 4]")]
-    assert scales == ["linear", "log"]  # two values are spaced both evenly and geometrically
-
-
 @pytest.mark.parametrize("x", sorted({*PARAMETERS, *SCENE_AXES} - {"tol"}))
 def test_motion_is_that_of_a_sweep_at_its_place(x):
     """The plan of the motion has the parameters of the point of a sweep with this abscissa."""
@@ -160,8 +140,7 @@ def test_motion_is_that_of_a_sweep_at_its_place(x):
     assert view.plan().points(1, 2)[0] == pytest.approx(view.motion_plan().points(0, 1)[0], rel=1e-14)
 
 
-FUZZ = ["", "nan", "inf", "-1", "1e999", "0x1", "９", "1_0", "<b>", "'\"\n", "9" * 400, "None", [], {}, None, True]
-FUZZ += [1e308, -0.0]
+FUZZ = ["", "nan", "inf", "-1", "1e999", "９", "1_0", "<b>", "'\"\n", "9" * 400, [], {}, None, True, 1e308, -0.0]
 
 
 @pytest.mark.parametrize("key", [*View().state(), "novelty"])
@@ -171,8 +150,7 @@ def test_any_input_is_accepted_or_refused_in_one_line(key):
             view = View.read({key: value})
         except ValueError as error:
             text = str(error)
-            assert "\n" not in text
-            assert len(text) < 600
+            assert ("\n" in text, len(text) < 600) == (False, True)
             assert key in text or key in ("at", "low", "high", "y_low", "y_high", "bottom", "top")
         else:
             assert read_address(view.address()).state() == view.state()
@@ -206,3 +184,13 @@ def test_spans_name_the_period_of_the_columns():
     values = np.array([*[two] * 20, *rng.normal(size=(20, 60)), *[three] * 10])
     assert spans_of(values, 1e-3, 0.0, 1.0) == [(0.0, 0.4, 2), (0.4, 0.8, 0), (0.8, 1.0, 3)]
     assert spans_of(values[20:40], 1e-3, 0.0, 1.0) == []
+
+
+def test_explorer_imports_few_names_of_the_engine():
+    """A module of tables counts as one name; `vibrodrive` itself is the public face."""
+    found = set()
+    for file in (ROOT / "vibrodrive" / "explorer").glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vibrodrive."):
+                found |= {alias.name for alias in node.names if ".explorer" not in node.module}
+    assert len(found) <= 20, sorted(found)

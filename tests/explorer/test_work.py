@@ -1,25 +1,66 @@
-"""Levels, the successive refinements of a picture, contain every point once, coarse grids first. The last level equals
-the sweep of the exported configuration."""
+"""Pictures and motions without a page: images of diagrams and maps, the levels that refine them, and the limits k₂."""
 
+import math
 from threading import Timer
 
 import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.explorer.image import (
+    ONLY_CERTIFIED,
+    ONLY_CHOSEN,
+    _nearest,
+    difference,
+    fitting_range,
+    pictures,
+    values_of,
+)
+from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, words
 from vibrodrive.explorer.view import View
-from vibrodrive.explorer.work import STRIDES, Pace, Work, coarse_first
+from vibrodrive.explorer.work import Level, Pace, Part, Work
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import config
+from vibrodrive.model.states import LASTING
 
 
-@pytest.mark.parametrize("shape", [(1,), (5,), (1000,), (33, 20), (3, 1)])
-def test_every_point_once_and_coarse_grids_first(shape):
-    order, steps = coarse_first(shape)
-    assert sorted(order.tolist()) == list(range(np.prod(shape)))
-    for stride, count in zip(STRIDES[-len(steps) :], steps.tolist(), strict=True):
-        coarse = np.ravel_multi_index(np.ix_(*(np.arange(0, n, stride) for n in shape)), shape)
-        assert set(order[:count].tolist()) == set(coarse.reshape(-1).tolist())
+def test_difference_marks_the_method_of_each_pixel():
+    chosen, certified = np.zeros((2, 360, 3), np.uint8)
+    chosen[10, 0] = certified[11, 0] = 5  # pixels in adjacent rows count as equal
+    chosen[100, 1] = 7
+    certified[200, 2] = 9
+    found = difference(chosen, certified)
+    assert [found[k] for k in ((10, 0), (11, 0), (100, 1), (200, 2))] == [5, 5, ONLY_CHOSEN + 7, ONLY_CERTIFIED + 9]
+    assert (found > 0).sum() == 4
+
+
+def test_coarse_cells_of_a_map():
+    done = np.zeros((40, 35), bool)
+    done[::16, ::16] = True
+    assert _nearest(done).reshape(40, 35)[39, 34] == 32 * 35 + 32
+    done[::2, ::2] = True
+    found = _nearest(done).reshape(40, 35)
+    assert (found[39, 34], found[0, 1]) == (38 * 35 + 34, 0)
+
+
+@pytest.mark.jit
+def test_missing_columns_repeat_the_column_on_their_left():
+    work = Work([View.read({"columns": 9, "transient": 20, "periods": 20}).plan()], 1)
+    list(work.levels(Pace(), Halt()))
+    low, high = fitting_range(Level(work.part, None), "dxi")
+    (full,) = pictures(Level(work.part, None), "dxi", low, high)
+    done = np.arange(9) % 4 == 0
+    coarse, rest = Part(work.part.results, done), Part(work.part.results, ~done)
+    assert np.array_equal(pictures(Level(coarse, None), "dxi", low, high)[0], full[:, [0, 0, 0, 0, 4, 4, 4, 4, 8]])
+    assert np.array_equal(pictures(Level(coarse, rest), "dxi", low, high)[0], full)
+
+
+@pytest.mark.jit
+def test_motion_out_of_budget_is_not_drawn():
+    """Values of fewer periods would give a different picture."""
+    given_up = vd.sweep(A=[1.5, 1.6], eps=[5e-4], transient=0, periods=30, budget=60, tau0=1.0)
+    assert (given_up.status == vd.Status.BUDGET).all()
+    assert np.isnan(values_of(given_up, "dxi")).all()
 
 
 def paced(pace):
@@ -48,7 +89,7 @@ def test_last_level_equals_the_sweep_of_the_exported_file_also_after_a_halt(name
         if len(seen) == 3:
             break
     assert 0.0 < seen[-1] < 1.0
-    again = [(level.share, level.complete) for level in work.levels(paced(1e9), Halt())]
+    again = [(level.share, level.complete) for level in work.levels(paced(1e4), Halt())]
     assert (again[0][0], again[-1]) == (seen[-1], (1.0, True))
     wanted, found = vd.sweep(**config.parse(view.toml()).arguments), work.part.results[0]
     names = {"section": ["section"], "impacts": ["impact_phase", "impact_speed"], "summary": ["period", "energy"]}
@@ -64,8 +105,47 @@ def test_halt_flag_ends_long_work_and_a_sketch_has_fewer_periods():
     with pytest.raises(Halted):
         list(work.levels(paced(1e12), halt))
     short = Work([View.read({"columns": 400, "eps": 2e-4}).plan()], 2).levels(paced(2e5), Halt())
-    first = next(short)
-    assert (first.sketch.done.sum(), first.sweep.done.any()) == (100, False)
-    second = next(short)
+    first, second = next(short), next(short)
+    assert np.array_equal(np.flatnonzero(first.sketch.done), np.arange(0, 400, 4)), "a coarse grid first"
     assert first.sketch.results[0].settings.periods < second.sweep.results[0].settings.periods == 500
     assert second.sweep.done.any()
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 2e-4])
+def test_curve_is_the_motion_with_its_states(eps):
+    motion = vd.simulate(3.04, eps=eps, tau0=0.3, transient=50, periods=6)
+    found, sample = curve_of(motion), motion.sample(4001)
+    time = (sample.tau - sample.tau[0]) / (2.0 * math.pi)
+    there = np.isfinite(found["dxi"])
+    wrong = np.abs(np.interp(time, found["time"][there], found["dxi"][there]) - sample.dxi)
+    assert np.quantile(wrong, 0.99) < 0.002 + 0.1 * 3.04 * eps * motion.arguments["eta"]
+    middles = 0.5 * (found["time"][1:] + found["time"][:-1])
+    states = sample.state[np.searchsorted(time, middles)]
+    wide = np.diff(found["time"]) > 1e-3
+    assert np.mean(found["state"][:-1][wide] == states[wide]) > 0.98
+    assert {*np.unique(found["state"])} <= {int(state) for state in (*LASTING, vd.State.IMPACT)}
+
+
+@pytest.mark.jit
+def test_description_is_that_of_the_motion_and_names_no_hash():
+    view = View.read({"at": 3.1842, "low": 3.18, "high": 3.19, "transient": 2000, "periods": 250})
+    plan = view.motion_plan()
+    told = words(motion_at(plan, Halt()), plan, view, Halt())
+    lines = vd.simulate(3.1842, section_phase=view.section_phase, transient=2000).describe().splitlines()[1:]
+    assert (told["details"], told["period"]) == (lines, 8)
+    assert "states: a cycle of more than 12" in lines
+
+
+@pytest.mark.jit
+def test_limits_are_those_of_limit_and_end_when_they_are_halted():
+    plans = limit_plans(View.read({"method": "fixed", "dtau": 0.05, "at": 3.04}).motion_plan())
+    for name, method in (("eps", "certified"), ("dtau", "fixed")):
+        wanted, found = vd.limit(3.04, name, method), limit_at(plans[name], Halt())
+        assert (float(found["k2"]), float(found["last_kept"])) == (wanted.k2, wanted.last_kept)
+    never = View.read({"method": "muller", "dtau": 0.3, "at": 3.04})
+    assert limit_at(limit_plans(never.motion_plan())["dtau"], Halt())["k2"] == "Infinity"
+    halt = Halt()
+    Timer(0.2, halt.call).start()
+    with pytest.raises(Halted):
+        limit_at(limit_plans(View.read({"at": 2.2}).motion_plan())["eps"], halt)

@@ -5,7 +5,7 @@ from time import monotonic, sleep
 
 import pytest
 
-from vibrodrive.explorer.worker import Worker
+from vibrodrive.explorer.engine import Worker
 from vibrodrive.jit.slices import Halted
 
 LIMIT = 600.0
@@ -39,30 +39,26 @@ class Log:
 @pytest.fixture
 def log():
     found = Log()
+    found.worker.request(0, found.long)
+    assert found.begun.wait(LIMIT)
     yield found
     found.worker.close()
 
 
 def test_newest_request_of_a_page_replaces_the_others(log):
-    log.worker.request(0, log.long)
-    assert log.begun.wait(LIMIT)
     for k in range(200):
         log.worker.request(0, log.note(k))
     assert log.finished()[0] == "long"
-    assert log.told[-1] == 199
-    assert log.told.count("long") == 1
+    assert (log.told[-1], log.told.count("long")) == (199, 1)
 
 
-def test_request_of_another_page_interrupts_the_task_which_is_started_again(log):
-    log.worker.request(0, log.long)
-    assert log.begun.wait(LIMIT)
+def test_request_of_another_page_interrupts_the_task_which_starts_again_unless_cancelled(log):
     log.worker.request(1, log.note("other"))
     assert log.finished() == ["long", "other", "long"]
-
-
-def test_cancelled_task_does_not_start_again(log):
+    log.told.clear()
     log.worker.request(0, log.long)
-    assert log.begun.wait(LIMIT)
+    while not log.told:
+        sleep(0.002)
     log.worker.cancel(0)
     log.worker.request(1, log.note("other"))
     assert log.finished() == ["long", "other"]
@@ -72,10 +68,8 @@ def test_failed_task_is_reported_and_the_worker_continues(log):
     def halted(halt):
         raise Halted
 
-    log.worker.request(3, lambda halt: 1 / 0)
-    log.finished()
-    log.worker.request(3, halted)
-    log.finished()
-    log.worker.request(3, log.note("next"))
-    assert log.finished() == ["next"]
-    assert log.failures == [(3, ZeroDivisionError)]
+    log.worker.cancel(0)
+    for task in (lambda halt: 1 / 0, halted, log.note("next")):
+        log.worker.request(3, task)
+        log.finished()
+    assert (log.told, log.failures) == (["long", "next"], [(3, ZeroDivisionError)])

@@ -72,8 +72,9 @@ class Tab:
             assert monotonic() < end, f"not within {self.PATIENCE} s: {what}; the page says {self.notice()!r}"
             sleep(0.02)
 
-    def settle(self):
-        """Wait until the picture of the last request is complete, and the address of the page contains its state."""
+    def settle(self, condition="true"):
+        """Wait for a condition, for the complete picture of the last request, and until the address contains it."""
+        self.until(condition, str(condition))
         self.until("!!page && page.settled && page.begun && !page.waiting", "a settled picture")
 
     def state(self):

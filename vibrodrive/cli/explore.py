@@ -26,7 +26,7 @@ def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
     """
     if find_spec("tornado") is None:
         raise click.ClickException("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
-    from vibrodrive.explorer.controls import part_shown
+    from vibrodrive.explorer.controls import title_of
     from vibrodrive.explorer.view import View, read_address, view_of
 
     view = View()
@@ -37,7 +37,7 @@ def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
             settings = read(config)
             judge_slip(settings)
             view = view_of(settings)
-            say(f"shows {part_shown(view, settings.plan())}")
+            say(f"shows {', '.join(title_of(view))}")
     from vibrodrive.explorer.server import Explorer
 
     try:

@@ -1,7 +1,6 @@
 // Controls, one for each field of the view, and the words beside the picture.
 const ZERO = 0.11; // share of a slider that stands for 0, if a logarithmic slider begins with 0
 const STEPS = 80; // steps of ▶ from end to end
-const SUPER = {"-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹"};
 const fields = {};
 
 const make = (html) => {
@@ -28,7 +27,7 @@ const ticks_of = ({slider, factor}) => {
   const [low, high, scale] = slider;
   if (scale === "linear") return round(low * factor, high * factor, 4).map((v) => [v / factor, String(Number(v.toPrecision(3)))]);
   const decades = round(Math.log10(low), Math.log10(high), 6).filter(Number.isInteger);
-  const named = decades.map((d) => [10 ** d, `10${[...String(d)].map((digit) => SUPER[digit]).join("")}`]);
+  const named = decades.map((d) => [10 ** d, pretty(`1e${d}`)]);
   return scale === "zero" ? [[0, "0"], ...named] : named;
 };
 
@@ -65,6 +64,7 @@ page.enter = (name, text) => {
   const plain = String(text).trim().replace(",", ".");
   page.view[name] = options.length || plain === "" ? plain : Number.isFinite(Number(plain)) ? Number(plain) / factor : text;
   if (REARRANGE.includes(name)) return page.command({changed: name});
+  if (name === "method") say(known.about[page.view.mode], "story"); // that of a start view is no longer true
   if (name === "dtau" && !known.steps[page.view.method]) page.view.method = "fixed"; // a step asks for a grid
   show_controls();
   judge();
@@ -80,11 +80,11 @@ const number = (name) => (page.view[name] === "" || page.view[name] === null ? N
 
 const hidden_now = () => {
   const {view} = page, map = over_plane(), away = [view.x, ...(map ? [view.y] : [])];
-  if (view.method !== "muller") away.push("tol");
   if (!known.steps[view.method]) away.push("compare");
   if (map || view.quantity.startsWith("impact")) away.push("section_phase");
   if (!/\((J|N s|W)\)/.test(known.in_si[view.shade]) || !map) away.push("mass");
   if (away.includes("A")) away.push("a0");
+  if (away.includes("frequency")) away.push("omega0");
   return away;
 };
 
@@ -124,13 +124,13 @@ const start_over = () => {
   page.command({reset: true});
 };
 
-// Show an error message. The field whose name begins it returns to its last accepted value.
+// Show an error message. The field whose name begins it, or else the view, returns to what was accepted last.
 const refuse = (text) => {
   end_play();
   say(page.refused = text, "notice"); // the server has escaped the text
-  const name = text.split(" = ")[0];
-  if (!(name in page.good) || page.view[name] === page.good[name]) return;
-  page.view[name] = page.good[name];
+  const name = text.split(" = ")[0], {view, good} = page;
+  if (JSON.stringify(view) === JSON.stringify(good)) return;
+  page.view = name in good && view[name] !== good[name] ? {...view, [name]: good[name]} : {...good};
   show_controls();
   request(true);
 };
@@ -163,7 +163,7 @@ const verdict = (name, {k2, last_kept}) => {
   const value = disturbance(name);
   return value < Number(k2) ? "kept" : value > Number(last_kept) ? "lost" : "between";
 };
-const digits = (v, n = 3) => (Math.abs(v) < 1e-3 && v !== 0 ? v.toExponential(n - 1).replace(/\.?0+e/, "e") : String(Number(v.toPrecision(n))));
+const digits = (v, n = 3) => pretty(plain(Number(v.toPrecision(n)), 15));
 const comparison = (name, limit) => {
   const k2 = Number(limit.k2), value = disturbance(name), sign = label_of(name);
   if (k2 === Infinity) return `keeps its structure at every ${sign} tried`;
@@ -197,6 +197,7 @@ const judge = () => {
 };
 const know = (limits) => {
   Object.assign(page.limits, limits);
+  if (page.took > usual) localStorage.setItem("compiled", page.took);
   judge();
 };
 
@@ -204,8 +205,9 @@ const know = (limits) => {
 const KEYS = {
   ArrowLeft: () => pan("x", -0.1), ArrowRight: () => pan("x", 0.1), ArrowUp: () => pan("y", 0.1), ArrowDown: () => pan("y", -0.1),
   "+": () => zoom("x", 0.5, 0.5), "-": () => zoom("x", 2, 0.5), Home: () => start_over(), f: () => fit_now(), " ": () => page.play(),
-  x: () => element("full").click(), Escape: () => end_play(),
+  x: () => element("full").click(), Escape: () => { end_play(); close_menus(); },
 };
+known.starts.forEach((_, k) => { KEYS[k + 1] = () => element("starts").children[k].click(); });
 window.addEventListener("keydown", (event) => {
   const on = (kinds) => event.target.matches?.(kinds);
   if (event.ctrlKey || event.metaKey || event.altKey || !page.view) return;

@@ -1,14 +1,11 @@
-"""Words and controls of the page: one control for each field of a view (view.py) that is no range and no place."""
+"""Words, views and controls of the page: a control for each field of a view (view.py) that is no range and no place."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
+from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
 from vibrodrive.model import choices, drawing, names, physical
-from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LINEAR, LOG, NAMES, SCENE
-from vibrodrive.model.plan import Plan
 
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
 
@@ -35,7 +32,6 @@ WORDS = {
     "mu": "friction",
     "alpha": "incline",
     "mass": "",
-    "g": "gravity",
 }
 """Quantities and parameters in the words of titles."""
 
@@ -62,19 +58,20 @@ def symbol(name: str, si: bool = False) -> str:
         of = physical.UNITS[physical.UNIT_OF[name]]
         words = {"xi": "gap x", "dxi": "velocity dx/dt"}.get(name, name.replace("_", " "))
         return f"{words} ({of.si if of.scale != 1.0 else of.shown or '1/s'})"
-    if name not in NAMES:
+    if name not in names.NAMES:
         return {"impact_phase": "impact phase (rad)", "impact_speed": "impact speed"}.get(name, name.replace("_", " "))
-    return _letter(name) + (f" ({NAMES[name].shown})" if NAMES[name].shown else "")
+    return _letter(name) + (f" ({names.NAMES[name].shown})" if names.NAMES[name].shown else "")
 
 
 def _letter(name: str) -> str:
-    return NAMES[name].symbol.replace("_s", "ₛ")
+    return names.NAMES[name].symbol.replace("_s", "ₛ")
 
 
 def title_of(view: View) -> tuple[str, str]:
     """Return (title of the picture in words, conditions common to all its motions)."""
     shown = view.shade if view.mode == MAP else view.quantity
-    title = WORDS.get(shown, shown.replace("_", " ").capitalize())
+    named = symbol(shown, si=view.scene == SI)
+    title = WORDS.get(shown, named[0].upper() + named[1:])
     title += ", against " + " and ".join(f"{WORDS[name]} ({_letter(name)})" for name in view.axes)
     given = [name for name in view.machine if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
     given += ["eps"]
@@ -83,28 +80,20 @@ def title_of(view: View) -> tuple[str, str]:
     given += [name for name in ("xi0", "dxi0", "tau0") if getattr(view, name)]
     given += ["section_phase"] if view.record == "section" else []
     values = [
-        f"{_letter(name)} = {NAMES[name].scale * getattr(view, name):.6g} {NAMES[name].shown}"
+        f"{_letter(name)} = {names.NAMES[name].scale * getattr(view, name):.6g} {names.NAMES[name].shown}"
         for name in given
         if name not in view.axes
     ]
     periods = f"periods {view.transient + 1} to {view.transient + view.recorded}"
-    return title, ", ".join([*map(str.rstrip, values), view.method, periods])
-
-
-def part_shown(view: View, plan: Plan) -> str:
-    """Describe the part of a sweep that a view shows: the quantity, its axes, and the values of the other axes."""
-    shown = symbol(view.shade if view.mode == MAP else view.quantity, si=view.scene == SI)
-    rest = {name: axis for name, axis in plan.axes.items() if name not in view.axes and len(axis) > 1}
-    others = [f"{symbol(name)} = {axis[0]:.6g}, the first of {len(axis)} values" for name, axis in rest.items()]
-    return ", ".join([f"{shown} over {' and '.join(map(symbol, view.axes))}", *others])
+    return title, ", ".join([*(value.replace(" °", "°").rstrip() for value in values), view.method, periods])
 
 
 def _number(name: str, place: str = MORE, only: str = "") -> Control:
     """Return the control of a parameter, with a slider if the table NAMES has a range for it."""
-    row = NAMES[name]
-    spacing = row.axis[2] if row.axis else LINEAR
-    ends = row.slider or (row.axis[:2] if row.axis and spacing == LINEAR else None)
-    slider = (*ends, "zero" if spacing == LOG and row.default == 0.0 else spacing) if ends else None
+    row = names.NAMES[name]
+    spacing = row.axis[2] if row.axis else names.LINEAR
+    ends = row.slider or (row.axis[:2] if row.axis and spacing == names.LINEAR else None)
+    slider = (*ends, "zero" if spacing == names.LOG and row.default == 0.0 else spacing) if ends else None
     hint = f"{row.meaning[0].upper()}{row.meaning[1:]}.".replace("_s", "ₛ")
     return Control(name, symbol(name), WORDS[name], hint, place, (), slider, row.scale, only)
 
@@ -113,7 +102,7 @@ def _choice(name: str, label: str, hint: str, options: dict[str, str], place: st
     return Control(name, label, "", hint, place, tuple(options.items()), only=only)
 
 
-_SCALES = {LINEAR: "linear", LOG: "logarithmic"}
+_SCALES = {names.LINEAR: "linear", names.LOG: "logarithmic"}
 _PARAMETERS = {name: symbol(name) for name in RANGES}
 
 CONTROLS = (
@@ -136,22 +125,79 @@ CONTROLS = (
     _choice("y_scale", "spaced", "Equal steps, or equal ratios, along the vertical axis.", _SCALES, only=MAP),
     _choice("shade", "Colour", "The quantity that the colours of the map show.",
             {q: q.replace("_", " ") for q in OF_MAPS}, only=MAP),
-    _number("eta"), _number("section_phase"), _number("tol"), _number("transient"), _number("periods"),
+    _number("eta"), _number("section_phase"), _number("transient"), _number("periods"),
     _number("xi0"), _number("dxi0"), _number("tau0"),
 )  # fmt: skip
 """All controls, in the order of the page."""
 
 
+ABOUT = {
+    "diagram": "A mass slides and sticks on a shaken incline, and hits an obstacle. Each column is one motion, each "
+    "dot its velocity once per shake. One dot: it repeats with each shake; two: with every second; a band: never.",
+    "map": "A mass slides and sticks on a shaken incline, and hits an obstacle. Each point is one motion, its colour a "
+    "number of it. Click a point to see it move.",
+}
+"""Text beside a picture, for each mode."""
+
+
+class Start(NamedTuple):
+    """A view with the text that the page shows beside it."""
+
+    name: str
+    text: str
+    address: str
+
+
+STARTS = (
+    Start("All of it: period doublings, again and again",
+          "Shaken harder, the mass needs two shakes for a beat, then four, then it never repeats, until three shakes "
+          "are a beat, and all begins anew. Drag the blue knob along the axis and watch the mass.",
+          ""),
+    Start("A ripple destroys the structure",
+          "A fast ripple, ε, is added to the shaking. Press ▶ at ε: the lines fray, and in the sentence below the "
+          "structure of the motion turns from kept to lost.",
+          "low=3.0&high=3.25&at=3.04"),
+    Start("A time step invents a diagram",
+          "No ripple here: the switches are found with fixed steps of Δτ = 0.05. What the steps invent is orange, what "
+          "they miss is blue. Move Δτ down until little colour is left.",
+          "low=3.0&high=3.25&method=fixed&dtau=0.05&compare=difference&at=3.04"),
+    Start("Two points that grow into clouds",
+          "One motion, shaken at A = 3.04, with more and more ripple to the right. Its two points become clouds. "
+          "Drag the knob across the limit of its structure, which the paper gives as 1.7e-4.",
+          "x=eps&low=0&high=3e-4&scale=linear&A=3.04&at=1e-4&periods=300"),
+    Start("A window of period 5",
+          "Inside the irregular band lie windows in which the motion repeats again, here with every fifth shake. "
+          "Turn the wheel at an end of the window: further windows appear.",
+          "low=3.155&high=3.178&at=3.165&transient=2000&periods=500"),
+    Start("The last band before period 3",
+          "Below A = 3.1893 the motion is irregular, above it has period 3. Drag the knob across the border, and "
+          "compare the beats of the mass.",
+          "low=3.186&high=3.192&at=3.191&transient=2000&periods=500"),
+    Start("Map: the period, over shaking and slope",
+          "Each colour is a period of the motion, and black has none. Click a point to see it move, and open the "
+          "diagram through it.",
+          "mode=map&x=A&y=B&low=1.0&high=4.0&y_low=0.0&y_high=0.5&at=3.04&at_y=0.1&periods=66"),
+    Start("Map: the power of a pile driver",
+          "A machine in SI units: the power of its impacts in W over frequency and amplitude. It has a ridge "
+          "just below the values at which the mass begins to skip a shake. Change the friction μ: the ridge moves.",
+          "mode=map&x=omega0&y=a0&low=80&high=200&y_low=3e-4&y_high=1.2e-3&at=150&at_y=8e-4&periods=64"
+          "&shade=impact_power&bottom=0&top=25"),
+)  # fmt: skip
+"""Eight views, from the whole to details."""
+
+
 def known() -> dict[str, Any]:
     """Return what the scripts of the page know, as values for JSON."""
     allowed = {name: (row.low, min(row.high, 1e300)) for name, row in names.PARAMETERS.items()}
-    allowed |= dict.fromkeys(SCENE, (1e-9, 1e9)) | {"alpha": (0.0, 89.9)}
+    allowed |= dict.fromkeys(names.SCENE, (1e-9, 1e9)) | {"alpha": (0.0, 89.9)}
     shown = (*RANGES, *drawing.DIAGRAM_QUANTITIES, *OF_MAPS)
     return {
         "controls": [control._asdict() for control in CONTROLS],
         "allowed": allowed,
-        "factor": {name: NAMES[name].scale for name in RANGES},
+        "factor": {name: names.NAMES[name].scale for name in RANGES},
         "symbols": {name: symbol(name) for name in shown},
         "in_si": {name: symbol(name, si=True) for name in shown},
+        "starts": [start._asdict() for start in STARTS],
+        "about": ABOUT,
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
     }

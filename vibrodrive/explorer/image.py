@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrodrive.explorer.density import paint
+import vibrodrive as vd
 from vibrodrive.explorer.view import MAP, PICTURE_ROWS, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import STRIDES, Level
 from vibrodrive.figures.ink import ink_of
+from vibrodrive.jit.compile import jit
 from vibrodrive.model import choices, drawing, names
-from vibrodrive.model.results import Results
 
 SHADES = 64
 """Number of shades of a scale. A pixel of shade 0 is blank, all others have ink. The shades of `difference` are
@@ -27,7 +27,7 @@ ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
 MARGIN = 0.04  # share of the range of the values that is added at both ends of the ordinate
 
 
-def values_of(results: Results, quantity: str) -> np.ndarray:
+def values_of(results: vd.Results, quantity: str) -> np.ndarray:
     """Return the recorded values of a quantity, with a scene in SI units: float64 (columns, values), NaN if missing."""
     if quantity in ("xi", "dxi"):
         found = results.section[..., ("xi", "dxi").index(quantity)]
@@ -60,6 +60,29 @@ def palette_of(colours: np.ndarray) -> np.ndarray:
     return 255 << 24 | blue << 16 | green << 8 | red
 
 
+@jit(_nrt=False)
+def darken(values, columns, low, high, table, counts, image):
+    """Darken the pixels that contain values, and the pixel above each of them, because lines of one row are too thin.
+
+    `values`, float64 (n, k), belong to the columns `columns`, int64 (n,), of `image`, uint8 (rows, all columns). NaN
+    and values outside [low, high) are ignored. `table`, uint8 (k + 1,), contains the shade of a pixel with 0, 1, … k
+    values. `counts`, int64 (rows,), is a workspace.
+    """
+    rows = image.shape[0]
+    scale = rows / (high - low)
+    for i in range(values.shape[0]):
+        counts[:] = 0
+        for j in range(values.shape[1]):
+            place = (values[i, j] - low) * scale
+            if 0.0 <= place < rows:
+                counts[int(place)] += 1
+        below = table[0]
+        for row in range(rows):
+            shade = table[counts[row]]
+            image[row, columns[i]] = max(shade, below)
+            below = shade
+
+
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
     """Draw values (n, k) into n columns of an image uint8 (rows, columns), as shades 0 to SHADES - 1.
 
@@ -67,7 +90,7 @@ def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, 
     """
     k = values.shape[1]
     table = np.ceil(ink_of(np.arange(k + 1), k) * (SHADES - 1)).astype(np.uint8)
-    paint(np.ascontiguousarray(values), columns, low, high, table, np.empty(len(image), np.int64), image)
+    darken(np.ascontiguousarray(values), columns, low, high, table, np.empty(len(image), np.int64), image)
 
 
 def _near(there: np.ndarray) -> np.ndarray:
@@ -132,7 +155,7 @@ def painted(
     """
     from matplotlib.colors import LogNorm, to_hex, to_rgb  # imported here so that the page appears sooner
 
-    from vibrodrive.figures.colours import SHADES, paint
+    from vibrodrive.figures import colours
 
     part = level.sweep if level.sketch is None or level.sweep.done.any() else level.sketch
     results = part.results[0]
@@ -142,13 +165,13 @@ def painted(
     shape = status.shape
     source = _nearest(part.done.reshape(shape))
     values, status = (whole.reshape(-1)[source].reshape(shape) for whole in (values, status))
-    found = paint(quantity, values, status, limits)
-    colours = [to_hex(colour) for colour in found.colours]
-    swatches = [*zip(colours, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
-    scale = [] if found.labels else colours[:SHADES:8]
+    found = colours.paint(quantity, values, status, limits)
+    inks = [to_hex(colour) for colour in found.colours]
+    swatches = [*zip(inks, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
+    scale = [] if found.labels else inks[: colours.SHADES : 8]
     if scale:
-        ends = (("max", "more", SHADES + 1), ("min", "less", SHADES))
-        swatches = [(colours[k], name) for end, name, k in ends if found.extend in (end, "both")] + swatches
+        ends = (("max", "more", colours.SHADES + 1), ("min", "less", colours.SHADES))
+        swatches = [(inks[k], name) for end, name, k in ends if found.extend in (end, "both")] + swatches
     palette = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
     norm = found.norm
     key = Key(swatches, scale, (float(norm.vmin or 0.0), float(norm.vmax or 1.0), isinstance(norm, LogNorm)))
@@ -193,15 +216,8 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
     status = level.sweep.results[0].status
     where = {words: np.flatnonzero(status == s) for s, words in STATUS_WORDS.items()} if level.complete else {}
     where = {words: points for words, points in where.items() if len(points)}
-    head: dict[str, Any] = {
-        "x": left,
-        "dw": right - left,
-        "map": view.mode == MAP,
-        "fit": False,
-        "odd": {},
-        "spans": [],
-    }
-    head |= {"counts": {words: len(points) for words, points in where.items()}, "empty": False}
+    head: dict[str, Any] = {"x": left, "dw": right - left, "map": view.mode == MAP, "fit": False, "empty": False}
+    head |= {"counts": {words: len(points) for words, points in where.items()}, "odd": {}, "spans": []}
     if view.mode == MAP:
         low, high = edges(view, Y_SPAN, rows)
         image, palette, key = painted(level, view.shade, view.limits)

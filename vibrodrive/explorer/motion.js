@@ -14,17 +14,16 @@ const move = (head, found) => {
   page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
   clock.at %= found.time.at(-1);
   draw_motion();
+  place_handle(box_of());
   requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
   if (head.done === page.seq) answered(head);
   judge();
 };
 
-// Clear a canvas. Return its context, and its size in pixels of the page.
-const cleared = (id) => {
-  const {offsetWidth: width, offsetHeight: height} = element(id), c = element(id).getContext("2d"), ratio = devicePixelRatio;
-  Object.assign(element(id), {width: Math.round(width * ratio), height: Math.round(height * ratio)});
-  c.scale(ratio, ratio);
-  Object.assign(c, {font: `${0.85 * rem()}px ${css("--font")}`, fillStyle: css("--ink"), strokeStyle: css("--ink"), lineWidth: 1.5, lineJoin: "round"});
+// Begin to draw into a canvas. Return its context, its size in pixels of the page, and the size of its letters.
+const begun = (id) => {
+  const {offsetWidth: width, offsetHeight: height} = element(id), c = cleared(element(id));
+  Object.assign(c, {font: `${0.85 * rem()}px ${css("--font")}`, fillStyle: css("--ink"), strokeStyle: css("--ink"), lineWidth: 0.1 * rem(), lineJoin: "round", textAlign: "left"});
   return {c, width, height, size: 0.85 * rem()};
 };
 const stroke = (c, points) => {
@@ -34,8 +33,8 @@ const stroke = (c, points) => {
 };
 
 // A curve in the colours of its states, broken where a coordinate is not a number.
-const draw_curve = (c, {state}, across, up, width = 1.6) => {
-  c.lineWidth = width;
+const draw_curve = (c, {state}, across, up) => {
+  c.lineWidth = 0.1 * rem();
   for (let k = 0; k + 1 < across.length;) {
     const from = k;
     c.strokeStyle = css(`--${STATES[state[k]] === "impact" ? "rest" : STATES[state[k]]}`);
@@ -52,7 +51,7 @@ const draw_motion = () => {
   const {motion} = page, {time, xi, dxi, head} = motion;
   const scale = ([low, high], from, to) => (v) => from + (to - from) * (v - low) / (high - low);
   {
-    const {c, width, height, size} = cleared("phase"), across = scale(motion.over, 2.2 * size, width - size), up = scale(motion.up, height - 1.6 * size, 1.4 * size);
+    const {c, width, height, size} = begun("phase"), across = scale(motion.over, 2.2 * size, width - size), up = scale(motion.up, height - 1.6 * size, 1.4 * size);
     Object.assign(c, {strokeStyle: css("--faint"), lineWidth: 1, fillStyle: css("--quiet")});
     stroke(c, [[across(motion.over[0]), up(0)], [width - size, up(0)]]);
     stroke(c, [[across(0), up(motion.up[0])], [across(0), up(motion.up[1])]]);
@@ -61,13 +60,12 @@ const draw_motion = () => {
     c.fillText("gap ξ", width - 0.3 * size, height - 0.4 * size);
     draw_curve(c, motion, Array.from(xi, across), Array.from(dxi, up));
   }
-  const {c, width, height, size} = cleared("time"), last = time.at(-1), across = scale([0, last], 0, width), up = scale(motion.over, height - 1.6 * size, 1.4 * size);
-  Object.assign(c, {strokeStyle: css("--sine"), lineWidth: 1, fillStyle: css("--quiet")});
+  const {c, width, height, size} = begun("time"), last = time.at(-1), across = scale([0, last], 0, width), up = scale(motion.over, height - 1.6 * size, 1.4 * size);
+  Object.assign(c, {strokeStyle: css("--sine"), lineWidth: 0.06 * rem(), fillStyle: css("--quiet")});
   const low = up(motion.over[0]), high = up(motion.over[1]), {phase} = head;
   stroke(c, Array.from({length: 60 * Math.ceil(last) + 1}, (_, k) => [across(k / 60), low + (high - low) * (1 + Math.sin(2 * Math.PI * k / 60 + phase)) / 6]));
   for (let k = 0; k <= last; k++) c.fillRect(across(k), low, 1, 0.4 * size);
   c.fillText("gap ξ over time, in shakes", 0.3 * size, size);
-  c.fillStyle = css("--sine");
   c.fillText("shaking sin τ", 0.3 * size, height - 0.2 * size);
   draw_curve(c, motion, Array.from(time, across), Array.from(xi, up));
   element("phase").ariaLabel = `Phase curve: velocity over gap. ${element("sentence").textContent}`;
@@ -75,7 +73,7 @@ const draw_motion = () => {
 };
 
 const draw_mass = () => {
-  const {c, width, height, size} = cleared("mechanism"), {motion} = page, at = clock.at;
+  const {c, width, height, size} = begun("mechanism"), {motion} = page, at = clock.at;
   const length = Math.min(0.84 * width, 2.6 * height), block = 0.15 * length, wall = 0.05 * length;
   let k = 0, gap = 0.45, state = "rest";
   if (motion) {
@@ -87,7 +85,7 @@ const draw_mass = () => {
   c.rotate(-SLOPE);
   c.translate(motion ? 0.03 * length * Math.sin(2 * Math.PI * at + motion.head.phase) : 0, 0);
   c.fillStyle = css("--faint");
-  c.fillRect(0, 0, length, 3);
+  c.fillRect(0, 0, length, 0.2 * size);
   c.fillStyle = css("--quiet");
   c.fillRect(0, -1.5 * block, wall, 1.5 * block); // the obstacle moves with the incline
   c.fillStyle = css(`--${state === "impact" ? "down" : state}`);
@@ -112,13 +110,6 @@ const tick = (now) => {
   draw_mass();
 };
 page.play = () => { clock.playing = !clock.playing; };
-const scrub = ({clientX, buttons}) => {
-  const {left, width} = element("times").getBoundingClientRect();
-  if (!buttons || !page.motion) return;
-  Object.assign(clock, {playing: false, at: Math.min(0.9999, Math.max(0, (clientX - left) / width)) * page.motion.time.at(-1)});
-  draw_mass();
-};
-for (const kind of ["pointerdown", "pointermove"]) element("times").addEventListener(kind, scrub);
 element("mechanism").addEventListener("click", () => page.play());
 for (const id of ["mechanism", "phase", "time"]) new ResizeObserver(draw_motion).observe(element(id));
 requestAnimationFrame(tick);

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import replace
 from typing import Any
@@ -31,7 +30,7 @@ def motion_at(plan: Plan, halt: Halt) -> trajectory.Trajectory:
 def curve_of(motion: trajectory.Trajectory) -> dict[str, np.ndarray]:
     """Return time (periods since the transient), ξ and ξ' along a motion as float32, NaN where ξ' jumps; and the state
     (int8) between each point and the next."""
-    from vibrodrive.figures.curves import curve  # imports Matplotlib; imported here so that the page appears sooner
+    from vibrodrive.figures.curves import curve  # imports Matplotlib: here, so that the page appears sooner
 
     a = motion.arguments
     drawn = curve(motion, max(POINTS, math.ceil(FAST * a["eta"])) if a["eps"] > 0.0 else POINTS)
@@ -45,26 +44,14 @@ def curve_of(motion: trajectory.Trajectory) -> dict[str, np.ndarray]:
     return {**found, "state": states[np.searchsorted(ends, middles, "right")].astype(np.int8)}
 
 
-@functools.cache
-def warm() -> None:
-    """Load or compile the kernels of a motion and its curves."""
-    plan = View.read({}).motion_plan()
-    curve_of(motion_at(plan, Halt()))
-    describe.long_summary(plan)
-
-
 def words(motion: trajectory.Trajectory, plan: Plan, view: View, halt: Halt) -> dict[str, Any]:
     """Return the status and the period of a motion, and the lines of its description, as those of `describe`."""
     found, a = describe.long_summary(plan, halt), motion.arguments
     lines = describe.sentences(motion.status, motion.margin, found, plan)
     if view.scene == SI:
         lines.insert(0, f"A = {a['A']:.6g}, B = {a['B']:.6g}")
-    return {
-        "status": motion.status.name,
-        "period": found["period"],
-        "phase": a["tau0"] % (2.0 * math.pi),
-        "details": lines,
-    }
+    phase = a["tau0"] % (2.0 * math.pi)
+    return {"status": motion.status.name, "period": found["period"], "phase": phase, "details": lines}
 
 
 def limit_plans(plan: Plan) -> dict[str, Plan]:

@@ -3,6 +3,7 @@
 const PATIENCE = 250; // ms that a newer view first waits for the running request; it doubles on a slow machine
 const SLOW = 1200; // ms without an answer until the page says that it computes
 const SILENCE = 8000; // ms without any answer of the server until a message is shown
+const COMPILES = 30; // s to compile all kernels of the page on two idle cores (benchmarks/first_picture.py)
 const REST = 300; // ms without a change after which a view becomes a step of "back"
 const element = (id) => document.getElementById(id);
 const known = JSON.parse(element("known").textContent);
@@ -19,6 +20,8 @@ const page = {
   pressed: false, // a button of the mouse or a finger is down: the ordinate rests
   patience: PATIENCE, seq: 0, sent: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
   kind: "", story: "", // what the picture shows, and the text for a start view that was chosen
+  compiling: "", took: 0, // what is said while kernels are compiled, and the seconds that it has taken in all
+  told: 0, // number of the last request whose motion has arrived
   asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
   last: "", // the last view requested
   data: null, // head of the last picture
@@ -30,10 +33,11 @@ const page = {
 };
 window.explorer = page;
 let socket = null;
+const usual = Number(localStorage.getItem("compiled")) || COMPILES;
 
 const said = {};
 const say = (text, where) => {
-  if (said[where] !== text) element(where).innerHTML = said[where] = text;
+  if (said[where] !== text) element(where).innerHTML = (said[where] = text).replaceAll(" = ", "\u00a0=\u00a0"); // one word
 };
 const over_plane = () => page.view.mode === "map";
 
@@ -149,21 +153,28 @@ const apply = (view) => {
 const hear = (item) => {
   if (item.apply) apply(item.apply);
   if (item.refused) refuse(item.refused);
-  if (item.toml) offer("view.toml", item.toml);
+  if (item.toml) save("view.toml", item.toml);
   if (item.limits) know(item.limits);
-  if (item.compiling) wait(page.compiling = `compiling the program for this machine, about a minute, once: ${item.compiling} s`);
+  if (item.compiling) {
+    page.took = item.compiling;
+    wait(page.compiling = `compiling the program for this machine, once after an installation: ${page.took} s, usually about ${usual} s`);
+  }
   if (item.done !== undefined && item.done === page.seq) answered(item);
 };
 const answered = (item) => {
+  page.told = page.seq;
   if (item.address !== undefined) remember(item.address);
   free();
   settle();
 };
 
-// One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion.
+// One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion, which is
+// pale as long as it is that of an earlier request.
 const wait = (text) => {
+  const late = text !== "" && page.told !== page.seq;
   say(page.data ? "" : text, "wait");
-  if (page.data && text && !page.motion) say(text, "sentence"); else judge();
+  element("motion").classList.toggle("late", late);
+  if (page.data && late) say(text, "sentence"); else judge();
 };
 
 const settle = () => {
@@ -177,6 +188,7 @@ const remember = (address) => {
   page.waiting = setTimeout(() => {
     const url = `?token=${token}${address ? `&${address}` : ""}`;
     if (url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
+    element("link").textContent = `vibrodrive explore "?${address}"`;
     page.begun = true;
     page.waiting = 0;
     if (page.settled) keep();
@@ -184,23 +196,20 @@ const remember = (address) => {
 };
 window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));
 
-// Show a text, which can be copied or saved.
-const offer = (name, content) => {
+// Save a file as a download of the browser.
+const save = (name, content) => {
   page.file = {name, content};
-  Object.assign(element("keep"), {href: URL.createObjectURL(new Blob([content])), download: name});
-  element("content").value = content;
-  element("text").showModal();
+  Object.assign(document.createElement("a"), {href: URL.createObjectURL(new Blob([content])), download: name}).click();
 };
 const press = (id, act) => element(id).addEventListener("click", act);
-press("copy", () => navigator.clipboard.writeText(element("content").value));
 press("toml", () => tell({toml: true, view: page.state(), pixels: page.pixels}));
-press("link", () => offer("link.txt", `vibrodrive explore "${location.href.replace(/token=[^&]*&?/, "")}"`));
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
 press("fit", () => fit_now());
 
 // Menus close when one clicks elsewhere, or chooses something in them.
-document.addEventListener("click", ({target}) => {
+const close_menus = (target) => {
   for (const menu of document.querySelectorAll(".menu[open]")) {
-    if (!menu.contains(target) || target.matches(".menu div button")) menu.open = false;
+    if (!menu.contains(target ?? null) || target.matches(".menu div button")) menu.open = false;
   }
-});
+};
+document.addEventListener("click", ({target}) => close_menus(target));

@@ -51,6 +51,9 @@ const ticks = (k, most) => {
     .flatMap((d) => factors.map((g) => d + Math.log10(g))).filter((u) => u >= start && u <= end);
   return [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 5], [1]].map(within).find((places) => places.length <= 1.5 * most) ?? decades;
 };
+// A number as a book prints it: 2e-4 becomes 2·10⁻⁴.
+const pretty = (text) => text.replace(/e\+?(-?)(\d+)$/, (_, sign, power) => `·10${sign && "⁻"}${[...power].map((n) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[n]).join("")}`)
+  .replace(/(?<![\d.])1·/, "");
 const plain = (v, count) => {
   const n = Math.min(17, Math.max(1, count)), text = Math.abs(v) < 1e-3 ? v.toExponential(n - 1) : v.toPrecision(n);
   if (v === 0) return "0";
@@ -74,25 +77,34 @@ const css = (name) => getComputedStyle(document.documentElement).getPropertyValu
 const rem = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 const box_of = () => ({left: frame.offsetLeft, top: frame.offsetTop, width: frame.clientWidth, height: frame.clientHeight});
 
+// Clear a canvas, and return its context, whose unit is a pixel of the page.
+const cleared = (one) => {
+  const {offsetWidth: width, offsetHeight: height} = one, ratio = devicePixelRatio, c = one.getContext("2d");
+  const [wide, tall] = [Math.round(width * ratio), Math.round(height * ratio)];
+  if (one.width !== wide || one.height !== tall) Object.assign(one, {width: wide, height: tall}); // this takes long
+  c.setTransform(ratio, 0, 0, ratio, 0, 0);
+  c.clearRect(0, 0, width, height);
+  return c;
+};
+
 // Draw the axes, their labels and the periods of the columns around a box.
 const draw_axes = (c, {left, top, width, height}) => {
-  const size = 0.9 * rem(), [ink, quiet, faint] = ["--ink", "--quiet", "--faint"].map(css);
+  const size = 0.9 * rem(), [ink, quiet] = ["--ink", "--quiet"].map(css);
   const [[x0, x1], [y0, y1]] = [span("x"), span("y")];
   const across = (u) => left + width * (u - x0) / (x1 - x0), up = (u) => top + height * (y1 - u) / (y1 - y0);
   Object.assign(c, {font: `${size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center", textBaseline: "top", lineWidth: 1});
-  c.fillStyle = faint;
   c.fillRect(left, top + height, width, 1);
-  const knob = c === axes.getContext("2d") && !over_plane() ? across(drawn(page.view.at, "x")) : NaN;
+  const knob = page.motion && !over_plane() ? across(drawn(page.view.at, "x")) : NaN;
   const xs = ticks("x", Math.max(2, width / (5.5 * size))), ys = ticks("y", Math.max(2, height / (3.5 * size)));
-  c.fillStyle = quiet;
-  labels(xs, "x").forEach((text, k) => {
+  labels(xs, "x").map(pretty).forEach((text, k) => {
+    const most = axes.offsetWidth - c.measureText(text).width / 2; // the last label may need more room than is there
     c.fillRect(Math.round(across(xs[k])), top + height, 1, 0.35 * size);
-    if (!(Math.abs(across(xs[k]) - knob) < 3 * size)) c.fillText(text, across(xs[k]), top + height + 0.75 * size);
+    if (!(Math.abs(across(xs[k]) - knob) < 3 * size)) c.fillText(text, Math.min(across(xs[k]), most), top + height + 0.75 * size);
   });
   Object.assign(c, {textAlign: "right", textBaseline: "middle"});
   if (page.data || over_plane()) labels(ys, "y").forEach((text, k) => {
     c.fillRect(left - 0.35 * size, Math.round(up(ys[k])), 0.35 * size, 1);
-    c.fillText(text, left - 0.6 * size, up(ys[k]));
+    c.fillText(pretty(text), left - 0.6 * size, up(ys[k]));
   });
   Object.assign(c, {fillStyle: ink, textBaseline: "top", font: `${1.1 * size}px ${css("--font")}`});
   c.fillText(name_of("x"), left + width, top + height + 2 * size);
@@ -104,9 +116,7 @@ const draw_axes = (c, {left, top, width, height}) => {
     const text = [`period ${period}`, String(period)].find((one) => c.measureText(one).width < room - 6);
     if (text && period) c.fillText(text, (a + b) / 2, top - 1.7 * size);
     if (!period && room > 6 * size) c.fillText("no period", (a + b) / 2, top - 1.7 * size);
-    c.fillStyle = period ? faint : quiet;
-    if (room > 3) c.fillRect(a + 1, top - 0.4 * size, room - 2, 3);
-    c.fillStyle = quiet;
+    if (period && room > 3) c.fillRect(a + 1, top - 0.4 * size, room - 2, 0.15 * size);
   }
 };
 
@@ -115,13 +125,8 @@ const draw = () => {
   clearTimeout(page.due);
   page.due = 0;
   if (!page.view) return;
-  const {width, height} = element("figure").getBoundingClientRect(), ratio = devicePixelRatio, c = axes.getContext("2d");
-  const [wide, tall] = [Math.round(width * ratio), Math.round(height * ratio)];
-  if (axes.width !== wide || axes.height !== tall) Object.assign(axes, {width: wide, height: tall});
-  c.setTransform(ratio, 0, 0, ratio, 0, 0);
-  c.clearRect(0, 0, width, height);
   const box = box_of();
-  draw_axes(c, box);
+  draw_axes(cleared(axes), box);
   place_picture(box);
   place_handle(box);
 };
@@ -138,14 +143,14 @@ const place_picture = ({width, height}) => {
 const label_of_x = () => {
   const value = (k, v) => {
     const [symbol, unit] = known.symbols[parameter(k)].replace(")", "").split(" (");
-    return [symbol, "=", Number((v * factor_of(k)).toPrecision(10)), unit].join(" ").trim();
+    return [symbol, "=", pretty(plain(v * factor_of(k), 10)), unit].join(" ").trim();
   };
   return value("x", page.view.at) + (over_plane() ? `, ${value("y", page.view.at_y)}` : "");
 };
 const place_handle = ({left, top, width, height}) => {
   const [[x0, x1], [y0, y1]] = [span("x"), span("y")], map = over_plane();
   const x = (drawn(page.view.at, "x") - x0) / (x1 - x0), y = map ? (y1 - drawn(page.view.at_y, "y")) / (y1 - y0) : 1;
-  handle.hidden = line.hidden = !(x >= 0 && x <= 1 && y >= 0 && y <= 1);
+  handle.hidden = line.hidden = !page.motion || !(x >= 0 && x <= 1 && y >= 0 && y <= 1); // it invites when motions are quick
   handle.style.transform = `translate(${left + x * width}px, ${top + y * height}px)`;
   line.style.transform = `translate(${x * width}px)`;
   line.hidden ||= map;
@@ -173,15 +178,10 @@ const clear_picture = () => {
 
 // The last complete picture stays in the browser. When its view is opened again, it is shown, pale, until the first
 // picture of the page is there.
-const PALE = 0.35;
 const place = () => location.search.replace(/token=[^&]*&?/, "") + css("--paper");
 const keep = () => {
-  const pale = Object.assign(document.createElement("canvas"), {width: canvas.width, height: canvas.height});
-  const c = pale.getContext("2d");
-  c.globalAlpha = PALE;
-  c.drawImage(canvas, 0, 0);
   try {
-    localStorage.setItem("kept", JSON.stringify([place(), page.fitted, pale.toDataURL()]));
+    localStorage.setItem("kept", JSON.stringify([place(), page.fitted, canvas.toDataURL()]));
   } catch { // too large for the browser
     localStorage.removeItem("kept");
   }
@@ -189,7 +189,7 @@ const keep = () => {
 const show_kept = () => {
   const [at, fitted, picture] = JSON.parse(localStorage.getItem("kept") ?? "[]");
   if (at !== place()) return;
-  frame.style.background = `url(${picture}) 0 0 / 100% 100%`;
+  frame.style.background = `linear-gradient(${css("--paper")}a6 0 0), url(${picture}) 0 0 / 100% 100%`; // pale
   page.fitted = fitted;
 };
 
@@ -253,27 +253,19 @@ const paint = (head, {image, palette}) => {
   }, 0));
 };
 
-const caption = ({title, conditions, key, count, done, complete, counts, odd, empty}) => {
+const caption = ({title, conditions, key, count, done, complete, counts, empty}) => {
   say(title, "title");
   say(conditions, "conditions");
   const swatches = key.swatches.map(([colour, name]) => `<span class="entry"><i style="background: ${colour}"></i>${name}</span>`);
   const [low, high, log] = key.ends, values = log ? round(Math.log10(low), Math.log10(high), 5).map((u) => 10 ** u) : round(low, high, 6);
   const share = (v) => (log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
-  const numbers = values.map((v) => `<span style="left: ${100 * share(v)}%">${plain(v, 4)}</span>`);
+  const numbers = values.map((v) => `<span style="left: ${100 * share(v)}%">${pretty(plain(v, 4))}</span>`);
   const bar = key.scale.length ? `<span class="bar"><i style="--scale: ${key.scale}"></i>${numbers.join("")}</span>` : "";
   say(bar + swatches.join(""), "key");
-  const odds = Object.entries(counts).map(([words, n]) => (odd[words] ? `<button data-odd="${words}" title="Show the next of them">${n} ${words}</button>` : `${n} ${words}`));
+  const odds = Object.entries(counts).map(([words, n]) => `${n} ${words}`);
   const text = complete ? [`${count} motions`, ...odds].join(" · ") : `coarse, ${Math.round(100 * done)} % of ${count} motions`;
   say((empty ? "no value in this window: press F · " : "") + text, "status");
 };
-
-// Select the next motion with a status other than OK.
-element("status").addEventListener("click", ({target}) => {
-  if (!target.dataset.odd) return;
-  const {x, dw, image, odd} = page.data, at = drawn(page.view.at, "x");
-  const places = odd[target.dataset.odd].map((column) => x + (column + 0.5) * dw / image.shape[1]);
-  choose(places.find((u) => u > at + 1e-6 * dw / image.shape[1]) ?? places[0]);
-});
 
 // Show the motion at a place.
 const choose = (u, v) => {
@@ -346,12 +338,11 @@ figure.addEventListener("wheel", (event) => {
   if (x < 0 || (y < height && (event.shiftKey || over_plane()))) zoom("y", factor, 1 - y / height);
 }, {passive: false});
 handle.addEventListener("keydown", (event) => {
-  const by = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1}[event.key], {width, height} = box_of();
+  const by = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1}[event.key], {left, top} = handle.getBoundingClientRect();
   if (!by) return;
   event.preventDefault();
   const up = over_plane() && /Up|Down/.test(event.key), far = by * (event.shiftKey ? 20 : 2);
-  const share = (k, at) => { const [low, high] = span(k); return (drawn(at, k) - low) / (high - low); };
-  const [x, y] = [share("x", page.view.at) * width, over_plane() ? (1 - share("y", page.view.at_y)) * height : 0];
+  const [x, y] = inside({clientX: left, clientY: top});
   choose_at(x + (up ? 0 : far), y - (up ? far : 0));
 });
 
@@ -393,10 +384,7 @@ const whole_picture = () => {
   }
   return out;
 };
-press("png", () => whole_picture().toBlob((content) => {
-  page.file = {name: `${parameter("y")}_over_${page.view.x}.png`, content};
-  Object.assign(document.createElement("a"), {href: URL.createObjectURL(content), download: page.file.name}).click();
-}));
+press("png", () => whole_picture().toBlob((content) => save(`${parameter("y")}_over_${page.view.x}.png`, content)));
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   page.inks = null;

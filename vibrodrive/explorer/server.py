@@ -13,11 +13,13 @@ This server checks every request before any handler sees it:
 from __future__ import annotations
 
 import hmac
+import json
 import logging
 import os
 import secrets
 import socket
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from tornado.httpserver import HTTPServer
@@ -25,16 +27,18 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop, PeriodicCallback
 from tornado.web import Application, RequestHandler
 
+from vibrodrive.explorer.controls import known
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.page import build
 from vibrodrive.explorer.session import Session, one_line
 from vibrodrive.explorer.view import View, read_address
-from vibrodrive.model.parameters import bad
+from vibrodrive.model import parameters
 
 ADDRESS = "127.0.0.1"
 HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
 """Default port of the page, 1000 · 2π. With the same port in each run a browser remembers what is open on the page."""
+
+SCRIPTS = "page.js", "picture.js", "controls.js", "motion.js"
 
 TELLING = 500  # milliseconds between two messages that kernels are being compiled
 
@@ -46,6 +50,16 @@ HEADERS = {
     "Content-Security-Policy": "frame-ancestors http://localhost:* http://127.0.0.1:* vscode-webview: "
     "https://*.vscode-cdn.net 'self'",  # 'self': in a notebook of a JupyterHub
 }
+
+
+def build(view: View, refused: str) -> str:
+    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
+    is not the view of the address, or ""."""
+    text, style, *scripts = ((Path(__file__).parent / name).read_text() for name in ("page.html", "page.css", *SCRIPTS))
+    told = json.dumps({**known(), "view": view.state(), "refused": refused}).replace("</", "<\\/")
+    for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
+        text = text.replace("{{ " + name + " }}", part)
+    return text
 
 
 class Handler(RequestHandler):
@@ -103,7 +117,7 @@ class Guarded(Application):
         """Return the reason to refuse a request, or "" to accept it."""
         hosts = [request.host] if self.hub else self.hosts
         if request.host not in hosts:
-            return "refused: " + bad("Host", request.host, f"{' or '.join(hosts)}; {tunnel(self.port)}")
+            return "refused: " + parameters.bad("Host", request.host, f"{' or '.join(hosts)}; {tunnel(self.port)}")
         origin = request.headers.get("Origin") or request.headers.get("Sec-WebSocket-Origin")
         schemes = ("http", "https") if self.hub else ("http",)
         if origin is not None and origin not in [f"{scheme}://{host}" for scheme in schemes for host in hosts]:
@@ -136,16 +150,11 @@ class Explorer:
     """Running explorer at the URL `address`. `run` serves until `close` is called or the program is interrupted.
 
     The address of a page may contain a view; otherwise the page shows `view`. `port` 0 means any free port; None means
-    PORT, or any free port if PORT is in use. Raises OSError if the port is not available, and ValueError for too many
-    threads.
+    PORT, or any free port if PORT is in use. Raises OSError if the port is not available.
     """
 
     def __init__(self, view: View, port: int | None = None, threads: int | None = None) -> None:
         logging.getLogger("tornado").setLevel(logging.CRITICAL)  # a traceback here would contain the token
-        if threads is not None:
-            from vibrodrive.batch import sweep  # imports Numba, so that the page would appear later
-
-            sweep.check_threads(threads)
         listening = _listening(port)
         self.view, self.engine = view, Engine(threads, _tasks)
         self.token = secrets.token_urlsafe(24)

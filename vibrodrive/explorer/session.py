@@ -82,7 +82,7 @@ class Session(WebSocketHandler):
         elif "changed" in asked:
             self.news({"apply": adapted(asked["view"], asked["changed"]).state()})
         elif asked.get("toml"):
-            self.news({"toml": self.sized(View.read(asked["view"])).toml()})
+            self.news({"toml": View.read(asked["view"]).sized(*self.pixels).toml()})
         else:
             self._show(View.read(asked["view"]), asked.get("only_motion", False))
 
@@ -90,12 +90,8 @@ class Session(WebSocketHandler):
         """Request the picture of a view and its motion or, if `only_motion`, its motion first."""
         self.view, seq = view, self.seq
         self.asked = asked = self.asked if only_motion else seq
-        sized = self.sized(view)
+        sized = view.sized(*self.pixels)
         self.engine.worker.request(self.number, lambda halt: self.engine.tasks().answer(self, sized, seq, asked, halt))
-
-    def sized(self, view: View) -> View:
-        """Return the view with numbers of columns and rows that suit the frame of the page."""
-        return view.sized(*self.pixels)
 
     def refuse(self, error: BaseException) -> None:
         self.news({"refused": one_line(error), "done": self.seq})

@@ -17,13 +17,10 @@ from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 
-from vibrodrive.model import choices, config, drawing, names, parameters, physical, records
-from vibrodrive.model.drawing import MAP
-from vibrodrive.model.names import LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES
-from vibrodrive.model.parameters import bad
+from vibrodrive.model import choices, config, drawing, names, parameters, records
 from vibrodrive.model.plan import Plan
 
-DIAGRAM = "diagram"  # mode with one parameter; the mode MAP has two parameters
+DIAGRAM, MAP = "diagram", drawing.MAP  # modes, with one and with two parameters
 OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
 COMPARISONS = ALONE, DIFFERENCE = "alone", "difference"  # without the certified motions, or coloured by method
 UNITLESS, SI = "dimensionless", "SI"
@@ -49,9 +46,9 @@ def _number(key: str, value: object) -> float:
     try:
         found = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise ValueError(bad(key, value, "a number")) from None
+        raise ValueError(parameters.bad(key, value, "a number")) from None
     if not math.isfinite(found):
-        raise ValueError(bad(key, value, "a finite number"))
+        raise ValueError(parameters.bad(key, value, "a finite number"))
     return found + 0.0
 
 
@@ -60,12 +57,12 @@ def _count(key: str, value: object, low: int, high: int) -> int:
         value = int(found) if (found := float(value)).is_integer() else value  # type: ignore[arg-type]
     if isinstance(value, int) and low <= value <= high:
         return value
-    raise ValueError(bad(key, value, f"an integer from {low} to {high}"))
+    raise ValueError(parameters.bad(key, value, f"an integer from {low} to {high}"))
 
 
 def _choice(key: str, value: object, known: tuple[str, ...]) -> str:
     if value not in known:
-        raise ValueError(bad(key, value, "one of " + ", ".join(known)))
+        raise ValueError(parameters.bad(key, value, "one of " + ", ".join(known)))
     return str(value)
 
 
@@ -84,22 +81,13 @@ class View:
     `at` is the x of the motion that the page shows, and `at_y` its y in a map. If `scene` is "SI", the fields a0 to g
     are those of `Scene`. They determine B and, if A is not an axis, also A. "SI" is the default if one of them is an
     axis. The other fields are those of `simulate`; `periods` None means a number that suits the picture.
-
-    Examples
-    --------
-    >>> from vibrodrive.explorer.view import View
-    >>> view = View.read({"low": "3.0", "high": 3.25, "columns": "5", "eps": 2e-4})
-    >>> view.address()
-    'low=3.0&high=3.25&columns=5&eps=0.0002'
-    >>> view.plan().axes["A"]
-    array([3.    , 3.0625, 3.125 , 3.1875, 3.25  ])
     """
 
     mode: str = _set(DIAGRAM, _choice, known=(DIAGRAM, MAP))
     x: str = _set("A", _choice, known=tuple(RANGES))
     low: float = _set(RANGES["A"][0], _number)
     high: float = _set(RANGES["A"][1], _number)
-    scale: str = _set(RANGES["A"][2], _choice, known=(LINEAR, LOG))
+    scale: str = _set(RANGES["A"][2], _choice, known=(names.LINEAR, names.LOG))
     columns: int | None = _set(None, _count, low=2, high=MOST_COLUMNS)
     quantity: str = _set("dxi", _choice, known=drawing.DIAGRAM_QUANTITIES)
     bottom: float = _set(NOWHERE, _number)
@@ -107,7 +95,7 @@ class View:
     y: str = _set("B", _choice, known=tuple(RANGES))
     y_low: float = _set(RANGES["B"][0], _number)
     y_high: float = _set(RANGES["B"][1], _number)
-    y_scale: str = _set(RANGES["B"][2], _choice, known=(LINEAR, LOG))
+    y_scale: str = _set(RANGES["B"][2], _choice, known=(names.LINEAR, names.LOG))
     rows: int | None = _set(None, _count, low=2, high=MOST_COLUMNS)
     shade: str = _set("period", _choice, known=OF_MAPS)
     compare: str = _set(ALONE, _choice, known=COMPARISONS)
@@ -132,7 +120,7 @@ class View:
     mu: float = _set(0.6, _number)
     alpha: float = _set(3.4, _number)
     mass: float = _set(250.0, _number)
-    g: float = _set(physical.Scene.g, _number)
+    g: float = _set(names.SCENE["g"].default, _number)
 
     def __post_init__(self) -> None:
         for name, span in (("at", SPAN), ("at_y", Y_SPAN)):
@@ -165,23 +153,23 @@ class View:
         for low, high in (("low", "high"), ("y_low", "y_high"), ("bottom", "top")):
             a, b = getattr(self, low), getattr(self, high)
             if math.isnan(a) != math.isnan(b):
-                raise ValueError(bad(high, b, f"given together with {low}"))
+                raise ValueError(parameters.bad(high, b, f"given together with {low}"))
             if a >= b:
-                raise ValueError(bad(high, b, f"greater than {low} = {a!r}"))
+                raise ValueError(parameters.bad(high, b, f"greater than {low} = {a!r}"))
         if self.mode == MAP:
             if self.x == self.y:
-                raise ValueError(bad("y", self.y, f"another parameter than x = {self.x}"))
+                raise ValueError(parameters.bad("y", self.y, f"another parameter than x = {self.x}"))
             drawing.check_range("bottom and top", self.limits, self.shade)
             columns, rows = self.grid
             if columns * rows > MOST_CELLS:
-                raise ValueError(bad("rows", rows, f"<= {MOST_CELLS // columns} at {columns} columns"))
+                raise ValueError(parameters.bad("rows", rows, f"<= {MOST_CELLS // columns} at {columns} columns"))
         plan = self.plan()
         self.motion_plan()
         if self.mode == MAP:
             drawing.choose_drawing(plan, MAP, self.shade)
             if self.shade == "lyapunov" and ("eps" in self.axes or self.eps > 0.0 or self.method != "certified"):
                 allowed = "another quantity: only certified motions with ε = 0 have a Lyapunov exponent"
-                raise ValueError(bad("shade", self.shade, allowed))
+                raise ValueError(parameters.bad("shade", self.shade, allowed))
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -206,14 +194,8 @@ class View:
     @property
     def machine(self) -> tuple[str, ...]:
         """Quantities of the machine in SI units that are fields."""
-        return tuple(
-            name for name in SCENE if name != "frequency" and not (name == "omega0" and "frequency" in self.axes)
-        )
-
-    def measure(self, quantity: str) -> physical.Measure:
-        """Return the conversion of a quantity to SI units if no quantity of the machine is an axis."""
-        known = {name: getattr(self, name) for name in self.machine if name not in self.axes}
-        return physical.measure(quantity, known if self.scene == SI else {})
+        away = ("frequency", "omega0") if "frequency" in self.axes else ("frequency",)
+        return tuple(name for name in names.SCENE if name not in away)
 
     @property
     def recorded(self) -> int:
@@ -223,7 +205,7 @@ class View:
 
     @property
     def _default_scene(self) -> str:
-        return SI if {*self.axes} & {*SCENE_AXES} else UNITLESS
+        return SI if {*self.axes} & {*names.SCENE_AXES} else UNITLESS
 
     def address(self) -> str:
         """Return the query of the address: all fields that differ from their defaults."""
@@ -312,8 +294,8 @@ class View:
 
 def _inside(low: float, high: float, scale: str) -> float:
     """Return a round number at about PLACE of a window."""
-    at = low * (high / low) ** PLACE if scale == LOG and low > 0.0 else low + PLACE * (high - low)
-    step = high - low if scale == LINEAR else at
+    at = low * (high / low) ** PLACE if scale == names.LOG and low > 0.0 else low + PLACE * (high - low)
+    step = high - low if scale == names.LINEAR else at
     return min(max(round(at, 3 - math.floor(math.log10(step))) if 0.0 < step < math.inf else at, low), high)
 
 
@@ -331,12 +313,14 @@ def view_of(settings: config.Config) -> View:
     plan = settings.plan()
     for name in plan.axes:
         if name not in RANGES:
-            raise ValueError(bad("axis", name, "one of " + ", ".join(RANGES) + " in the explorer"))
-    values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in (*PARAMETERS, *SCENE)}
-    if {*plan.axes} & {*SCENE_AXES} or ("mu" in values and ("a0" in values or "A" in plan.axes)):
+            raise ValueError(parameters.bad("axis", name, "one of " + ", ".join(RANGES) + " in the explorer"))
+    known = names.PARAMETERS | names.SCENE
+    values: dict[str, Any] = {name: value for name, value in plan.scalars.items() if name in known}
+    if {*plan.axes} & {*names.SCENE_AXES} or ("mu" in values and ("a0" in values or "A" in plan.axes)):
         values = {"mass": 1.0} | values | {"scene": SI}
         if "A" in values and "a0" not in {*values, *plan.axes}:
-            raise ValueError(bad("A", values["A"], "an axis, or left out (A then follows from a0), in the explorer"))
+            allowed = "an axis, or left out (A then follows from a0), in the explorer"
+            raise ValueError(parameters.bad("A", values["A"], allowed))
     values |= {name: float(axis[0]) for name, axis in plan.axes.items()}
     if "frequency" in values:
         values["omega0"] = names.TURN * values.pop("frequency")
@@ -363,7 +347,7 @@ def _span(plan: Plan, name: str) -> tuple[float, float, int, str]:
     low, high, num = float(axis.min()), float(axis.max()), len(axis)
     geometric = low > 0 and np.allclose(axis, np.geomspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)
     even = np.allclose(axis, np.linspace(axis[0], axis[-1], num), rtol=1e-12, atol=0.0)
-    return low, high, num, LOG if geometric and not even else LINEAR
+    return low, high, num, names.LOG if geometric and not even else names.LINEAR
 
 
 OF_ABSCISSA, OF_ORDINATE = (*SPAN, "at", *ENDS), (*Y_SPAN, "at_y")  # fields that return to their defaults with an axis
@@ -378,11 +362,11 @@ def adapted(state: Mapping[str, Any], changed: str) -> View:
     """
     drop = {"x": OF_ABSCISSA, "y": OF_ORDINATE, "mode": ENDS, "quantity": ENDS, "shade": ENDS}
     known = {name: value for name, value in state.items() if name not in drop.get(changed, ())}
-    if known.get(changed) in SCENE_AXES:
+    if known.get(changed) in names.SCENE_AXES:
         known["scene"] = SI
     elif changed in ("x", "y") and known[changed] == "B":
         known["scene"] = UNITLESS
-    strangers = ("B",) if known["scene"] == SI else SCENE_AXES
+    strangers = ("B",) if known["scene"] == SI else names.SCENE_AXES
     for axis, other, keys in (("x", "y", OF_ABSCISSA), ("y", "x", OF_ORDINATE)):
         if known[axis] in strangers or (axis != changed and known["x"] == known["y"]):
             usual = ("A", "B") if known["scene"] != SI else ("mu",) if known[other] == "A" else ("a0", "omega0")
@@ -390,6 +374,6 @@ def adapted(state: Mapping[str, Any], changed: str) -> View:
             for key in keys:
                 known.pop(key, None)
     for scale, low, high in (("scale", "low", "high"), ("y_scale", "y_low", "y_high")):
-        if changed == scale and known[scale] == LOG and float(known[low]) <= 0.0 < float(known[high]):
+        if changed == scale and known[scale] == names.LOG and float(known[low]) <= 0.0 < float(known[high]):
             known[low] = float(known[high]) / 1000.0
     return View.read(known)

@@ -18,12 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+import vibrodrive as vd
 from vibrodrive.batch import sweep
 from vibrodrive.explorer.engine import FEWEST, Pace, length
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import size
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.results import Results
 
 FRAME_SECONDS = 0.03  # time for the first level; together with the drawing about 15 frames per second are possible
 LEVEL_SECONDS = 0.15  # time for each later level
@@ -36,7 +36,7 @@ SHORTEST = 8  # least number of transient and of recorded periods of a sketch
 class Part(NamedTuple):
     """Results of each method. `done` (bool, flat) marks the computed points."""
 
-    results: list[Results]
+    results: list[vd.Results]
     done: np.ndarray
 
 
@@ -61,7 +61,7 @@ class Work:
     def __init__(self, plans: list[Plan], threads: int | None) -> None:
         self.plans, self.threads = plans, threads
         self.order, self.steps = coarse_first(plans[0].shape)
-        self.part = Part([Results.uncomputed(p) for p in plans], np.zeros(plans[0].n_points, bool))
+        self.part = Part([vd.Results.uncomputed(p) for p in plans], np.zeros(plans[0].n_points, bool))
 
     @property
     def bytes(self) -> int:
@@ -109,7 +109,7 @@ class Work:
         transient = min(s.transient, max(SHORTEST, int(share * s.transient)))
         periods = min(s.periods, max(SHORTEST, int(share * s.periods)))
         plans = [replace(p, settings=replace(p.settings, transient=transient, periods=periods)) for p in self.plans]
-        sketch = Part([Results.uncomputed(plan) for plan in plans], np.zeros_like(self.part.done))
+        sketch = Part([vd.Results.uncomputed(plan) for plan in plans], np.zeros_like(self.part.done))
         for plan, results in zip(plans, sketch.results, strict=True):
             compute_into(results, plan, self.order[:least], self.threads, halt, pace)
         sketch.done[self.order[:least]] = True
@@ -128,7 +128,9 @@ def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     return order, np.cumsum(counts)
 
 
-def compute_into(results: Results, plan: Plan, which: np.ndarray, threads: int | None, halt: Halt, pace: Pace) -> None:
+def compute_into(
+    results: vd.Results, plan: Plan, which: np.ndarray, threads: int | None, halt: Halt, pace: Pace
+) -> None:
     """Compute the points with these indices, in any order, and store them in `results`. Raises Halted."""
     began, n = perf_counter(), len(which)
     block = sweep.compute_points(plan, which, sweep.check_threads(threads), halt)
