@@ -119,10 +119,12 @@ def resident(pid: int) -> float:
 
 
 @contextmanager
-def served() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """Run `vibrodrive explore`. Yield its process and the address that it prints."""
+def served(**environment: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Run `vibrodrive explore` with these environment variables. Yield its process and the address that it prints."""
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
-    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    server = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=os.environ | environment
+    )
     try:
         assert server.stdout is not None
         yield server, server.stdout.readline().strip()
