@@ -38,6 +38,20 @@ def _select(typingctx, c, a, b):
     return kind(c, a, b), codegen
 
 
+def _same(x):
+    return x
+
+
+@intrinsic
+def _freeze(typingctx, x):
+    def codegen(context, builder, signature, args):
+        frozen = ir.instructions.Instruction(builder.block, args[0].type, "freeze", args)
+        builder._insert(frozen)
+        return frozen
+
+    return x(x), codegen
+
+
 def _low_bits(t):
     return int(t - ROUND)
 
@@ -105,6 +119,9 @@ fma: Any = _fused if COMPILED else _libm_fma()
 compiler must not choose which products to fuse (fastmath), because its choice would differ between the kernels of
 single motions and of batches."""
 
+held: Any = _freeze if COMPILED else _same
+"""held(x): x. LLVM does not look through this operation (see `put`)."""
+
 low_bits: Any = _bits if COMPILED else _low_bits
 """low_bits(t): an integer with the same last bits as the integer n, where t = n + ROUND."""
 
@@ -114,6 +131,16 @@ wide: Any = _prefer_wide if COMPILED else _nothing
 """wide(): compile the calling function for the widest registers of the processor. By default LLVM uses half this width,
 because wide registers slow down code that is not vectorised. The stack is aligned for these registers, so that each
 value stored on the stack is in one cache line."""
+
+
+@inline
+def put(rows, at, where, value):
+    """Set rows[at] to `value` if `where` is true.
+
+    LLVM would make a masked store of this selection. On processors of AMD without AVX-512 a masked store takes as long
+    as ten stores, and a search would take a quarter longer.
+    """
+    rows[at] = choose(where, value, held(rows[at]))
 
 
 @inline

@@ -53,7 +53,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.jit.branchless import ROUND, choose, fma, full, wide
+from vibrodrive.jit.branchless import ROUND, choose, fma, full, put, wide
 from vibrodrive.jit.compile import inline, inline_each, part, part_each
 from vibrodrive.jit.trig import PI, TWO_PI, arc, arc_of_product, dot
 from vibrodrive.kernels import lane as r
@@ -158,30 +158,30 @@ def set_search(w, k, i, where, which, search, cursor):
     does not change the smallest margin.
     """
     falling = which == S2
-    w[r.C0 + i] = choose(where, search.form.c0, w[r.C0 + i])
-    w[r.D1 + i] = choose(where, search.form.d1, w[r.D1 + i])
-    w[r.D2 + i] = choose(where, search.form.d2, w[r.D2 + i])
-    w[r.C1 + i] = choose(where, search.form.c1, w[r.C1 + i])
-    w[r.C2 + i] = choose(where, search.form.c2, w[r.C2 + i])
-    w[r.AL + i] = choose(where, search.form.al, w[r.AL + i])
-    w[r.BE + i] = choose(where, search.form.be, w[r.BE + i])
-    w[r.ALF + i] = choose(where, search.alf, w[r.ALF + i])
-    w[r.BEF + i] = choose(where, search.bef, w[r.BEF + i])
-    w[r.BASE + i] = choose(where, search.base, w[r.BASE + i])
-    w[r.SIG + i] = choose(where, search.sig, w[r.SIG + i])
-    w[r.FAST_AMPLITUDE + i] = choose(where, search.fast, w[r.FAST_AMPLITUDE + i])
-    w[r.M2_SLOW + i] = choose(where, search.m2, w[r.M2_SLOW + i])
-    w[r.M3 + i] = choose(where, search.m3, w[r.M3 + i])
-    w[r.SPAN0 + i] = choose(where, search.span, w[r.SPAN0 + i])
-    w[r.SPAN + i] = choose(where, search.span, w[r.SPAN + i])
-    w[r.NOISE + i] = choose(where, search.noise, w[r.NOISE + i])
-    w[r.CURSOR + i] = choose(where, cursor, w[r.CURSOR + i])
-    w[r.OTHER + i] = choose(where, choose(which == S4, 0.0, INFINITY), w[r.OTHER + i])
-    w[r.LAST_NONNEGATIVE + i] = choose(where, 0.0, w[r.LAST_NONNEGATIVE + i])
-    w[r.WATCHED_GAP + i] = choose(where, choose(falling, w[r.X0 + i], INFINITY), w[r.WATCHED_GAP + i])
-    w[r.FALL_TOLERANCE + i] = choose(where, choose(falling, w[r.MARGIN + i], INFINITY), w[r.FALL_TOLERANCE + i])
-    w[r.DIP_DENOMINATOR + i] = choose(where, 0.0, w[r.DIP_DENOMINATOR + i])
-    k[r.SEARCH + i] = choose(where, which, k[r.SEARCH + i])
+    put(w, r.C0 + i, where, search.form.c0)
+    put(w, r.D1 + i, where, search.form.d1)
+    put(w, r.D2 + i, where, search.form.d2)
+    put(w, r.C1 + i, where, search.form.c1)
+    put(w, r.C2 + i, where, search.form.c2)
+    put(w, r.AL + i, where, search.form.al)
+    put(w, r.BE + i, where, search.form.be)
+    put(w, r.ALF + i, where, search.alf)
+    put(w, r.BEF + i, where, search.bef)
+    put(w, r.BASE + i, where, search.base)
+    put(w, r.SIG + i, where, search.sig)
+    put(w, r.FAST_AMPLITUDE + i, where, search.fast)
+    put(w, r.M2_SLOW + i, where, search.m2)
+    put(w, r.M3 + i, where, search.m3)
+    put(w, r.SPAN0 + i, where, search.span)
+    put(w, r.SPAN + i, where, search.span)
+    put(w, r.NOISE + i, where, search.noise)
+    put(w, r.CURSOR + i, where, cursor)
+    put(w, r.OTHER + i, where, choose(which == S4, 0.0, INFINITY))
+    put(w, r.LAST_NONNEGATIVE + i, where, 0.0)
+    put(w, r.WATCHED_GAP + i, where, choose(falling, w[r.X0 + i], INFINITY))
+    put(w, r.FALL_TOLERANCE + i, where, choose(falling, w[r.MARGIN + i], INFINITY))
+    put(w, r.DIP_DENOMINATOR + i, where, 0.0)
+    put(k, r.SEARCH + i, where, which)
 
 
 @inline
@@ -193,14 +193,14 @@ def form_of(w, i):
 @inline
 def set_limit(w, i, where, limit):
     """Set the limit of the search in lane i."""
-    w[r.LIMIT + i] = choose(where, limit, w[r.LIMIT + i])
+    put(w, r.LIMIT + i, where, limit)
 
 
 @inline
 def unknown_values(w, i, where):
     """Mark the values of the switching function at the grid points around the cursor as unknown."""
-    w[r.VALUE + i] = choose(where, UNKNOWN, w[r.VALUE + i])
-    w[r.BEFORE + i] = choose(where, UNKNOWN, w[r.BEFORE + i])
+    put(w, r.VALUE + i, where, UNKNOWN)
+    put(w, r.BEFORE + i, where, UNKNOWN)
 
 
 @inline
@@ -217,8 +217,8 @@ def start_on_grid(w, i, where, which):
     Both sides of S4 start at grid point 1. Any ξ < 0 is an impact.
     """
     unknown_values(w, i, where)
-    w[r.FALL_TOLERANCE + i] = choose(where & (which == S2), 0.0, w[r.FALL_TOLERANCE + i])
-    w[r.OTHER + i] = choose(where & (which == S4), 1.0, w[r.OTHER + i])
+    put(w, r.FALL_TOLERANCE + i, where & (which == S2), 0.0)
+    put(w, r.OTHER + i, where & (which == S4), 1.0)
 
 
 @inline
@@ -498,8 +498,8 @@ def note_dip(w, i, h, taylor, x):
     first = w[r.DIP_DENOMINATOR + i] == 0.0
     nearer = sure & (x > 0.0) & (first | (over * w[r.DIP_DENOMINATOR + i] < w[r.DIP_NUMERATOR + i] * under))
     nearer = nearer & (w[r.OUTCOME + i] == NOTHING)
-    w[r.DIP_NUMERATOR + i] = choose(nearer, over, w[r.DIP_NUMERATOR + i])
-    w[r.DIP_DENOMINATOR + i] = choose(nearer, under, w[r.DIP_DENOMINATOR + i])
+    put(w, r.DIP_NUMERATOR + i, nearer, over)
+    put(w, r.DIP_DENOMINATOR + i, nearer, under)
 
 
 @inline
@@ -565,15 +565,15 @@ def search(w, i, fast, grid):
     turn = ahead > other
     if grid:
         next_one = choose((ahead == cursor + 1.0) & (not turn), g, UNKNOWN)
-        w[r.BEFORE + i] = choose(ahead == cursor, w[r.BEFORE + i], next_one)
+        put(w, r.BEFORE + i, ahead != cursor, next_one)
         w[r.VALUE + i] = choose(turn, UNKNOWN, g)
     on = w[r.OUTCOME + i] == NOTHING
-    w[r.LAST_NONNEGATIVE + i] = choose(on & (x >= 0.0) & (g >= 0.0), cursor, w[r.LAST_NONNEGATIVE + i])
-    w[r.CURSOR + i] = choose(on, choose(turn, other, ahead), cursor)
-    w[r.OTHER + i] = choose(on & turn, ahead, other)
-    w[r.SIG + i] = choose(on & turn, -sig, sig)
-    w[r.OUTCOME + i] = choose(on, choose(turn, NOTHING, met), w[r.OUTCOME + i])
-    w[r.SPAN + i] = choose(on, choose(turn, w[r.SPAN0 + i], span), w[r.SPAN + i])
+    put(w, r.LAST_NONNEGATIVE + i, on & (x >= 0.0) & (g >= 0.0), cursor)
+    put(w, r.CURSOR + i, on, choose(turn, other, ahead))
+    put(w, r.OTHER + i, on & turn, ahead)
+    put(w, r.SIG + i, on & turn, -sig)
+    put(w, r.OUTCOME + i, on, choose(turn, NOTHING, met))
+    put(w, r.SPAN + i, on, choose(turn, w[r.SPAN0 + i], span))
     w[r.WORK + i] += choose(on, 1.0, 0.0)
 
 
@@ -587,7 +587,7 @@ def search_on_grid(w, n, fast, steps):
     wide()
     m = full(n)
     for i in range(m):
-        w[r.OUTCOME + i] = choose(w[r.REFINEMENT + i] >= LEAVING, w[r.OUTCOME + i], NOTHING)
+        put(w, r.OUTCOME + i, w[r.REFINEMENT + i] < LEAVING, NOTHING)
     for _ in range(steps):
         for i in range(m):
             search(w, i, fast, True)

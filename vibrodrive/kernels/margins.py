@@ -12,7 +12,7 @@ the opposite decision is equally justified. Margins and TOO_CLOSE assume that ea
 errors are computed, certainty.py also considers the errors of the starts. `kernels/__init__.py` explains the terms.
 """
 
-from vibrodrive.jit.branchless import choose, fma
+from vibrodrive.jit.branchless import choose, fma, put
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
@@ -36,7 +36,7 @@ def suspect(w, i):
 @inline
 def set_margin(w, i, where, margin):
     """Set the margin so far to `margin`, which exceeds its rounding error. So the status is unchanged."""
-    w[r.MARGIN + i] = choose(where, margin, w[r.MARGIN + i])
+    put(w, r.MARGIN + i, where, margin)
 
 
 @inline

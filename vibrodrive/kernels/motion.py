@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.jit.branchless import choose, fma
+from vibrodrive.jit.branchless import choose, fma, put
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot, sincos, turns, two_product
 from vibrodrive.kernels import lane as r
@@ -409,7 +409,7 @@ def grid_time(w, k, i, steps):
 @inline
 def commit_grid(k, i, where, steps):
     """Set the number of the present grid point in lane i."""
-    k[r.GRID + i] = choose(where, steps, k[r.GRID + i])
+    put(k, r.GRID + i, where, steps)
 
 
 @inline

@@ -6,7 +6,7 @@ function changes sign between them. `kernels/__init__.py` explains the terms.
 
 import math
 
-from vibrodrive.jit.branchless import choose, full, wide
+from vibrodrive.jit.branchless import choose, full, put, wide
 from vibrodrive.jit.compile import inline, inline_each, part
 from vibrodrive.jit.trig import arc, arc_of_product
 from vibrodrive.kernels import first_zero, motion
@@ -135,6 +135,18 @@ def under_way(w, i):
 
 
 @inline
+def put_bracket(w, i, where, low, high, older, older_value, old, old_value, newest):
+    """Set the bracket of the refinement in lane i, and its last three points with the values at two of them."""
+    put(w, r.LOWER + i, where, low)
+    put(w, r.UPPER + i, where, high)
+    put(w, r.OLDER + i, where, older)
+    put(w, r.OLDER_VALUE + i, where, older_value)
+    put(w, r.OLD + i, where, old)
+    put(w, r.OLD_VALUE + i, where, old_value)
+    put(w, r.NEWEST + i, where, newest)
+
+
+@inline
 def begin_refinement(w, i):
     """Begin a refinement in lane i if its scan has found a zero and has the values at the grid points on both sides.
 
@@ -147,14 +159,9 @@ def begin_refinement(w, i):
     g0, g1 = choose(first, w[r.BASE + i] + w[r.SIG + i] * w[r.C0 + i], w[r.BEFORE + i]), w[r.VALUE + i]
     known = ((met == ZERO) | (met == BOTH)) & (g0 == g0) & (g1 == g1)
     newest, leaving = begin_between(low, high, g0, g1)
-    w[r.REFINEMENT + i] = choose(
-        on, choose(known, choose(leaving, LEAVING, CLOSING_IN), NONE_BEGUN), w[r.REFINEMENT + i]
-    )
-    w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])
-    w[r.OLDER + i], w[r.OLDER_VALUE + i] = choose(on, low, w[r.OLDER + i]), choose(on, g0, w[r.OLDER_VALUE + i])
-    w[r.OLD + i], w[r.OLD_VALUE + i] = choose(on, high, w[r.OLD + i]), choose(on, g1, w[r.OLD_VALUE + i])
-    w[r.NEWEST + i] = choose(on, newest, w[r.NEWEST + i])
-    w[r.EVALUATED + i] = choose(on, choose(first, 1.0, 0.0), w[r.EVALUATED + i])
+    put(w, r.REFINEMENT + i, on, choose(known, choose(leaving, LEAVING, CLOSING_IN), NONE_BEGUN))
+    put_bracket(w, i, on, low, high, low, g0, high, g1, newest)
+    put(w, r.EVALUATED + i, on, choose(first, 1.0, 0.0))
 
 
 @inline
@@ -168,11 +175,8 @@ def refine_once(w, i):
     )  # fmt: skip
     done |= w[r.EVALUATED + i] >= ITERATIONS  # `event.py` applies a switch with so many evaluations (switch.STEEP_COST)
     stage = choose(done, COMPLETE, choose(leaving, LEAVING, CLOSING_IN))
-    w[r.REFINEMENT + i] = choose(on, stage, w[r.REFINEMENT + i])
-    w[r.LOWER + i], w[r.UPPER + i] = choose(on, low, w[r.LOWER + i]), choose(on, high, w[r.UPPER + i])
-    w[r.OLDER + i], w[r.OLDER_VALUE + i] = choose(on, x1, x0), choose(on, g1, g0)
-    w[r.OLD + i], w[r.OLD_VALUE + i] = choose(on, x2, x1), choose(on, g2, g1)
-    w[r.NEWEST + i] = choose(on, x3, x2)
+    put(w, r.REFINEMENT + i, on, stage)
+    put_bracket(w, i, on, low, high, x1, g1, x2, g2, x3)
     w[r.EVALUATED + i] += choose(on, 1.0, 0.0)
 
 

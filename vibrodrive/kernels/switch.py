@@ -6,7 +6,7 @@ applied a switch. If the argument `where` is false, lane i is not changed: `wher
 True for a single lane. `kernels/__init__.py` explains the terms.
 """
 
-from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.branchless import choose, put
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
@@ -84,15 +84,15 @@ def begin(s, x, v, force, at_boundary, on_grid, b, inverse, field):
 @inline
 def commit_segment(w, i, where, segment, x_off, v_off):
     """Set the segment of lane i; `x_off` and `v_off` bound the rounding errors of ξ and ξ' at its beginning."""
-    w[r.X0 + i] = choose(where, segment.x, w[r.X0 + i])
-    w[r.V0 + i] = choose(where, segment.v, w[r.V0 + i])
-    w[r.V_OFF + i] = choose(where, v_off, w[r.V_OFF + i])
-    w[r.X_OFF + i] = choose(where, x_off, w[r.X_OFF + i])
-    w[r.A0 + i] = choose(where, segment.a0, w[r.A0 + i])
-    w[r.L + i] = choose(where, segment.slope, w[r.L + i])
-    w[r.XD2 + i] = choose(where, segment.xd2, w[r.XD2 + i])
-    w[r.XC2 + i] = choose(where, segment.xc2, w[r.XC2 + i])
-    w[r.XC1 + i] = choose(where, segment.xc1, w[r.XC1 + i])
+    put(w, r.X0 + i, where, segment.x)
+    put(w, r.V0 + i, where, segment.v)
+    put(w, r.V_OFF + i, where, v_off)
+    put(w, r.X_OFF + i, where, x_off)
+    put(w, r.A0 + i, where, segment.a0)
+    put(w, r.L + i, where, segment.slope)
+    put(w, r.XD2 + i, where, segment.xd2)
+    put(w, r.XC2 + i, where, segment.xc2)
+    put(w, r.XC1 + i, where, segment.xc1)
 
 
 @inline
@@ -107,42 +107,42 @@ def commit_wait(w, k, i, to, x, x_off):
 @inline
 def commit_segment_fast(w, i, where, segment):
     """Set the coefficients of the fast part of the segment of lane i."""
-    w[r.XALF + i] = choose(where, segment.xalf, w[r.XALF + i])
-    w[r.XBEF + i] = choose(where, segment.xbef, w[r.XBEF + i])
+    put(w, r.XALF + i, where, segment.xalf)
+    put(w, r.XBEF + i, where, segment.xbef)
 
 
 @inline
 def commit_state(k, i, where, to):
     """Set the state of lane i to `to`."""
-    k[r.STATE + i] = choose(where, to, k[r.STATE + i])
+    put(k, r.STATE + i, where, to)
 
 
 @inline
 def commit_time_fast(w, i, where, theta, pf, qf, late):
     """Set θ, AF cos θ = pf and AF sin θ = qf of lane i, and LATE of the end of a wait (motion.py)."""
-    w[r.THETA + i] = choose(where, theta, w[r.THETA + i])
-    w[r.PF + i] = choose(where, pf, w[r.PF + i])
-    w[r.QF + i] = choose(where, qf, w[r.QF + i])
-    w[r.LATE + i] = choose(where, late, w[r.LATE + i])
+    put(w, r.THETA + i, where, theta)
+    put(w, r.PF + i, where, pf)
+    put(w, r.QF + i, where, qf)
+    put(w, r.LATE + i, where, late)
 
 
 @inline
 def commit_time(w, k, i, where, period, phi, low, left, p, q):
     """Set the time of lane i to (period, φ + low), the excitation A cos φ = p, A sin φ = q, and the time to the end."""
-    k[r.PERIOD + i] = choose(where, period, k[r.PERIOD + i])
-    w[r.PHI + i] = choose(where, phi, w[r.PHI + i])
-    w[r.LOW + i] = choose(where, low, w[r.LOW + i])
-    w[r.LEFT + i] = choose(where, left, w[r.LEFT + i])
-    w[r.P + i] = choose(where, p, w[r.P + i])
-    w[r.Q + i] = choose(where, q, w[r.Q + i])
+    put(k, r.PERIOD + i, where, period)
+    put(w, r.PHI + i, where, phi)
+    put(w, r.LOW + i, where, low)
+    put(w, r.LEFT + i, where, left)
+    put(w, r.P + i, where, p)
+    put(w, r.Q + i, where, q)
 
 
 @inline
 def commit_cost(w, k, i, where, counted, cost):
     """Set the cost of period `counted` to `cost`, which includes the present switch and all evaluations so far."""
-    w[r.WORK_BOOKED + i] = choose(where, w[r.WORK + i], w[r.WORK_BOOKED + i])
-    k[r.COUNTED + i] = choose(where, counted, k[r.COUNTED + i])
-    k[r.COUNT + i] = choose(where, cost, k[r.COUNT + i])
+    put(w, r.WORK_BOOKED + i, where, w[r.WORK + i])
+    put(k, r.COUNTED + i, where, counted)
+    put(k, r.COUNT + i, where, cost)
 
 
 @inline
@@ -231,7 +231,7 @@ def set_next_point(w, k, i, slot, x, v):
 @inline
 def commit_points(k, i, where, count):
     """Set the number of section points of lane i, including those that `write_points` will write."""
-    k[r.SECTIONS + i] = choose(where, count, k[r.SECTIONS + i])
+    put(k, r.SECTIONS + i, where, count)
 
 
 @inline

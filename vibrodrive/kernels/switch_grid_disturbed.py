@@ -10,7 +10,7 @@ impact before this point. If ξ < 0 only at the refined zero of ξ', `event.py` 
 `kernels/__init__.py` explains the terms.
 """
 
-from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.branchless import choose, put
 from vibrodrive.jit.compile import inline_each
 from vibrodrive.kernels import first_zero, margins, motion, muller, switch, take_over
 from vibrodrive.kernels import lane as r
@@ -50,7 +50,7 @@ def apply_switch_on_grid_disturbed(w, k, i, fixed, extent):
     found = find_switch_on_grid(w, k, i, fixed, apart)
     begun = take_over.apply_ordinary(w, k, i, True, True, fixed, found, extent)
     over, aside = begun.over, found.aside
-    w[r.WORK + i] = choose(over, found.work, w[r.WORK + i])
+    put(w, r.WORK + i, over, found.work)
     if fixed:
         motion.commit_grid(k, i, over, k[r.GRID + i] + int(cursor))
 

@@ -30,7 +30,7 @@ the derivative of the duration with respect to the start. This derivative follow
 
 import math
 
-from vibrodrive.jit.branchless import choose, fma, full, wide
+from vibrodrive.jit.branchless import choose, fma, full, put, wide
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI, arc, dot
 from vibrodrive.kernels import lane as r
@@ -154,12 +154,12 @@ def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
 
     `slid_up` and `slid_down` are masks of the direction of the slide. `rested` is a mask that clears all guesses.
     """
-    w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
-    w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
-    w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
-    w[r.LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[r.LASTED_DOWN + i]))
-    w[r.RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[r.RATE_UP + i]))
-    w[r.RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[r.RATE_DOWN + i]))
+    put(w, r.BEGAN_UP + i, rested | slid_up, choose(rested, 0.0, phi))
+    put(w, r.BEGAN_DOWN + i, rested | slid_down, choose(rested, 0.0, phi))
+    put(w, r.LASTED_UP + i, rested | slid_up, choose(rested, 0.0, h))
+    put(w, r.LASTED_DOWN + i, rested | slid_down, choose(rested, 0.0, h))
+    put(w, r.RATE_UP + i, rested | slid_up, choose(rested, 0.0, rate))
+    put(w, r.RATE_DOWN + i, rested | slid_down, choose(rested, 0.0, rate))
 
 
 @inline
@@ -222,10 +222,10 @@ def search_bracket(w, k, i):
         w[r.WORK + i] - w[r.WORK_BOOKED + i],
     )  # fmt: skip
     on = (w[r.SEARCH_MODE + i] == BRACKETED) & (w[r.OUTCOME + i] == NOTHING)
-    w[r.CURSOR + i] = choose(on, ahead, h)
-    w[r.LO + i] = choose(on, low, lo)
-    w[r.HI + i] = choose(on, high, hi)
-    w[r.OUTCOME + i] = choose(on & found, ZERO, w[r.OUTCOME + i])
+    put(w, r.CURSOR + i, on, ahead)
+    put(w, r.LO + i, on, low)
+    put(w, r.HI + i, on, high)
+    put(w, r.OUTCOME + i, on & found, ZERO)
     w[r.WORK + i] += choose(on, 1.0, 0.0)
 
 
@@ -265,19 +265,19 @@ def search_brackets(w, k, n, evaluations):
 @inline
 def set_bracket(w, k, i, where, which, lo, hi, cursor):
     """Set the search in lane i for the only zero of switching function `which` between lo and hi."""
-    w[r.LO + i] = choose(where, lo, w[r.LO + i])
-    w[r.HI + i] = choose(where, hi, w[r.HI + i])
-    w[r.CURSOR + i] = choose(where, cursor, w[r.CURSOR + i])
-    k[r.SEARCH + i] = choose(where, which, k[r.SEARCH + i])
+    put(w, r.LO + i, where, lo)
+    put(w, r.HI + i, where, hi)
+    put(w, r.CURSOR + i, where, cursor)
+    put(k, r.SEARCH + i, where, which)
 
 
 @inline
 def set_search_mode(w, i, where, mode):
     """Set the search mode in lane i: STEPPED, BRACKETED or AT_ONCE."""
-    w[r.SEARCH_MODE + i] = choose(where, mode, w[r.SEARCH_MODE + i])
+    put(w, r.SEARCH_MODE + i, where, mode)
 
 
 @inline
 def set_side(w, i, where, down):
     """Set the side of S4 at which a wait with a known end ends: H = -1 if `down`, otherwise H = 1."""
-    w[r.SIG + i] = choose(where, choose(down, 1.0, -1.0), w[r.SIG + i])
+    put(w, r.SIG + i, where, choose(down, 1.0, -1.0))
