@@ -23,14 +23,19 @@ SHARED = {
 
 
 def rows_written(path: Path):
-    """Yield the names of rows to which a module assigns values: w[NAME + i] or k[r.NAME + i], also in a tuple."""
+    """Yield the names of rows to which a module assigns values: w[NAME + i] or k[r.NAME + i], also in a tuple, or with
+    `put`."""
     for node in ast.walk(ast.parse(path.read_text())):
-        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-        for target in targets:
-            for element in target.elts if isinstance(target, ast.Tuple) else [target]:
-                if isinstance(element, ast.Subscript) and getattr(element.value, "id", "") in ("w", "k"):
-                    names = [getattr(n, "attr", getattr(n, "id", "")) for n in ast.walk(element.slice)]
-                    yield from (n for n in names if n.isupper() and n != "STRIDE" and hasattr(lane, n))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "put":
+            written = [(node.args[0], node.args[1])]
+        else:
+            targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+            elements = [e for t in targets for e in (t.elts if isinstance(t, ast.Tuple) else [t])]
+            written = [(e.value, e.slice) for e in elements if isinstance(e, ast.Subscript)]
+        for array, index in written:
+            if getattr(array, "id", "") in ("w", "k"):
+                names = [getattr(n, "attr", getattr(n, "id", "")) for n in ast.walk(index)]
+                yield from (n for n in names if n.isupper() and n != "STRIDE" and hasattr(lane, n))
 
 
 def test_each_row_has_one_owner_or_a_reason():
@@ -50,5 +55,8 @@ def test_codes_and_rows_have_different_names():
 
 def test_rows_written_finds_all_forms_of_writing(tmp_path):
     source = tmp_path / "kernel.py"
-    source.write_text("w[PHI + i], k[r.STATE + i] = 1, 2\nw[r.WORK + i] += 1.0\nk[r.SWITCHES + to * STRIDE + i] = 0\n")
-    assert sorted(rows_written(source)) == ["PHI", "STATE", "SWITCHES", "WORK"]
+    source.write_text(
+        "w[PHI + i], k[r.STATE + i] = 1, 2\nw[r.WORK + i] += 1.0\nk[r.SWITCHES + to * STRIDE + i] = 0\n"
+        "put(w, r.MARGIN + i, where, 0.0)\n"
+    )
+    assert sorted(rows_written(source)) == ["MARGIN", "PHI", "STATE", "SWITCHES", "WORK"]

@@ -11,11 +11,17 @@ from typing import Any
 
 from llvmlite import ir
 from numba import config, types
+from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 from vibrodrive.jit.compile import inline
 
 _INT = ir.IntType(64)
+
+COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
+
+AVX512 = "+avx512dq" in cpu_target.target_context.codegen().magic_tuple()[2]
+"""True if kernels are compiled for a processor with AVX-512: registers of eight lanes, and masks for stores."""
 
 ROUND = 6755399441055744.0  # 1.5 * 2**52: (x + ROUND) - ROUND is x rounded to the nearest integer
 
@@ -38,6 +44,7 @@ def _select(typingctx, c, a, b):
     return kind(c, a, b), codegen
 
 
+@inline
 def _same(x):
     return x
 
@@ -62,6 +69,26 @@ def _bits(typingctx, t):
         return builder.bitcast(args[0], _INT)
 
     return types.int64(types.float64), codegen
+
+
+_ROUND_BITS = _INT(0x4338000000000000)  # those of the float ROUND
+
+
+@intrinsic
+def _whole(typingctx, x):
+    def codegen(context, builder, signature, args):
+        return builder.sub(builder.bitcast(builder.fadd(args[0], ir.DoubleType()(ROUND)), _INT), _ROUND_BITS)
+
+    return types.int64(types.float64), codegen
+
+
+@intrinsic
+def _real(typingctx, n):
+    def codegen(context, builder, signature, args):
+        shifted = builder.bitcast(builder.add(args[0], _ROUND_BITS), ir.DoubleType())
+        return builder.fsub(shifted, ir.DoubleType()(ROUND))
+
+    return types.float64(types.int64), codegen
 
 
 def _flip(x, bits):
@@ -107,8 +134,6 @@ def _prefer_wide(typingctx):
     return types.none(), codegen
 
 
-COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
-
 choose: Any = _select if COMPILED else _choose
 """choose(c, a, b): a if c else b, where both a and b are computed. From `a if c else b` the compiler would make a
 branch, and would move the computation of a and b into its two sides. If such a computation reads an address that
@@ -119,11 +144,16 @@ fma: Any = _fused if COMPILED else _libm_fma()
 compiler must not choose which products to fuse (fastmath), because its choice would differ between the kernels of
 single motions and of batches."""
 
-held: Any = _freeze if COMPILED else _same
-"""held(x): x. LLVM does not look through this operation (see `put`)."""
+held: Any = _freeze if COMPILED and not AVX512 else _same  # held(x): x, which LLVM does not recognise as x
 
 low_bits: Any = _bits if COMPILED else _low_bits
 """low_bits(t): an integer with the same last bits as the integer n, where t = n + ROUND."""
+
+whole: Any = _whole if COMPILED and not AVX512 else int
+"""whole(x): the integer x, given as a float below 2**51. Only AVX-512 has an instruction that converts integers of 64
+bits in all lanes. This operation, and `real`, need only an addition and a subtraction."""
+
+real: Any = _real if COMPILED and not AVX512 else float  # real(n): the integer n, below 2**51, as a float
 
 flip: Any = _xor_sign if COMPILED else _flip  # flip(x, bits): -x if the second-lowest bit of `bits` is set, else x
 
@@ -137,8 +167,8 @@ value stored on the stack is in one cache line."""
 def put(rows, at, where, value):
     """Set rows[at] to `value` if `where` is true.
 
-    LLVM would make a masked store of this selection. On processors of AMD without AVX-512 a masked store takes as long
-    as ten stores, and a search would take a quarter longer.
+    LLVM makes a masked store of such a selection. With AVX-512 this is fast. With AVX2 on processors of AMD it takes
+    four times as long as reading, selecting and storing, and `held` prevents it.
     """
     rows[at] = choose(where, value, held(rows[at]))
 

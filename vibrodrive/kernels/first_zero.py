@@ -265,8 +265,8 @@ def parabola(g, dg, bend, span):
     numerator = 2.0 * g if falling else dg + q
     denominator = q - dg if falling else -bend
     root = numerator / (denominator if denominator > 0.0 else 1e-300)
-    real = (q2 >= 0.0) & (falling | (bend < 0.0)) & (root < span)
-    return choose(real, root, span), choose(real, q, 0.0)
+    root = choose((q2 >= 0.0) & (falling | (bend < 0.0)), root, INFINITY)
+    return choose(root < span, root, span), choose(root < span, q, 0.0)
 
 
 @inline
@@ -425,9 +425,8 @@ def advance(h, taylor, m3, scale, rate, step, limit):
     past = g < 0.0
     ahead = choose(past, h, h + step)
     way = abs(jump - h)
-    trusted = is_nearly_straight(way, dg, ddg, m3, rate) & choose(
-        past, (jump < h) & (jump > 0.0), (jump > ahead) & (jump < limit)
-    )
+    inside = (jump > choose(past, 0.0, ahead)) & (jump < choose(past, h, limit))
+    trusted = inside & is_nearly_straight(way, dg, ddg, m3, rate)
     zero = close | ((not trusted) & (past | (step <= motion.TINY * ahead)))
     return choose(close | trusted, jump, ahead), zero
 

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.jit.branchless import choose, fma, put
+from vibrodrive.jit.branchless import choose, fma, put, real
 from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI, TWO_PI_LOW, arc, arc_of_product, dot, sincos, turns, two_product
 from vibrodrive.kernels import lane as r
@@ -332,7 +332,7 @@ def propagate_disturbed(w, k, i, h):
     x, v = state_at(w, i, h, True)
     turned, phi, low = advance_phase(w[r.PHI + i], w[r.LOW + i], h)
     p, q = excitation(w[r.A + i], phi, low)
-    theta, pf, qf = fast_excitation(w, i, float(k[r.PERIOD + i]) + turned, phi, low)
+    theta, pf, qf = fast_excitation(w, i, real(k[r.PERIOD + i]) + turned, phi, low)
     return Arrival(x, v, turned, phi, low, p, q, theta, pf, qf)
 
 
@@ -433,7 +433,7 @@ def propagate_on_grid(w, k, i, h, steps):
 @inline
 def time_between(period, phi, low, to_period, to_phase):
     """Return the time from (period, φ, low) to (to_period, to_phase)."""
-    return float(to_period - period) * TWO_PI + ((to_phase - phi) - low)
+    return real(to_period - period) * TWO_PI + ((to_phase - phi) - low)
 
 
 @inline

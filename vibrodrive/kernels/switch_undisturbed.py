@@ -9,7 +9,7 @@ bits of a trajectory do not depend on the module that applied a switch. `kernels
 
 from typing import NamedTuple
 
-from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.branchless import choose, whole
 from vibrodrive.jit.compile import inline
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import codes, margins, motion, switch, take_over, undisturbed
@@ -75,7 +75,7 @@ def apply_switch_undisturbed(w, k, i, extent):
     switch.set_next_point(w, k, i, slot, *motion.section_at(w, i, ahead.due))
     over = known & ahead.within & (gap | (x > choose(falling, off, 0.0)))
 
-    period1 = period + int(there.turned)
+    period1 = period + whole(there.turned)
     to = switch.decide_after_slide(gap, force)
     distance = take_over.distance_of(gap, force)
     over &= distance >= margins.SUSPECT * usual

@@ -11,7 +11,7 @@ that follows the switch, and begins the state after this wait. It uses the other
 
 from typing import NamedTuple
 
-from vibrodrive.jit.branchless import choose
+from vibrodrive.jit.branchless import choose, whole
 from vibrodrive.jit.compile import inline, inline_each
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels import margins, motion, switch, undisturbed
@@ -133,7 +133,7 @@ def apply_ordinary(w, k, i, fast, on_grid, fixed, found, extent):
         switch.set_next_point(w, k, i, k[r.SECTIONS + i], choose(waited, x0, sx), choose(waited, 0.0, sv))
 
     # the next segment and its start
-    arrived = period + int(there.turned)
+    arrived = period + whole(there.turned)
     left = switch.time_left(w, k, i, arrived, there.phi, there.low, extent)
     recorded = over & switch.in_record(w, k, i, arrived, there.phi, extent.transient)
     x = choose(gap, 0.0, choose(waited, x0, there.x))

@@ -154,12 +154,12 @@ def keep_guesses(w, i, slid_up, slid_down, rested, phi, h, rate):
 
     `slid_up` and `slid_down` are masks of the direction of the slide. `rested` is a mask that clears all guesses.
     """
-    put(w, r.BEGAN_UP + i, rested | slid_up, choose(rested, 0.0, phi))
-    put(w, r.BEGAN_DOWN + i, rested | slid_down, choose(rested, 0.0, phi))
-    put(w, r.LASTED_UP + i, rested | slid_up, choose(rested, 0.0, h))
-    put(w, r.LASTED_DOWN + i, rested | slid_down, choose(rested, 0.0, h))
-    put(w, r.RATE_UP + i, rested | slid_up, choose(rested, 0.0, rate))
-    put(w, r.RATE_DOWN + i, rested | slid_down, choose(rested, 0.0, rate))
+    w[r.BEGAN_UP + i] = choose(rested, 0.0, choose(slid_up, phi, w[r.BEGAN_UP + i]))
+    w[r.BEGAN_DOWN + i] = choose(rested, 0.0, choose(slid_down, phi, w[r.BEGAN_DOWN + i]))
+    w[r.LASTED_UP + i] = choose(rested, 0.0, choose(slid_up, h, w[r.LASTED_UP + i]))
+    w[r.LASTED_DOWN + i] = choose(rested, 0.0, choose(slid_down, h, w[r.LASTED_DOWN + i]))
+    w[r.RATE_UP + i] = choose(rested, 0.0, choose(slid_up, rate, w[r.RATE_UP + i]))
+    w[r.RATE_DOWN + i] = choose(rested, 0.0, choose(slid_down, rate, w[r.RATE_DOWN + i]))
 
 
 @inline
