@@ -27,6 +27,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from numba.core.registry import cpu_target
 
 from vibrodrive.model.plain import plain
 
@@ -75,8 +76,18 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
+def vectors() -> str:
+    """Return the vector instructions that the kernels use, by name if these are AVX-512 (eight doubles) or AVX2 (four).
+
+    With NUMBA_CPU_NAME=x86-64-v3 and NUMBA_CPU_FEATURES=+avx2,+fma in the environment these are AVX2 on any machine.
+    """
+    features = cpu_target.target_context.codegen().magic_tuple()[2]
+    known = {"+avx512dq": "AVX-512", "+avx2": "AVX2"}
+    return next((name for feature, name in known.items() if feature in features), platform.machine())
+
+
 def environment() -> dict[str, Any]:
-    """Return the conditions of the measurements: date, processor and versions."""
+    """Return the conditions of the measurements: date, processor, its vector instructions, and versions."""
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
@@ -89,6 +100,7 @@ def environment() -> dict[str, Any]:
     return {
         "measured": date.today().isoformat(),
         "processor": model,
+        "vectors": vectors(),
         "cores": os.cpu_count(),
         "python": platform.python_version(),
         "versions": versions,

@@ -53,26 +53,36 @@ def machine(data: dict[str, Any]) -> str:
     return f"{e['processor']}, {e['cores']} cores, Python {e['python']}, Numba {e['versions']['numba']}"
 
 
-def throughput(data: dict[str, Any]) -> str:
-    runs = data["one_thread"]
-    names = list(dict.fromkeys(n for at in runs for n in at["periods_per_second"]))
-    names.sort(key=lambda n: -runs[0]["periods_per_second"].get(n, 0.0))
-    head = ["sweep over A = 3…3.25, one thread"]
-    for at in runs:
-        head += [f"periods/s, ε = {at['eps']:g}", "certified is faster by"]
+def rates(data: dict[str, Any], labels: dict[str, str]) -> str:
+    """Return the table of periods per second on one thread, with a column for each ε and each kind of vectors.
+
+    `labels` contains the labels of the programs by their names in the results. The other programs are also compared
+    with the certified sweep: the median of the ratios of times.
+    """
+    runs = [(name, at) for name, run in sorted(data["vectors"].items()) for at in run["one_thread"]]
     rows = []
-    for name in names:
-        row = [name]
-        for at in runs:
-            rate = at["periods_per_second"].get(name)
-            over = at["certified_over"].get(name)
-            row += [number(rate), f"{number(over)}×" if over else ""]
-        rows.append(row)
-    missing = sorted({m for at in runs for m in at["missing"]})
-    notes = [machine(data)]
+    for name, label in labels.items():
+        row = [label]
+        for _, at in runs:
+            rate, behind = at["periods_per_second"].get(name), at["certified_over"].get(name)
+            row.append((number(rate) if rate else "") + (f" ({number(behind)}× slower)" if behind else ""))
+        if any(row[1:]):
+            rows.append(row)
+    head = ["periods per second on one core, A = 3…3.25", *(f"ε = {at['eps']:g}, {name}" for name, at in runs)]
+    missing = sorted({m for _, at in runs for m in at["missing"]})
+    notes = list(dict.fromkeys(machine(run) for run in data["vectors"].values()))
     if missing:
         notes.append("not measured, because not installed: " + ", ".join(missing))
     return table(head, rows) + "\n\n" + "; ".join(notes) + "."
+
+
+def throughput(data: dict[str, Any]) -> str:
+    """Return the table with all programs, in the order of their speed at ε = 0."""
+    found: dict[str, float] = {}
+    for _, run in sorted(data["vectors"].items()):
+        for at in run["one_thread"]:
+            found = at["periods_per_second"] | found
+    return rates(data, {name: name for name in sorted(found, key=lambda n: -found[n])})
 
 
 RIVALS = {
@@ -85,26 +95,9 @@ RIVALS = {
 """Programs in the table of the README: name in the results, and label in the table."""
 
 
-def _time_ratio(at: dict[str, Any], name: str) -> float | None:
-    """Return the time relative to the certified sweep: the median over pairs if measured, else the ratio of rates."""
-    rates = at["periods_per_second"]
-    return at["certified_over"].get(name) or (rates["certified"] / rates[name] if rates.get(name) else None)
-
-
 def speed(data: dict[str, Any]) -> str:
     """Return the table of the README, with the five programs of RIVALS."""
-    runs = data["one_thread"]
-    head = ["periods per second on one core, A = 3…3.25", *(f"ε = {at['eps']:g}" for at in runs)]
-    rows = []
-    for name, label in RIVALS.items():
-        rates = [at["periods_per_second"].get(name) for at in runs]
-        behind = [_time_ratio(at, name) for at in runs]
-        if name == "certified":
-            rows.append([label, *(number(rate) for rate in rates)])
-        elif any(rates):
-            pairs = zip(rates, behind, strict=True)
-            rows.append([label, *(f"{number(rate)} ({number(b)}× slower)" if b else "" for rate, b in pairs)])
-    return table(head, rows) + f"\n\n{machine(data)}."
+    return rates(data, RIVALS)
 
 
 def accuracy_speed(data: dict[str, Any]) -> str:

@@ -8,9 +8,12 @@ last measurement of certified switching uses all threads.
 The first switches of every other program are compared with those of certified switching, so that no program is fast
 only because it is wrong. If the state of a certified motion at ε = 0 repeats bit for bit, the rest of the motion is
 copied. Therefore the cost of computation is measured with motions that do not repeat within the recorded periods.
+
+The results of other vector instructions (benchmarks/common.py) remain in the file, so that the tables show both.
 """
 
 import importlib
+import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +23,7 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks import obvious_loop
-from benchmarks.common import TWO_PI, arguments, environment, figure, paired, ratio, say, write
+from benchmarks.common import TWO_PI, arguments, environment, figure, paired, ratio, say, vectors, write
 from benchmarks.switches import solvers
 from benchmarks.switches.model import Point
 
@@ -207,13 +210,14 @@ def draw(data: dict[str, Any]):
 
 def main() -> None:
     options = arguments(__doc__)
-    busy = busy_share()
+    busy, path = busy_share(), options.output / "throughput.json"
     data = {
+        "environment": environment(),
         "one_thread": [one_thread(eps, options.quick) for eps in EPS],
         "all_threads": threads(options.quick, busy),
-        "cores": environment()["cores"],
     }
-    write("throughput", data, draw(data), options.output)
+    others = json.loads(path.read_text(encoding="utf-8"))["vectors"] if path.exists() else {}
+    write("throughput", {"vectors": others | {vectors(): data}}, draw(data), options.output)
 
 
 if __name__ == "__main__":
