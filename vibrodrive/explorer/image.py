@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import vibrodrive as vd
+from vibrodrive.explorer.density import darken
 from vibrodrive.explorer.view import MAP, PICTURE_ROWS, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import STRIDES, Level
 from vibrodrive.figures.ink import ink_of
-from vibrodrive.jit.compile import jit
 from vibrodrive.model import choices, drawing, names
 
 SHADES = 64
@@ -58,29 +58,6 @@ def palette_of(colours: np.ndarray) -> np.ndarray:
     """Convert colours, float64 (n, 3) with red, green, blue from 0 to 255, to the pixels of a canvas, uint32 (n,)."""
     red, green, blue = np.rint(colours.T).astype(np.uint32)
     return 255 << 24 | blue << 16 | green << 8 | red
-
-
-@jit(_nrt=False)
-def darken(values, columns, low, high, table, counts, image):
-    """Darken the pixels that contain values, and the pixel above each of them, because lines of one row are too thin.
-
-    `values`, float64 (n, k), belong to the columns `columns`, int64 (n,), of `image`, uint8 (rows, all columns). NaN
-    and values outside [low, high) are ignored. `table`, uint8 (k + 1,), contains the shade of a pixel with 0, 1, … k
-    values. `counts`, int64 (rows,), is a workspace.
-    """
-    rows = image.shape[0]
-    scale = rows / (high - low)
-    for i in range(values.shape[0]):
-        counts[:] = 0
-        for j in range(values.shape[1]):
-            place = (values[i, j] - low) * scale
-            if 0.0 <= place < rows:
-                counts[int(place)] += 1
-        below = table[0]
-        for row in range(rows):
-            shade = table[counts[row]]
-            image[row, columns[i]] = max(shade, below)
-            below = shade
 
 
 def shades_of(values: np.ndarray, columns: np.ndarray, low: float, high: float, image: np.ndarray) -> None:
