@@ -43,7 +43,7 @@ class Curve(NamedTuple):
 CURVES = (
     Curve("time-stepping", "time-stepping", "#d55e00", "s", ((1e-4, 0.1), (1.5e-7, 1e-2))),
     Curve("scan + Newton", "scan + Newton", "#009e73", "^", ((1.6e-8, 4e-11), (1.5e-4, 3e-13))),
-    Curve("scan of g and g′", "scan of g and g′", "#cc79a7", "P", ((1.6e-5, 2e-14), (4e-4, 4e-9))),
+    Curve("scan of g and g′", "scan of g and g′", "#cc79a7", "P", ((1.6e-5, 2e-14), (4.9e-4, 2.6e-9))),
     Curve("Muller on a grid", "Muller on a grid", "#7a6000", "D", ((4.5e-3, 1e-15), (1.5e-4, 2e-15))),
     Curve("heyoka", "heyoka", "#8f4a86", "v", ((3e-8, 1e-8), (5e-7, 1e-5))),
     Curve("scipy", "", "#333333", "o", ((3.3e-3, 1e-7), (5e-3, 3e-3))),

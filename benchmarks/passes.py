@@ -106,6 +106,11 @@ def written(setting: dict[str, Any]) -> str:
     return ", ".join(numbers) or "–"
 
 
+def in_seconds(seconds: float) -> str:
+    """Return a time in seconds with two digits, and whole seconds from ten on."""
+    return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
+
+
 def percent(method: Method, k: int, ids: set[str]) -> str:
     return f"{100 * sum(method.right[k][i] for i in ids) / len(ids):.0f}"
 
@@ -125,7 +130,7 @@ def table(level: int) -> tuple[list[str], list[list[str]]]:
             continue
         seconds = method.seconds[k].get(level)
         right = sum(method.right[k][i] for i in ids)
-        cost = "" if seconds is None else f"{seconds:.2g} s"
+        cost = "" if seconds is None else in_seconds(seconds)
         cells = [percent(method, k, family) for family in families.values()]
         rows.append([method.label, written(method.settings[k]), f"{right} of {len(ids)}", cost, *cells])
     head = ["method", "best setting", "right", "CPU time", *(f"{name} ({len(f)})" for name, f in families.items())]
@@ -141,7 +146,7 @@ def orders() -> tuple[list[str], list[list[str]]]:
         for row in sorted(here, key=lambda r: (-r["whole"], -r["share"], r["error"]))[:3]:
             whole = f"{row['whole']} of {row['motions']}"
             error = f"{row['error']:.1e}".replace("e-0", "e-")
-            cost = f"{row['seconds']:.2g} s"
+            cost = in_seconds(row["seconds"])
             rows.append([name, written(row["setting"]), whole, cost, f"{100 * row['share']:.0f} %", error])
     head = ["method", "setting", "motions with the right order of all states", "CPU time"]
     return [*head, "events before the first wrong state", "largest error of their times (median of the motions)"], rows
