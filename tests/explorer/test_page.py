@@ -378,6 +378,11 @@ def test_start_view_compares_a_step_with_certified_and_its_text_leaves_with_it(t
     assert "kept or lost by chance: your Δτ = 0.05 is 1.11 times the limit" in text(tab, "sentence")
     tab.choose("method", "certified")
     assert "invents" not in text(tab, "story")
+    press_key(tab, "3")
+    tab.settle("page.view.method === 'fixed'")
+    tab.driver.execute_script("explorer.view.low += 1; explorer.view.high += 1; explorer.ask(true)")
+    tab.settle()
+    assert "invents" not in text(tab, "story")
     tab.choose("dtau", "0,04")  # a step asks for a grid
     tab.settle()
     assert (shown(tab).method, shown(tab).dtau) == ("fixed", 0.04)

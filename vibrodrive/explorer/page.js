@@ -20,6 +20,7 @@ const page = {
   pressed: false, // a button of the mouse or a finger is down: the ordinate rests
   patience: PATIENCE, seq: 0, sent: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
   kind: "", story: "", // what the picture shows, and the text for a start view that was chosen
+  start: null, // this start view, as long as its text is shown
   compiling: "", took: 0, // what is said while kernels are compiled, and the seconds that it has taken in all
   told: 0, // number of the last request whose motion has arrived
   asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
@@ -120,7 +121,12 @@ const insist = () => { // replace the running request; the next one gets twice t
   send();
 };
 page.ask = (again) => {
+  const {start, view} = page;
   page.changed = performance.now();
+  if (start && (view.high < start.low || view.low > start.high)) { // nothing of what its text tells is in view
+    say(known.about[view.mode], "story");
+    page.start = null;
+  }
   if (page.refused) say(page.refused = "", "notice");
   request(again);
 };
@@ -144,6 +150,7 @@ const apply = (view) => {
   if (other) clear_picture();
   if (!page.begun) show_kept();
   if (other || page.story) say(page.story || known.about[view.mode], "story"); // a text stays with its picture
+  page.start = page.story ? {...view} : null;
   page.story = "";
   show_controls();
   draw();
