@@ -330,6 +330,17 @@ def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
     assert "period 4" in words
 
 
+def test_keys_move_a_slider_away_from_zero_and_back(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    slider = tab.driver.find_element("css selector", "[data-field=eps] [type=range]")
+    slider.send_keys("\ue014")  # the right arrow
+    assert tab.ask("page.view.eps") == 1e-6
+    slider.send_keys("\ue014")
+    assert tab.ask("page.view.eps") > 1e-6
+    slider.send_keys("\ue012" * 2)  # the left arrow
+    assert tab.ask("page.view.eps") == 0.0
+
+
 def test_knob_follows_keys_and_mouse_and_motions_at_rest_have_ticks_but_no_limit(tab, explorer):
     tab.open(explorer.address + SMALL)
     left, top, width, height = tab.frame()

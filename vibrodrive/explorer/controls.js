@@ -2,6 +2,7 @@
 const ZERO = 0.11; // share of a slider that stands for 0, if a logarithmic slider begins with 0
 const STEPS = 80; // steps of ▶ from end to end
 const fields = {};
+let keyed = false; // a slider is moved by keys, each by a step
 
 const make = (html) => {
   const box = document.createElement("template");
@@ -31,7 +32,7 @@ const ticks_of = ({slider, factor}) => {
   return scale === "zero" ? [[0, "0"], ...named] : named;
 };
 
-const play_button = (name) => `<button data-play="${name}" aria-label="Play ${name}"
+const play_button = (name, label) => `<button data-play="${name}" aria-label="Play ${label}"
   title="Move this slider up, until the motion below loses its structure">▶</button>`;
 const build = (c) => {
   const {name, label, words, hint, options, slider} = c, played = name === "eps" || name === "dtau";
@@ -41,7 +42,7 @@ const build = (c) => {
     : options.length ? `<select id="${name}">${choices}</select>`
     : `<input id="${name}" class="value" autocomplete="off" spellcheck="false">`;
   const marks = slider ? ticks_of(c).map(([v, text]) => `<i style="left: calc(0.5rem + (100% - 1rem) * ${place_on(slider, v)})">${text}</i>`) : [];
-  const track = `<div class="track">${played ? play_button(name) : ""}<div>
+  const track = `<div class="track">${played ? play_button(name, label) : ""}<div>
     <input type="range" min="0" max="1" step="0.0025" aria-label="${label}, slider"><b hidden title="k₂, the limit of the motion below">▲</b>
     <div class="ticks">${marks.join("")}</div></div></div>`;
   const control = make(`<div class="control" data-field="${name}" title="${hint}"><label for="${name}">${label}${
@@ -50,6 +51,8 @@ const build = (c) => {
   const input = control.querySelector(`#${name}`), range = control.querySelector("[type=range]");
   fields[name] = {...c, control, input, range, mark: control.querySelector("b")};
   input.addEventListener("change", ({target}) => page.enter(name, target.value));
+  range?.addEventListener("keydown", () => (keyed = true));
+  range?.addEventListener("pointerdown", () => (keyed = false));
   range?.addEventListener("input", () => slide(name, Number(range.value)));
   range?.addEventListener("change", () => { page.pressed = false; page.ask(true); });
   control.querySelector("[data-play]")?.addEventListener("click", () => (page.played ? end_play() : start_play(name)));
@@ -71,8 +74,10 @@ page.enter = (name, text) => {
   page.ask(true);
 };
 const slide = (name, place) => {
+  const {slider, factor} = fields[name], gap = keyed && slider[2] === "zero" && place > 0 && place < ZERO;
   page.pressed = !page.played;
-  page.enter(name, value_on(fields[name].slider, place) * fields[name].factor);
+  const value = !gap ? value_on(slider, place) : page.view[name] > 0 ? 0 : slider[0]; // a key crosses the gap above 0
+  page.enter(name, value * factor);
 };
 
 // Value of a field, NaN if it is empty or no number.
@@ -211,8 +216,8 @@ known.starts.forEach((_, k) => { KEYS[k + 1] = () => element("starts").children[
 window.addEventListener("keydown", (event) => {
   const on = (kinds) => event.target.matches?.(kinds);
   if (event.ctrlKey || event.metaKey || event.altKey || !page.view) return;
-  if (on("input:not([type=range]), select, textarea") && event.key !== "Escape") return;
-  if (on("[type=range], #handle") && /Arrow|Home/.test(event.key)) return;
+  if (on("input:not([type=range], [type=radio]), select, textarea") && event.key !== "Escape") return;
+  if (on("[type=range], [type=radio], #handle, .menu *") && /Arrow|Home/.test(event.key)) return;
   if (on("button, summary, a") && event.key === " ") return;
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }

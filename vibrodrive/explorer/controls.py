@@ -133,7 +133,8 @@ CONTROLS = (
 
 ABOUT = {
     "diagram": "A mass slides and sticks on a shaken incline, and hits an obstacle. Each column is one motion, each "
-    "dot its velocity once per shake. One dot: it repeats with each shake; two: with every second; a band: never.",
+    "dot its velocity once per shake, darker where it is more often. One dot: it repeats with each shake; two: with "
+    "every second; a band: never exactly.",
     "map": "A mass slides and sticks on a shaken incline, and hits an obstacle. Each point is one motion, its colour a "
     "number of it. Click a point to see it move.",
 }
