@@ -67,7 +67,6 @@ page.enter = (name, text) => {
   const plain = String(text).trim().replace(",", ".");
   page.view[name] = options.length || plain === "" ? plain : Number.isFinite(Number(plain)) ? Number(plain) / factor : text;
   if (REARRANGE.includes(name)) return page.command({changed: name});
-  if (name === "method") say(known.about[page.view.mode], "story"); // that of a start view is no longer true
   if (name === "dtau" && !known.steps[page.view.method]) page.view.method = "fixed"; // a step asks for a grid
   show_controls();
   judge();

@@ -123,7 +123,7 @@ const insist = () => { // replace the running request; the next one gets twice t
 page.ask = (again) => {
   const {start, view} = page;
   page.changed = performance.now();
-  if (start && (view.high < start.low || view.low > start.high)) { // nothing of what its text tells is in view
+  if (start && (view.method !== start.method || view.high < start.low || view.low > start.high)) { // its text is not true
     say(known.about[view.mode], "story");
     page.start = null;
   }
