@@ -121,7 +121,8 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
         if len({row.shape for row in rows}) != 1:  # rows of different lengths
             raise TypeError(bad(key, value, allowed))
         return np.array(rows)
-    refuse_unit(key, value, allowed)
+    if type(value) not in (list, tuple, np.ndarray):  # these have no unit
+        refuse_unit(key, value, allowed)
     try:
         array = np.asarray(value)
     except MemoryError:
@@ -144,20 +145,20 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
 def check(name: str, value: object) -> float:
     """Cast one argument to float64. Raises TypeError if it is not a real number, ValueError if it is out of range."""
     p = PARAMETERS[name]
-    x = real_number(name, value, p.allowed)
-    shown = value.item() if hasattr(value, "item") else value
+    x = float(value) if isinstance(value, float) else real_number(name, value, p.allowed)
     if not (p.low <= x <= p.high) or (p.open_low and x == p.low):
-        raise ValueError(bad(name, shown, p.allowed))
+        raise ValueError(bad(name, value.item() if hasattr(value, "item") else value, p.allowed))
     return x + 0.0  # -0.0 becomes 0.0
 
 
 def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
     """Cast an integer setting to int. Raises TypeError or ValueError with the sentence of `bad`."""
     allowed = f"an integer >= {low}"
-    value = as_number(name, value, allowed)
-    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-        raise TypeError(bad(name, value, allowed))
-    value = int(value)
+    if type(value) is not int:  # seldom
+        value = as_number(name, value, allowed)
+        if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+            raise TypeError(bad(name, value, allowed))
+        value = int(value)
     if value < low:
         raise ValueError(bad(name, value, allowed))
     if value > high:

@@ -6,8 +6,9 @@ written only once.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -59,6 +60,8 @@ IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
 tasks."""
 
+DEFAULTS = {name: row.default for name, row in PARAMETERS.items() if row.default is not None}  # of the parameters
+
 POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
 SAMPLED = 100  # largest number of values of the axis `point` that are checked before a warning
 
@@ -92,9 +95,9 @@ class Plan:
         """Quantities of the records, without the section."""
         return quantities(self.record) if self.stored is None else self.stored
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
-        return tuple(len(a) for a in self.axes.values())
+        return tuple(map(len, self.axes.values()))
 
     @property
     def n_points(self) -> int:
@@ -193,9 +196,10 @@ class Plan:
 
     @property
     def _most_points(self) -> int:
-        """Number of points whose work is BLOCK_WORK, but at least the least number of points of a block."""
-        alone = self.settings.one_by_one(ERROR in self.record)
-        return max(1 if alone else LEAST_POINTS, int(BLOCK_WORK // self.point_work))
+        """Number of points whose work is BLOCK_WORK, or the least number of points of a block if this is larger or
+        suffices for all points."""
+        least = 1 if self.settings.one_by_one(ERROR in self.record) else LEAST_POINTS
+        return least if self.n_points <= least else max(least, int(BLOCK_WORK // self.point_work))
 
     def _work(self, point: Mapping[str, float]) -> float:
         five = (point[name] for name in ("A", "B", "eps", "eta", "dtau"))
@@ -233,11 +237,12 @@ def idle(method: int) -> tuple[str, ...]:
 
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
     """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
-    given, method = {**plan.axes, **plan.together, **written}, plan.settings.method_name
+    given = {**plan.axes, **plan.together, **written}
     for name in idle(plan.settings.method):
         value = given.get(name)
         if value is not None:
             value = value.tolist() if isinstance(value, np.ndarray) else value
+            method = plan.settings.method_name
             allowed = f"left out with method = {method!r}, because it is used by {used_by(name)} only"
             raise ValueError(bad(name, value, allowed))
 
@@ -250,41 +255,41 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     argument, its value and the allowed values (`bad`).
     """
     arguments = _with_scene(arguments)
-    known = [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]
     chosen: dict[str, int] = {}
     record: tuple[str, ...] = (SECTION,)
     axes: dict[str, np.ndarray] = {}
     together: dict[str, np.ndarray] = {}
-    scalars = {name: p.default for name, p in PARAMETERS.items() if p.default is not None}
+    scalars = {**DEFAULTS}
     for key, value in arguments.items():
         if key in SETTINGS:
             chosen[key] = check_setting(key, value)
         elif key == "record":
             record = check_record(value)
-        elif key == "points" and value is not None:
-            together = _together(value, arguments)
-            axes[POINT] = np.arange(len(next(iter(together.values()))))
-        elif key not in known:
-            raise TypeError(unknown("argument", key, known))
         elif key in PARAMETERS or key in SCENE:
             _sort_in(key, value, axes, scalars)
+        elif key != "points":
+            raise TypeError(unknown("argument", key, [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]))
+        elif value is not None:
+            together = _together(value, arguments)
+            scalars = {name: default for name, default in scalars.items() if name not in together}
+            axes[POINT] = np.arange(len(next(iter(together.values()))))
     given = {*scalars, *axes, *together}
-    if not {"A", "a0"} & given:
+    if given.isdisjoint(("A", "a0")):
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
-    if {*SCENE} & given:
+    if not given.isdisjoint(SCENE):
         _follow_scene(axes, scalars, {**arguments, **together})
-    scalars = {name: value for name, value in scalars.items() if name not in together}
-    for one in PERIODS.keys() & {*record}:
+    for one in PERIODS.keys() & record:
         chosen.setdefault("periods", PERIODS[one])
     plan = Plan(axes, scalars, Settings(**chosen), record=record, together=together)
     if LIMIT in record:
         _check_limit(plan)
         return plan
-    name = plan.settings.method_name
     if plan.sought == "dtau":
+        name = plan.settings.method_name
         raise ValueError(f"dtau is missing: must be given for method = {name!r}, {PARAMETERS['dtau'].allowed}")
     if FAILURES in record and plan.settings.method == Method.CERTIFIED:
-        raise ValueError(bad("method", name, f'{used_by("dtau").replace(" and ", " or ")} with record = "{FAILURES}"'))
+        allowed = f'{used_by("dtau").replace(" and ", " or ")} with record = "{FAILURES}"'
+        raise ValueError(bad("method", plan.settings.method_name, allowed))
     return plan
 
 
@@ -310,10 +315,10 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
     if key in SCENE and key not in AXES and np.ndim(value):  # type: ignore[arg-type]
         check_scene(key, value)  # g is no axis: refused, because it is no number
     values = _checked(key, value)
-    if values.ndim:
-        axes[key] = values
+    if isinstance(values, float):
+        scalars[key] = values
     else:
-        scalars[key] = float(values)
+        axes[key] = values
 
 
 def _with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -343,7 +348,7 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
         if arguments.get(name) is not None:
             raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
         found[name] = _checked(name, value[name], "points.")
-        if found[name].ndim == 0:
+        if isinstance(found[name], float):
             raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
     labels = {name: labels for name in found if (labels := _labels(value[name])) is not None}
     for name in labels:
@@ -400,26 +405,27 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float], wri
             scalars[name] = scalars.pop(name)
 
 
-def _checked(key: str, value: object, place: str = "") -> np.ndarray:
-    """Return one value of a parameter, float64 (), or its values along an axis, float64 (n,), checked.
+def _checked(key: str, value: object, place: str = "") -> Any:
+    """Return one value of a parameter, a float, or its values along an axis, float64 (n,), checked.
 
     Messages put `place` before the name. Raises TypeError or ValueError.
     """
     if isinstance(value, float) or type(value) is int:  # nearly always
-        return np.array(check_at(key, value, place + key))
+        return check_at(key, value, place + key)
     allowed = PARAMETERS[key].allowed if key in PARAMETERS else "a number or a one-dimensional axis"
     array = real_array(place + key, value, allowed)
     if array.ndim == 0:
-        return np.array(check_at(key, value, place + key))
+        return check_at(key, value, place + key)
     if array.ndim > 1:
         raise ValueError(f"{place}{key} = array of shape {array.shape}: must be a number or a one-dimensional axis")
     if array.size == 0:
         raise ValueError(bad(place + key, [], "an axis with at least one value"))
-    suspects = np.arange(len(array))
+    suspects: Iterable[int] = range(len(array))
     if key in PARAMETERS:  # an axis may have millions of values: find those to be refused without a loop
         p = PARAMETERS[key]
-        suspects = np.flatnonzero(~((array >= p.low) & (array <= p.high)) | (p.open_low & (array == p.low)))
-    for i in suspects.tolist():
+        within = (array > p.low if p.open_low else array >= p.low) & (array <= p.high)
+        suspects = (~within).nonzero()[0].tolist()
+    for i in suspects:
         check_at(key, array[i].item(), f"{place}{key}[{i}]")
     return array + 0.0
 
