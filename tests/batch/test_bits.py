@@ -1,5 +1,6 @@
 """Equality of results to the bit: compiled or in pure Python, single or batched, in one or many calls of a kernel."""
 
+import ctypes
 import json
 import re
 from ast import literal_eval
@@ -13,7 +14,8 @@ from numba import types
 import vibrodrive as vd
 from tests.exact.agreement import same_status
 from tests.support.process import python
-from vibrodrive.kernels.lane import LINE, new_lanes
+from vibrodrive.batch.trajectory import same_array
+from vibrodrive.kernels.lane import LANES, LINE, STRIDE, new_lanes
 
 RUN = """
 import json, sys
@@ -151,8 +153,42 @@ def test_batched_equals_single(method, section_phase):
 
 def test_lanes_are_aligned_to_cache_lines():
     for memory in new_lanes(3):
-        assert not memory.any()
-        assert all(memory[thread, part].ctypes.data % LINE == 0 for thread in range(3) for part in range(2))
+        assert not memory[:, 0].reshape(3, -1, STRIDE)[..., :LANES].any()
+        assert all(part.ctypes.data % LINE == 0 for thread in memory for part in thread)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("method", ["certified", "muller", "fixed"])
+@pytest.mark.parametrize("n", [1, 5, 13])
+def test_results_do_not_depend_on_memory_that_is_not_set(monkeypatch, method, n):
+    """Each byte of a new array is 0x7F: numbers of 1e306, and indices that would end the process."""
+    empty = np.empty
+
+    def dirty(*args, **options):
+        array = empty(*args, **options)
+        ctypes.memset(array.ctypes.data, 0x7F, array.nbytes)
+        return array
+
+    def computed():
+        window = dict(method=method, dtau=None if method == "certified" else 0.05, transient=2, periods=66)
+        kinds = [("section", "impacts"), "summary", "error"]
+        yield from (vd.sweep(A=np.linspace(2.9, 3.2, n), eps=[0.0, 3e-4], record=kind, **window) for kind in kinds)
+        yield vd.simulate(A=3.04, eps=3e-4, **window)
+
+    clean = [*computed()]
+    monkeypatch.setattr(np, "empty", dirty)
+    for one, other in zip(clean, computed(), strict=True):
+        if isinstance(one, vd.Trajectory):
+            assert one == other
+        else:
+            names = [
+                "status",
+                "margin",
+                "switches",
+                *one.record[:1] * ("section" in one.record),
+                *(q.name for q in one.quantities),
+            ]
+            assert all(same_array(getattr(one, name), getattr(other, name)) for name in names)
 
 
 @pytest.mark.jit

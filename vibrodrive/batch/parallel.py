@@ -25,7 +25,8 @@ from numba.extending import typeof_impl
 
 from vibrodrive.jit.compile import jit, prepare
 from vibrodrive.jit.slices import Halt, Halted
-from vibrodrive.kernels.arguments import Arguments, address_of, packed
+from vibrodrive.kernels.arguments import Arguments, packed
+from vibrodrive.kernels.lane import address_of
 
 LOOK = 0.05  # time in seconds between two checks for Ctrl-C, for a halt from another process, and for finished blocks
 
@@ -108,8 +109,10 @@ def run(
             if "OMP_WAIT_POLICY" not in os.environ:
                 os.environ.setdefault("GOMP_SPINCOUNT", SPINS)  # read when the first sweep starts the threads
             prepare(run_on_threads, _FUNCTION, _FUNCTION, types.Array(types.int64, 2, "C"))
-    watched = look is not None or halt.across or threading.get_ident() == threading.main_thread().ident
-    if brief or (threads == 1 and not watched):
+    watched = not brief and (
+        threads > 1 or look is not None or halt.across or threading.get_ident() == threading.main_thread().ident
+    )
+    if not watched:
         _run(calls, threads, halt)
     else:
         _watch(lambda: _run(calls, threads, halt), halt, look)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -72,5 +73,5 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
     With `instants` = 1, a kernel stores only the largest bounds of all section points. The initial values are 0. For
     the method FIXED, whose kernels compute no bounds, the initial values are NaN.
     """
-    shapes = (points, instants, 2), (points,)
-    return Errors(*(np.full(shape, np.nan if method == Method.FIXED else 0.0) for shape in shapes))
+    new = np.zeros if method != Method.FIXED else partial(np.full, fill_value=np.nan)
+    return Errors(new((points, instants, 2)), new(points))

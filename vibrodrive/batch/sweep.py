@@ -37,7 +37,7 @@ from vibrodrive.kernels.single import single
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import Settings
-from vibrodrive.model.parameters import COLUMNS, bad, check_count
+from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.plan import BLOCK_WORK, IN_FLIGHT, Plan
 from vibrodrive.model.results import Results
 from vibrodrive.model.size import LARGE, refuse_large_results, result_bytes
@@ -130,9 +130,9 @@ def fill(
     brief = work <= BRIEF
     threads = 1 if brief else busy_threads(threads, n, alone)
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
-    w, k = new_lanes(threads)
+    w, k = new_lanes(threads, n)
     recorded = impacts is not None or summary is not None
-    history, totals = new_history(threads, summary is not None)
+    history, totals = new_history(threads, summary is not None) if recorded else ([None] * threads,) * 2
     results = status, margin, counts, np.empty(n)
     main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0)) if summary is None else summary
     more = (
@@ -156,7 +156,7 @@ def fill(
     # some lanes are empty during the last points, which should therefore be the cheap ones, without a disturbance; in a
     # long wave these come first, so that blocks are finished in their order
     first = work <= threads * BLOCK_WORK
-    kinds = [(kind, np.flatnonzero(disturbed == kind)) for kind in (first, not first)]
+    kinds = [(kind, (disturbed == kind).nonzero()[0]) for kind in (first, not first)]
     calls = [(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)]
     run(calls, halt, brief=brief, look=look)
 
@@ -168,14 +168,15 @@ def busy_threads(threads: int, points: int, alone: bool) -> int:
 
 def _most_work(settings: Settings, points: np.ndarray, summary: bool, bounded: bool) -> float:
     """Return an upper bound of the work of any of the points, in microseconds."""
-    low, high = (dict(zip(COLUMNS, end.tolist(), strict=True)) for end in (points.min(axis=0), points.max(axis=0)))
-    worst = low["A"], high["B"], high["eps"], high["eta"], low["dtau"]
-    return settings.work(*worst, summary=summary, bounded=bounded)
+    low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    A, (B, eps, eta), dtau = low[0], high[1:4], low[4]  # in the order of COLUMNS
+    return settings.work(A, B, eps, eta, dtau, summary=summary, bounded=bounded)
 
 
 def _disturbed(points: np.ndarray) -> np.ndarray:
     """Return a mask of the points with a disturbance."""
-    return fast_amplitude(*(points[:, COLUMNS.index(name)] for name in ("A", "eps", "eta"))) > 0.0
+    A, _, eps, eta = points.T[:4]
+    return fast_amplitude(A, eps, eta) > 0.0
 
 
 def load_kernels(plan: Plan) -> None:

@@ -472,8 +472,10 @@ def simulate(
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     """Simulate the motion from the single point of a plan. Raises Halted if `halt` is called before the motion ends."""
     s, halt = plan.settings, halt or Halt()
-    brief = s.work(*(plan.scalars[name] for name in ("A", "B", "eps", "eta", "dtau")), bounded=True) <= BRIEF
-    capacity = fitting_rows(s.periods, 64 + s.periods * (8 if plan.scalars["eps"] == 0.0 else 128))
+    point = [plan.scalars[name] for name in COLUMNS]
+    A, B, eps, eta, dtau, *_ = point
+    brief = s.work(A, B, eps, eta, dtau, bounded=True) <= BRIEF
+    capacity = fitting_rows(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
     while True:
         section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
         status, margin = np.empty(1, np.int8), np.empty(1)
@@ -482,9 +484,9 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         errors = new_errors(s.method, 1, s.periods)
         bounded = s.method != Method.FIXED
         stored = np.zeros(1, np.int64)
-        w, k = new_lanes(1)
+        w, k = new_lanes(1, 1)
         arguments = Arguments(
-            w[0], k[0], halt.flag, plan.points(0, 1), np.zeros(1, np.int64), np.zeros(1, np.int64), numbers_of(s, 1),
+            w[0], k[0], halt.flag, np.array([point]), np.zeros(1, np.int64), np.zeros(1, np.int64), numbers_of(s, 1),
             section, status, margin, counts, work, impacts, rows=rows, stored=stored, off=off, bounds=errors.section,
             until=errors.until,
         )  # fmt: skip
@@ -499,7 +501,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     if not bounded:
         off[:] = np.nan
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
-    known = {**{c: plan.scalars[c] for c in COLUMNS}, **vars(s)}
+    known = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
     return Trajectory(
         rows[1:], section[0], main_impacts(impacts[0]), Status(int(status[0])), float(margin[0]),
         errors.section[0], switch_errors, float(errors.until[0]), int(work[0]), known, plan, rows[:1],

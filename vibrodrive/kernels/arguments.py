@@ -5,7 +5,6 @@ signature. Therefore the parallel loop in batch/parallel.py can call each kernel
 compiled only once. `kernels/__init__.py` explains the terms.
 """
 
-import ctypes
 from collections.abc import Sequence
 from itertools import count
 from typing import Any, NamedTuple
@@ -16,6 +15,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
+from vibrodrive.kernels.lane import address_of
+
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 """Format of a row of `Trajectory.switches`. `xi` and `dxi` are the values just before the switch."""
 
@@ -25,8 +26,8 @@ class Arguments(NamedTuple):
 
     An array that the kernel does not use may be None.
 
-    lanes_w float64 (2, ROWS_W · STRIDE), lanes_k int64 (2, ROWS_K · STRIDE): memory of the lanes in row 0, memory for
-    tables and lists in row 1 (lane.py)
+    lanes_w float64 (1, ROWS_W · STRIDE), lanes_k int64 (2, ROWS_K · STRIDE): memory of the lanes in row 0, memory for
+    a list of lanes in row 1 of `lanes_k` (lane.py)
     halt int64 (1,): the kernel returns early if this is not 0
     points float64 (n, columns): parameters and initial values of each point, in the order of model/names.py
     order int64 (m,), counter int64 (1,): the kernel takes numbers c from the counter, computes the motions from
@@ -85,14 +86,6 @@ CELLS = sum(1 + dimensions for _, _, dimensions in _KINDS)
 """Number of integers that describe one set of arguments, that is the address and the shape of each array."""
 
 
-_NO_BYTES = ctypes.c_char * 0
-
-
-def address_of(array: Any) -> int:
-    """Return the address of a contiguous, writable NumPy array, in a tenth of the time of `array.ctypes.data`."""
-    return ctypes.addressof(_NO_BYTES.from_buffer(array))
-
-
 def packed(sets: Sequence[Arguments]) -> np.ndarray:
     """Return the addresses and shapes of the arrays of each set, int64 (sets, CELLS).
 
@@ -103,14 +96,15 @@ def packed(sets: Sequence[Arguments]) -> np.ndarray:
     for arguments in sets:
         cells: list[int] = []
         for (name, dtype, dimensions), array, shared in zip(_KINDS, arguments, sets[0]):  # noqa: B905
-            if array is shared and rows:
+            if rows and array is shared:
                 cells += rows[0][len(cells) : len(cells) + 1 + dimensions]
             elif array is None:
                 cells += [0] * (1 + dimensions)
             elif array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
                 raise TypeError(f"{name}: must be a contiguous {dtype} array of {dimensions} dimensions")
             else:
-                cells += (address_of(array), *array.shape)
+                cells.append(address_of(array))
+                cells += array.shape
         rows.append(cells)
     return np.array(rows, np.int64)
 

@@ -5,7 +5,8 @@
 compiler knows that rows never overlap, and vectorises. `kernels/__init__.py` explains the terms.
 """
 
-import math
+import ctypes
+from typing import Any
 
 import numpy as np
 
@@ -90,14 +91,23 @@ LINE = 64  # length of a cache line, in bytes
 ) = (STRIDE * row for row in range(ROWS_K))  # fmt: skip
 
 
-def new_lanes(threads: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (w, k), float64 and int64: [thread, 0] is memory of lanes, [thread, 1] memory of tables and lists."""
-    shapes = ((threads, 2, ROWS_W * STRIDE), float), ((threads, 2, ROWS_K * STRIDE), np.int64)
-    w, k = (_at_cache_line(np.zeros(math.prod(shape) + LINE // 8, kind), shape) for shape, kind in shapes)
-    return w, k
+_NO_BYTES = ctypes.c_char * 0
 
 
-def _at_cache_line(memory: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of this shape in `memory`. It begins at a cache line, so each vector register loads one line."""
-    first = -memory.ctypes.data % LINE // 8
-    return memory[first : first + math.prod(shape)].reshape(shape)
+def address_of(array: Any) -> int:
+    """Return the address of a contiguous, writable NumPy array, in a third of the time of `array.ctypes.data`."""
+    return ctypes.addressof(_NO_BYTES.from_buffer(array))
+
+
+def new_lanes(threads: int, motions: int = LANES) -> tuple[np.ndarray, np.ndarray]:
+    """Return (w, k), float64 and int64: [thread, 0] is memory of lanes, and k[thread, 1] memory of a list.
+
+    Only the lanes that this number of motions may use, in full registers, are set to 0. To set all of them would take
+    longer than a short motion.
+    """
+    n_w, n_k = threads * ROWS_W, threads * 2 * ROWS_K
+    memory = np.empty((n_w + n_k) * STRIDE + LINE // 8)
+    first = -address_of(memory) % LINE // 8  # at a cache line, so each vector register loads one line
+    rows = memory[first : first + (n_w + n_k) * STRIDE].reshape(-1, STRIDE)
+    rows[:, : (motions + 7) & -8] = 0.0
+    return rows[:n_w].reshape(threads, 1, -1), rows[n_w:].view(np.int64).reshape(threads, 2, -1)
