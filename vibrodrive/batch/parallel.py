@@ -109,10 +109,8 @@ def run(
             if "OMP_WAIT_POLICY" not in os.environ:
                 os.environ.setdefault("GOMP_SPINCOUNT", SPINS)  # read when the first sweep starts the threads
             prepare(run_on_threads, _FUNCTION, _FUNCTION, types.Array(types.int64, 2, "C"))
-    watched = not brief and (
-        threads > 1 or look is not None or halt.across or threading.get_ident() == threading.main_thread().ident
-    )
-    if not watched:
+    watched = look is not None or halt.across or threading.get_ident() == threading.main_thread().ident
+    if brief or (threads == 1 and not watched):
         _run(calls, threads, halt)
     else:
         _watch(lambda: _run(calls, threads, halt), halt, look)

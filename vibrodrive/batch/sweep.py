@@ -168,8 +168,9 @@ def busy_threads(threads: int, points: int, alone: bool) -> int:
 
 def _most_work(settings: Settings, points: np.ndarray, summary: bool, bounded: bool) -> float:
     """Return an upper bound of the work of any of the points, in microseconds."""
-    low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    A, (B, eps, eta), dtau = low[0], high[1:4], low[4]  # in the order of COLUMNS
+    columns = points.T[:5].copy()  # A, B, ε, η, Δτ; along the rows of `points` NumPy takes ten times as long
+    A, *_, dtau = columns.min(axis=1).tolist()
+    _, B, eps, eta, _ = columns.max(axis=1).tolist()
     return settings.work(A, B, eps, eta, dtau, summary=summary, bounded=bounded)
 
 

@@ -196,8 +196,7 @@ class Plan:
 
     @property
     def _most_points(self) -> int:
-        """Number of points whose work is BLOCK_WORK, or the least number of points of a block if this is larger or
-        suffices for all points."""
+        """Number of points whose work is BLOCK_WORK, or the least number of a block if it is larger or suffices."""
         least = 1 if self.settings.one_by_one(ERROR in self.record) else LEAST_POINTS
         return least if self.n_points <= least else max(least, int(BLOCK_WORK // self.point_work))
 

@@ -39,10 +39,9 @@ def unlikely(plan: Any) -> list[str]:
 
     said = []
     for name, axis in plan.axes.items():
-        if len(axis) == 1:  # `unique` takes 8 µs, some 3 % of a sweep of one point
-            continue
-        values, counts = np.unique(axis, return_counts=True)
-        if len(values) < len(axis):
+        rising = np.sort(axis)
+        if len(axis) > 1 and (rising[1:] == rising[:-1]).any():  # `unique` alone takes 5 % of a short sweep
+            values, counts = np.unique(axis, return_counts=True)
             said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
         if len(axis) == 3 and _is_range(*axis.tolist()):
             ends = ", ".join(f"{value:g}" for value in axis)
