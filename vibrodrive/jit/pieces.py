@@ -16,60 +16,59 @@ from types import ModuleType
 from typing import Any
 
 from numba.core import ir, typed_passes, types, untyped_passes
+from numba.core.analysis import dead_branch_prune
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
+from numba.core.compiler_machinery import PassManager
 from numba.core.datamodel.models import BooleanModel
 from numba.core.ir_utils import build_definitions
 from numba.core.types.functions import BaseFunction
 
 
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _Constants(FunctionPass):
-    """Replace known values by constants, so that branches that depend on them are removed before compilation.
+def _insert_constants(state: Any) -> None:
+    """Replace known values by constants, and remove branches that depend on them.
 
     Known values are literal arguments and attributes of modules. Numba itself does this for None, global variables and
     closure variables.
     """
-
-    _name = "vibrodrive_constants"
-
-    def __init__(self) -> None:
-        FunctionPass.__init__(self)
-
-    def run_pass(self, state: Any) -> bool:
-        modules: dict[str, Any] = {}
-        for block in state.func_ir.blocks.values():
-            for statement in list(block.find_insts(ir.Assign)):
-                given = statement.value
-                if isinstance(given, ir.Arg) and isinstance(state.args[given.index], types.Literal):
-                    statement.value = ir.Const(state.args[given.index].literal_value, given.loc)
-                elif isinstance(given, ir.Global) and isinstance(given.value, ModuleType):
-                    modules[statement.target.name] = given.value
-                    block.remove(statement)
-                elif isinstance(given, ir.Expr) and given.op == "getattr" and given.value.name in modules:
-                    value = getattr(modules[given.value.name], given.attr)
-                    statement.value = ir.Global(given.attr, value, given.loc)
-        state.func_ir._definitions = build_definitions(state.func_ir.blocks)
-        return True
+    modules: dict[str, Any] = {}
+    for block in state.func_ir.blocks.values():
+        for statement in list(block.find_insts(ir.Assign)):
+            given = statement.value
+            if isinstance(given, ir.Arg) and isinstance(state.args[given.index], types.Literal):
+                statement.value = ir.Const(state.args[given.index].literal_value, given.loc)
+            elif isinstance(given, ir.Global) and isinstance(given.value, ModuleType):
+                modules[statement.target.name] = given.value
+                block.remove(statement)
+            elif isinstance(given, ir.Expr) and given.op == "getattr" and given.value.name in modules:
+                value = getattr(modules[given.value.name], given.attr)
+                statement.value = ir.Global(given.attr, value, given.loc)
+    state.func_ir._definitions = build_definitions(state.func_ir.blocks)
+    dead_branch_prune(state.func_ir, state.args)
 
 
 _PASSES = (
-    untyped_passes.TranslateByteCode,
-    untyped_passes.FixupArgs,
-    untyped_passes.IRProcessing,
-    _Constants,
-    untyped_passes.DeadBranchPrune,
-    untyped_passes.GenericRewrites,
-    untyped_passes.ReconstructSSA,
-    typed_passes.NopythonTypeInference,
-    typed_passes.PreLowerStripPhis,
-    typed_passes.IRLegalization,
-    typed_passes.NativeLowering,
-    typed_passes.NoPythonBackend,
+    untyped_passes.TranslateByteCode().run_pass,
+    untyped_passes.FixupArgs().run_pass,
+    _insert_constants,
+    untyped_passes.GenericRewrites().run_pass,
+    untyped_passes.ReconstructSSA().run_pass,
+    typed_passes.NopythonTypeInference().run_pass,
+    typed_passes.PreLowerStripPhis().run_pass,
+    typed_passes.IRLegalization().run_pass,
+    typed_passes.NativeLowering().run_pass,
+    typed_passes.NoPythonBackend().run_pass,
 )
 """Numba's passes, except those for closures, array expressions, exceptions and objects. Parts contain none of these."""
+
+
+class _Passes(PassManager):
+    """The passes, one after the other, without the checks and the analysis that Numba adds to each of them."""
+
+    def run(self, state: Any) -> None:
+        for each in _PASSES:
+            each(state)
 
 
 class _Unlinked(JITCodeLibrary):
@@ -100,11 +99,7 @@ class Piece(CompilerBase):
 
     def define_pipelines(self) -> list[Any]:
         self.state.library = _Unlinked(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        passes = PassManager("piece")
-        for each in _PASSES:
-            passes.add_pass(each, each._name)
-        passes.finalize()
-        return [passes]
+        return [_Passes("part")]
 
 
 _overridden = JITCodeLibrary._optimize_final_module, JITCodeLibrary._finalize_final_module, BooleanModel.from_data
