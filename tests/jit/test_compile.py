@@ -275,31 +275,67 @@ def test_kernels_compile_without_private_interfaces_of_numba(tmp_path, numba, pr
     assert found.split() == [private, "6.0", "4.0", "True"]
 
 
-@pytest.mark.parametrize(("terminal", "shown"), [(True, False), (True, True), (False, False)])
-def test_terminal_shows_the_kernel_being_compiled(monkeypatch, capsys, terminal, shown):
+@pytest.mark.parametrize(
+    ("terminal", "shown", "before", "takes"),
+    [
+        (True, False, 0.0, "usually in 3 to 15 s"),
+        (True, False, 6.7, "in about 7 s"),
+        (True, True, 0.0, None),
+        (False, False, 0.0, None),
+    ],
+)
+def test_terminal_shows_the_kernel_being_compiled(monkeypatch, capsys, terminal, shown, before, takes):
     """The message is printed once. It is not printed if a progress display already shows it."""
     from vibrodrive.jobs.progress import watching
 
     monkeypatch.setattr(_jit, "wait", lambda outcomes, seconds: SimpleNamespace(done=set()))  # a longer compilation
-    monkeypatch.setattr(_jit, "compilation", SimpleNamespace(running=True))
+    monkeypatch.setattr(_jit, "compilation", SimpleNamespace(running=True, before=before))
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
     dispatcher = SimpleNamespace(_compile_for_args=lambda: "machine code", py_func=double)
     kernel = _jit._compiled_in_thread(dispatcher)
     with watching(lambda: None) if shown else nullcontext():
         assert kernel._compile_for_args() == "machine code"
-    said = (
-        "vibrodrive: compiling tests.jit.test_compile.double, once for this version, Python and processor, "
-        "usually in 3 to 15 s\n"
-    )
-    assert capsys.readouterr().err == (said if terminal and not shown else "")
+    said = "vibrodrive: compiling tests.jit.test_compile.double, once for this version, Python and processor"
+    assert capsys.readouterr().err == (f"{said}, {takes}\n" if takes else "")
+
+
+BEGUN = {"dispatcher": SimpleNamespace(py_func=double)}  # what Numba reports
+
+
+def test_compilation_tells_how_long_an_earlier_version_took(monkeypatch, tmp_path):
+    """Each version has its folder in the cache. A damaged file, or no cache, is no reason to fail."""
+    now = [0.0]
+    monkeypatch.setattr(_jit, "monotonic", lambda: now[0])
+
+    def progress_after_2_of_8_seconds(folder):
+        monkeypatch.setattr(_jit, "CACHE", folder)
+        compilation = _jit.Compilation()
+        compilation.on_start(SimpleNamespace(data=BEGUN))
+        now[0] += 2.0
+        said = compilation.progress
+        now[0] += 6.0
+        compilation.on_end(SimpleNamespace(data=BEGUN))
+        return said
+
+    first, second = tmp_path / "vibrodrive-1", tmp_path / "vibrodrive-2"
+    first.mkdir(), second.mkdir()
+    assert progress_after_2_of_8_seconds(None) == "2 s"
+    assert progress_after_2_of_8_seconds(first) == "2 s"
+    assert progress_after_2_of_8_seconds(second) == "2 s of about 8 s"
+    for folder in (first, second):
+        (folder / _jit.TIMES).write_text("[8")
+    assert progress_after_2_of_8_seconds(second) == "2 s"
 
 
 def test_rate_of_a_sweep_excludes_the_time_of_compilation(monkeypatch, tmp_path, capsys):
     compiled = []
 
     def compile_kernels(plan):
-        with trigger_event("numba:compile"), trigger_event("numba:compile"):  # a kernel and a function that it calls
+        with (
+            trigger_event("numba:compile", BEGUN),
+            trigger_event("numba:compile", BEGUN),
+        ):  # a kernel and a function that it calls
             time.sleep(1.2)
         compiled.append(time.monotonic())
 

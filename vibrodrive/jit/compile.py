@@ -17,6 +17,7 @@ formulas are inlined.
 
 import hashlib
 import inspect
+import json
 import os
 import pickle
 import sys
@@ -96,26 +97,49 @@ with _or_without_cache():
     CACHE = _cache_directory()
 
 
+def _times(folders: str) -> dict[str, float]:
+    """Return the seconds that the last compilation of each kernel took, from the cache folders with these names."""
+    found: dict[str, float] = {}
+    if CACHE is not None:
+        with suppress(OSError, ValueError, AttributeError):  # AttributeError: the content is no table
+            for path in sorted(CACHE.parent.glob(f"{folders}/{TIMES}"), key=lambda path: path.stat().st_mtime):
+                found.update((name, float(seconds)) for name, seconds in json.loads(path.read_text()).items())
+    return found
+
+
 class Compilation(event.Listener):
     """Measurement of the time that this process has spent on compilation.
 
     Numba reports the beginning and the end of each compilation. The files of the cache do not show whether a kernel
     must be compiled, because only Numba can evaluate the keys of the cache.
+
+    before : seconds that the present kernel took when it was last compiled, for another version or processor; 0 if that
+    is unknown
     """
 
     def __init__(self) -> None:
         self._depth = 0  # the compilation of a kernel includes the compilation of the functions that it calls
-        self._began = self._spent = 0.0
+        self._began = self._spent = self.before = 0.0
 
     def on_start(self, event: Any) -> None:
         if self._depth == 0:
-            self._began = monotonic()
+            self._began, self.before = monotonic(), _times("vibrodrive-*").get(_name(event), 0.0)
         self._depth += 1
 
     def on_end(self, event: Any) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self._spent += monotonic() - self._began
+            seconds = monotonic() - self._began
+            self._spent += seconds
+            if seconds > SAID_AFTER and CACHE is not None:
+                with suppress(OSError):
+                    (CACHE / TIMES).write_text(json.dumps({**_times(CACHE.name), _name(event): seconds}))
+
+    @property
+    def progress(self) -> str:
+        """Seconds of the compilation in progress, and those that are to be expected."""
+        so_far = f"{monotonic() - self._began:.0f} s"
+        return f"{so_far} of about {self.before:.0f} s" if self.before else so_far
 
     @property
     def running(self) -> bool:
@@ -126,6 +150,20 @@ class Compilation(event.Listener):
     def seconds(self) -> float:
         """Seconds spent on compilation so far, including a compilation in progress."""
         return self._spent + (monotonic() - self._began if self.running else 0.0)
+
+
+TIMES = "compile_times.json"
+"""File in the folder of the cache: seconds that each kernel took to compile. A new version of the package has a new
+folder, and reads what the kernels of earlier versions took."""
+
+SAID_AFTER = 1.0
+"""Duration of a compilation in seconds after which a message is printed. A larger value suppresses messages of short
+compilations."""
+
+
+def _name(event: Any) -> str:
+    function = event.data["dispatcher"].py_func
+    return f"{function.__module__}.{function.__qualname__}"
 
 
 compilation = Compilation()
@@ -254,20 +292,15 @@ else:
 """Options of formulas and parts. They need no wrapper for calls from Python, which would double the compile time."""
 
 
-SAID_AFTER = 1.0
-"""Duration of a compilation in seconds after which a message is printed. A larger value suppresses messages of short
-compilations."""
-
-
 def _print_compiling(function):
     """Print one line in a terminal or a notebook, if no thread shows progress there (jobs/progress.py)."""
     shown = any(thread.name == "watch" for thread in threading.enumerate())
     if not shown and sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules):
         with suppress(OSError, ValueError):
             name = f"{function.__module__}.{function.__name__}"
+            takes = f"in about {compilation.before:.0f} s" if compilation.before else "usually in 3 to 15 s"
             print(
-                f"vibrodrive: compiling {name}, once for this version, Python and processor, usually in 3 to 15 s",
-                file=sys.stderr,
+                f"vibrodrive: compiling {name}, once for this version, Python and processor, {takes}", file=sys.stderr
             )
 
 

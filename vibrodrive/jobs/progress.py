@@ -99,17 +99,17 @@ class Show:
         self._drawn = False
         self._announced = False
 
-    def compiling(self, seconds: float) -> None:
-        """Print COMPILING once, and show the seconds of the compilation so far."""
+    def compiling(self, progress: str) -> None:
+        """Print COMPILING once, and show the progress of the compilation."""
         if not self._announced:
             self._announced = True
             self.say(COMPILING)
-        self.update(lambda: f"compiling: {seconds:.0f} s")
+        self.update(lambda: f"compiling: {progress}")
 
     def look(self, line: Callable[[], str], compilation: Compilation | None) -> None:
         """Show `line()`, or the time of a running compilation. `compilation` is None until Numba is loaded."""
         if compilation is not None and compilation.running:
-            self.compiling(compilation.seconds)
+            self.compiling(compilation.progress)
         else:
             self.update(line)
 
