@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -52,7 +50,7 @@ def main_impacts(written: np.ndarray) -> np.ndarray:
 
     `written` is a float64 array of shape (2 × periods, 4). The rows after the last main impact are NaN.
     """
-    last = bisect_left(range(len(written)), True, key=lambda row: math.isnan(written[row, 0]))  # rows >= last are NaN
+    last = int(np.searchsorted(written[:, 0], np.nan))  # rows >= last are NaN
     known = written[:last]
     rows = np.empty(len(known), MAIN_IMPACT)
     for column, name in enumerate(MAIN_IMPACT.names or ()):

@@ -92,9 +92,11 @@ def follow_cycle(
     speed = np.ascontiguousarray(inner["speed"])
     least = max(2, int(np.count_nonzero(are_main_impacts(cycle, inner, share))))
     most = min(len(inner), math.ceil(periods * m / n) + m)
-    for count in range(max(least, math.floor(periods * m / n) - m - 4), most + 1):
-        chosen = np.sort(np.argsort(-speed, kind="stable")[:count]) if count < len(inner) else np.arange(count)
-        if _follows(cycle, inner[chosen], ordered):
+    counts = range(max(least, math.floor(periods * m / n) - m - 4), most + 1)
+    descending = np.argsort(-speed, kind="stable") if counts and counts[0] < len(inner) else np.arange(len(inner))
+    for count in counts:
+        chosen = np.sort(descending[:count])
+        if _follows(cycle, inner[chosen] if count < len(inner) else inner, ordered):
             return chosen + 1
     return None
 
