@@ -143,7 +143,7 @@ class Evaluator:
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
         """Yield the motions at these points, in order. While one batch is evaluated, the next batch is computed."""
         most = max(1, BATCH_BYTES // (settings.periods * (16 + 2 * 32)))
-        parts = [points[at : at + most] for at in range(0, len(points), most)]
+        parts = np.array_split(points, -(-len(points) // most))
         tasks = [self._ahead.submit(self._computed, part, settings) for part in parts[:1]]
         for n, part in enumerate(parts):
             section, impacts = tasks.pop().result()

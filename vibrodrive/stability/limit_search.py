@@ -97,7 +97,7 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
             end = top
             while value(end) <= BEYOND * value(max(last, loss)):
                 end += grid.batch
-            likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))]
+            likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))[: max(1, ahead())]]
         for k, kept in enumerate((yield from _ask(known, needed, likely)), top + 1):
             if not kept and loss is None:
                 loss = k
@@ -109,7 +109,7 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
         return Band(math.inf, value(top), value(top), 0.0, value(top), value(top), kept_at)
     often = (x for x, share in zip(kept_at, share_kept(kept_at), strict=True) if kept_at[x] and share >= 0.5)
     half = max(often, default=0.0)
-    low, high = yield from _bisect(known, value(loss - 1), value(loss))
+    low, high = yield from _bisect(known, value(loss - 1), value(loss), ahead)
     last_kept, share = low, 0.0
     if last > loss:
         last_kept, share = value(last), float(np.mean([known[value(k)] for k in range(loss, last + 1)]))
@@ -140,16 +140,18 @@ def _between(low: float, high: float) -> list[float]:
 
 
 def _bisect(
-    known: dict[float, bool], low: float, high: float
+    known: dict[float, bool], low: float, high: float, ahead: Callable[[], int]
 ) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
     """Return (kept, lost): two close values between `low`, which is kept, and `high`, which is lost.
 
-    `lost` is the smallest value tried that is lost, and `kept` the largest value tried below it.
+    `lost` is the smallest value tried that is lost, and `kept` the value tried below it. Each round tries its values in
+    ascending order until one is lost, so that few motions are computed that have no effect on the result.
     """
     for _ in range(ROUNDS):
         inner = _between(low, high)
-        kept = yield from _ask(known, inner)
-        ends = [low, *inner, high]
-        lost = [k for k in range(1, len(ends)) if k == len(ends) - 1 or not kept[k - 1]]
-        low, high = ends[lost[0] - 1], ends[lost[0]]
+        for k, x in enumerate(inner):
+            if not (yield from _ask(known, [x], inner[k : k + ahead()]))[0]:
+                high = x
+                break
+            low = x
     return low, high
