@@ -93,10 +93,11 @@ def follow_cycle(
     least = max(2, int(np.count_nonzero(are_main_impacts(cycle, inner, share))))
     most = min(len(inner), math.ceil(periods * m / n) + m)
     counts = range(max(least, math.floor(periods * m / n) - m - 4), most + 1)
-    descending = np.argsort(-speed, kind="stable") if counts and counts[0] < len(inner) else np.arange(len(inner))
+    descending = np.argsort(-speed, kind="stable") if counts and counts[0] < len(inner) else np.empty(0, np.int64)
     for count in counts:
-        chosen = np.sort(descending[:count])
-        if _follows(cycle, inner[chosen] if count < len(inner) else inner, ordered):
+        everything = count == len(inner)
+        chosen = np.arange(count) if everything else np.sort(descending[:count])
+        if _follows(cycle, inner if everything else inner[chosen], ordered):
             return chosen + 1
     return None
 
@@ -118,17 +119,17 @@ def are_main_impacts(cycle: ImpactCycle, impacts: np.ndarray, share: float = SHA
 
 def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:
     """Return True if all these impacts have the gaps of the cycle and, if `ordered`, the order of the cycle."""
-    m = len(cycle.gaps)
+    m, n = len(cycle.gaps), cycle.n
     first, last = impacts[0], impacts[-1]
     span = float(last["period"] - first["period"]) + (last["phase"] - first["phase"]) / TWO_PI
-    if abs((len(impacts) - 1) * cycle.n / m - span) > cycle.n:
+    if abs((len(impacts) - 1) * n / m - span) > n:
         return False
     gaps = impact_gaps(impacts)
-    steps = np.arange(len(gaps))
     if ordered and m > 1:
         at = nearest(cycle, impacts)
         return bool((np.diff(at) % m == 1).all() and (cycle.gaps[at[:-1]] == gaps).all())
-    return any((cycle.gaps[(steps + start) % m] == gaps).all() for start in range(m))
+    cycles = np.tile(cycle.gaps, len(gaps) // m + 2)
+    return any((cycles[start : start + len(gaps)] == gaps).all() for start in range(m))
 
 
 def nearest(cycle: ImpactCycle, impacts: np.ndarray) -> np.ndarray:
