@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 import vibrodrive as vd
 from vibrodrive.model.records import How
 from vibrodrive.stability import evaluate, structure
+from vibrodrive.stability import limit as module
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.evaluate import Motion
 from vibrodrive.stability.limit import _Problem, each_limit, limit
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band, share_kept
+from vibrodrive.stability.main_impacts import never_follows
 
 
 def find(kind, kept, ahead=1):
@@ -229,6 +231,18 @@ def test_axes_and_velocity_of_limits():
     assert one.velocity == pytest.approx(one.k2 * 101.3 * 2.0, rel=1e-15)
     grid = limit(2.0, "dtau", eta=101.3, transient=50, periods=50)
     assert grid.velocity == grid.k2
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("disturbance", GRIDS)
+def test_brief_records_change_no_result(disturbance, monkeypatch):
+    """Many searches use brief records. Here two searches have to."""
+    some = {"A": [2.95, 3.1], "transient": 50, "periods": 3 * module.BRIEF}, disturbance
+    whole, proofs = dict(each_limit(*some)), []
+    monkeypatch.setattr(module, "TOGETHER", 0)
+    monkeypatch.setattr(module, "never_follows", lambda *of: proofs.append(never_follows(*of)) or proofs[-1])
+    assert dict(each_limit(*some)) == whole
+    assert any(proofs)
 
 
 @pytest.mark.jit

@@ -15,6 +15,7 @@ from vibrodrive.stability.main_impacts import (
     impact_cycle,
     impact_gaps,
     nearest,
+    never_follows,
 )
 
 CYCLE = ImpactCycle(np.array([1, 2]), np.array([5.0, 4.0]), np.array([2.0, 1.0]))
@@ -113,3 +114,45 @@ def test_gaps_are_rounded_to_whole_periods():
     assert impact_gaps(rows).tolist() == [1, 1]
     assert fastest(CYCLE, orbit(), PERIODS).tobytes() == orbit().tobytes()
     assert [follow_cycle(CYCLE, orbit()[:count], PERIODS) for count in (0, 1, 3)] == [None] * 3
+
+
+@given(
+    extra=st.lists(st.tuples(st.integers(0, 179), st.floats(0, TWO_PI), st.floats(0, 0.3)), max_size=4),
+    missing=st.lists(st.tuples(st.integers(0, 119), st.integers(1, 20)), max_size=3),
+    noise=st.floats(0, 1),
+    first=st.integers(0, 119),
+)
+def test_a_beginning_proves_only_what_holds_for_the_entire_record(extra, missing, noise, first):
+    """The losses are anywhere in the record, and touches, pauses and exchanged impacts may be no loss."""
+    rows = orbit(60, noise)
+    for at, count in missing:
+        rows["speed"][at : at + count] = 0.0
+    rows = rows[first:][rows["speed"][first:] > 0.0]
+    for touch in extra:
+        rows = with_touch(rows, *touch)
+    beginning = rows[rows["period"] < PERIODS]
+    if never_follows(CYCLE, beginning, PERIODS):
+        assert follow_cycle(CYCLE, rows, 3 * PERIODS) is None
+
+
+def test_losses_that_a_beginning_proves():
+    def lost(rows, cycle=CYCLE):
+        return never_follows(cycle, rows[rows["period"] < PERIODS], PERIODS)
+
+    rows = orbit(60)
+    assert not lost(rows)
+    assert not lost(with_touch(rows, 32, 1.0, 0.9 * SHARE))
+    other = rows.copy()
+    other["period"][17:] += 1
+    assert lost(other), "another gap"
+    equal = landings(np.full(30, 2), np.tile(CYCLE.phase, 15), np.tile(CYCLE.speed, 15))
+    equal["phase"][13], equal["speed"][13] = CYCLE.phase[0], CYCLE.speed[0]
+    assert lost(equal, CYCLE._replace(gaps=np.array([2, 2]))), "another order"
+    assert lost(with_touch(rows, 32, 1.0, 1.1 * SHARE)), "too fast for a touch"
+    assert lost(rows[rows["period"] > PERIODS]), "no impact"
+    slow = with_touch(rows, 32, 1.0, 0.9 * SHARE)
+    slow["speed"] = 0.9 * SHARE
+    assert not lost(slow), "any of these impacts may be touches"
+    assert lost(slow[(slow["period"] < 40) | (slow["period"] > 45)]), "a pause"
+    assert not lost(slow[(slow["period"] < 10) | (slow["period"] > 15)]), "the first impacts may be touches"
+    assert not lost(rows[rows["period"] != 54]), "the end of the beginning depends on its length"

@@ -116,16 +116,19 @@ class Evaluator:
         requests: Sequence[tuple[int, Owner, np.ndarray]],
         ask: Callable[[Owner, Motion], T],
         one_by_one: bool = False,
+        periods: int | None = None,
     ) -> list[list[T]]:
         """Return the results of ask(owner, motion), one list for each request, asked in the order of the disturbances.
 
         A request is (number of a point, its owner, such as an orbit, disturbances). If `one_by_one`, each motion is
-        computed separately with all its switches, and each thread computes one motion at a time.
+        computed separately with all its switches, and each thread computes one motion at a time. Otherwise the records
+        may have fewer `periods` than those of the plan.
         """
+        settings = replace(self._plan.settings, periods=periods or self._plan.settings.periods)
         owners = [owner for _, owner, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
         points[:, self._column] = np.concatenate([values for _, _, values in requests])
-        motions = self._single_motions(points) if one_by_one else self._motions(points, self._plan.settings)
+        motions = self._single_motions(points) if one_by_one else self._motions(points, settings)
         found = iter(list(map(ask, owners, motions)))
         return [[next(found) for _ in values] for _, _, values in requests]
 
@@ -143,7 +146,7 @@ class Evaluator:
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
         """Yield the motions at these points, in order. While one batch is evaluated, the next batch is computed."""
         most = max(1, BATCH_BYTES // (settings.periods * (16 + 2 * 32)))
-        parts = np.array_split(points, -(-len(points) // most))
+        parts = np.array_split(points, max(1, -(-len(points) // most)))
         tasks = [self._ahead.submit(self._computed, part, settings) for part in parts[:1]]
         for n, part in enumerate(parts):
             section, impacts = tasks.pop().result()

@@ -34,6 +34,10 @@ BLURRED = 1e-4
 """Least distance of two different points of an orbit. An orbit with closer points counts as having no period, because
 close to a period doubling a transient that alternates about an orbit of period n resembles an orbit of period 2n."""
 
+EDGE = 4
+"""Number of last periods of a brief record that are not used. The kernels compute the last two periods of a record in
+another way, so that the last bits of these periods depend on the length of the record."""
+
 
 class ImpactCycle(NamedTuple):
     """One cycle of the main impacts of a periodic orbit.
@@ -100,6 +104,26 @@ def follow_cycle(
         if _follows(cycle, inner if everything else inner[chosen], ordered):
             return chosen + 1
     return None
+
+
+def never_follows(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> bool:
+    """Return True if the beginning of a record proves that `follow_cycle` finds no choice for the entire record.
+
+    `impacts` are those of the first `periods` excitation periods of a record of at least three times this length. There
+    are two proofs. (1) Two successive impacts that are too fast to be touches belong to every choice, but have another
+    gap or order than the cycle. (2) The motion pauses for longer than any gap. The number and the span of the chosen
+    impacts require that the first is in the first 8 n periods of the record and the last in the last 8 n periods, so
+    that a pause between them is a gap.
+    """
+    longest, settled = cycle.gaps.max() + 1, 8 * cycle.n
+    if len(impacts) == 0:
+        return periods - EDGE > settled
+    rows = impacts[1:][impacts["period"][1:] < impacts["period"][-1] - EDGE]
+    gaps, at, main = impact_gaps(rows), nearest(cycle, rows), are_main_impacts(cycle, rows)
+    differ = (np.diff(at) - 1) % len(cycle.gaps) != 0
+    differ |= cycle.gaps[at[:-1]] != gaps
+    pause = (gaps > longest) & (rows["period"][:-1] > impacts["period"][0] + settled)
+    return bool((main[:-1] & main[1:] & differ | pause).any())
 
 
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
