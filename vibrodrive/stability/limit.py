@@ -55,8 +55,8 @@ TOGETHER = 16
 
 BRIEF = 160
 """Length of a brief record in periods. It proves nine of ten losses, in half the time of a record of 1500 periods after
-a transient of 1000. It serves for values above the first loss, whose motions appear in no result, if there are so many
-searches that more sweeps leave no lanes empty."""
+a transient of 1000. It serves for values above the first loss, whose motions appear in no result, if these are so many
+that one more sweep leaves few lanes empty."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -410,8 +410,9 @@ class LimitSearch:
         """Compute what the searches request. Remove those that end, and yield (number of the point, Limit) for each."""
         if not active:
             return
-        if self.wanted.names == (IMPACTS,) and len(active) > TOGETHER and self.plan.settings.periods >= 3 * BRIEF:
-            beyond = [(p.index, p, p.beyond) for p in active]
+        beyond = [(p.index, p, p.beyond) for p in active]
+        enough = sum(len(values) for _, _, values in beyond) >= 4 * TOGETHER
+        if enough and self.wanted.names == (IMPACTS,) and self.plan.settings.periods >= 3 * BRIEF:
             for problem, lost in zip(active, evaluator.answers(beyond, _Problem.is_lost, periods=BRIEF), strict=True):
                 problem.drop(lost)
         requests = [(p.index, p, p.requested) for p in active]

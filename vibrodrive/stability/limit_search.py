@@ -12,6 +12,7 @@ import numpy as np
 
 INTERIOR = 7  # values that one round of bisection tries between two neighbouring values of the grid
 ROUNDS = 2  # rounds of bisection; two rounds divide a step of the grid by 64
+PAIR = 2  # least number of values of a round requested together; one at a time takes more sweeps, of few motions each
 NEAR = 5  # the share kept at a value is that of this value and of so many neighbours on each side
 BEYOND = 2.0  # the search ends at this multiple of `last_kept` or, if it is larger, of the first value lost
 
@@ -97,7 +98,7 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
             end = top
             while value(end) <= BEYOND * value(max(last, loss)):
                 end += grid.batch
-            likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))[: max(1, ahead())]]
+            likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))[: max(PAIR, ahead())]]
         for k, kept in enumerate((yield from _ask(known, needed, likely)), top + 1):
             if not kept and loss is None:
                 loss = k
@@ -150,7 +151,7 @@ def _bisect(
     for _ in range(ROUNDS):
         inner = _between(low, high)
         for k, x in enumerate(inner):
-            if not (yield from _ask(known, [x], inner[k : k + ahead()]))[0]:
+            if not (yield from _ask(known, [x], inner[k : k + max(PAIR, ahead())]))[0]:
                 high = x
                 break
             low = x
