@@ -47,7 +47,7 @@ SEEN = 4
 """Shortest record, in periods of the orbit (n excitation periods each). More than one period is needed, because the
 comparison omits the first and the last impact of a record."""
 
-AT_A_TIME = 256
+AT_A_TIME = 128
 """Number of simultaneous searches. When half of them have ended, others begin, so that each sweep has many motions."""
 
 TOGETHER = 16
