@@ -300,7 +300,12 @@ def test_terminal_shows_the_kernel_being_compiled(monkeypatch, capsys, terminal,
     assert capsys.readouterr().err == (f"{said}, {takes}\n" if takes else "")
 
 
-BEGUN = {"dispatcher": SimpleNamespace(py_func=double)}  # what Numba reports
+def reported(module):
+    """Return what Numba reports of the compilation of a function."""
+    return {"dispatcher": SimpleNamespace(py_func=SimpleNamespace(__module__=module, __qualname__="run"))}
+
+
+KERNEL_REPORTED = reported("vibrodrive.kernels.single")
 
 
 def test_compilation_tells_how_long_an_earlier_version_took(monkeypatch, tmp_path):
@@ -308,14 +313,14 @@ def test_compilation_tells_how_long_an_earlier_version_took(monkeypatch, tmp_pat
     now = [0.0]
     monkeypatch.setattr(_jit, "monotonic", lambda: now[0])
 
-    def progress_after_2_of_8_seconds(folder):
+    def progress_after_2_of_8_seconds(folder, data=KERNEL_REPORTED):
         monkeypatch.setattr(_jit, "CACHE", folder)
         compilation = _jit.Compilation()
-        compilation.on_start(SimpleNamespace(data=BEGUN))
+        compilation.on_start(SimpleNamespace(data=data))
         now[0] += 2.0
         said = compilation.progress
         now[0] += 6.0
-        compilation.on_end(SimpleNamespace(data=BEGUN))
+        compilation.on_end(SimpleNamespace(data=data))
         return said
 
     first, second = tmp_path / "vibrodrive-1", tmp_path / "vibrodrive-2"
@@ -323,19 +328,21 @@ def test_compilation_tells_how_long_an_earlier_version_took(monkeypatch, tmp_pat
     assert progress_after_2_of_8_seconds(None) == "2 s"
     assert progress_after_2_of_8_seconds(first) == "2 s"
     assert progress_after_2_of_8_seconds(second) == "2 s of about 8 s"
-    for folder in (first, second):
-        (folder / _jit.TIMES).write_text("[8")
-    assert progress_after_2_of_8_seconds(second) == "2 s"
+    for strange in ("[8", "[8.0]", '{"a": null}', "[" * 100_000):
+        (first / _jit.TIMES).write_text(strange)
+        assert progress_after_2_of_8_seconds(second) == "2 s of about 8 s"
+    for data in (reported("numba.np.linalg"), {}, None):  # functions of others are compiled, too
+        assert [progress_after_2_of_8_seconds(second, data) for _ in range(2)] == ["2 s", "2 s"]
+    for value in ("NaN", "Infinity", "-3.0", '"7"', "true"):
+        (second / _jit.TIMES).write_text(f'{{"vibrodrive.kernels.single.run": {value}}}')
+        assert progress_after_2_of_8_seconds(second) == "2 s"
 
 
 def test_rate_of_a_sweep_excludes_the_time_of_compilation(monkeypatch, tmp_path, capsys):
     compiled = []
 
     def compile_kernels(plan):
-        with (
-            trigger_event("numba:compile", BEGUN),
-            trigger_event("numba:compile", BEGUN),
-        ):  # a kernel and a function that it calls
+        with trigger_event("numba:compile"), trigger_event("numba:compile"):  # a kernel and a function that it calls
             time.sleep(1.2)
         compiled.append(time.monotonic())
 

@@ -97,14 +97,33 @@ with _or_without_cache():
     CACHE = _cache_directory()
 
 
+SAID_AFTER = 1.0
+"""Duration of a compilation in seconds after which a message is printed and its time stored. A larger value suppresses
+messages of short compilations."""
+
+TIMES = "compile_times.json"
+"""File in the folder of the cache: seconds that each kernel took to compile. A new version of the package has a new
+folder, and reads the times of earlier versions."""
+
+
 def _times(folders: str) -> dict[str, float]:
-    """Return the seconds that the last compilation of each kernel took, from the cache folders with these names."""
+    """Return the seconds that the last compilation of each kernel took, from the cache folders with these names.
+
+    Whatever these files contain, it is no reason to fail.
+    """
     found: dict[str, float] = {}
-    if CACHE is not None:
-        with suppress(OSError, ValueError, AttributeError):  # AttributeError: the content is no table
-            for path in sorted(CACHE.parent.glob(f"{folders}/{TIMES}"), key=lambda path: path.stat().st_mtime):
-                found.update((name, float(seconds)) for name, seconds in json.loads(path.read_text()).items())
+    for path in CACHE.parent.glob(f"{folders}/{TIMES}") if CACHE is not None else ():
+        with suppress(Exception):
+            times = json.loads(path.read_text()) if path.is_file() else {}
+            found |= {name: t for name, t in times.items() if isinstance(t, float) and 0.0 < t < 1e6}
     return found
+
+
+def _name(event: Any) -> str:
+    """Return the name of the kernel that Numba compiles, or "" if the function is not of this package."""
+    function: Any = getattr((event.data or {}).get("dispatcher"), "py_func", None)
+    module = getattr(function, "__module__", "")
+    return f"{module}.{function.__qualname__}" if module.startswith(f"{PACKAGE}.") else ""
 
 
 class Compilation(event.Listener):
@@ -113,8 +132,7 @@ class Compilation(event.Listener):
     Numba reports the beginning and the end of each compilation. The files of the cache do not show whether a kernel
     must be compiled, because only Numba can evaluate the keys of the cache.
 
-    before : seconds that the present kernel took when it was last compiled, for another version or processor; 0 if that
-    is unknown
+    before : seconds that the present kernel took when it was compiled before; 0 if that is unknown
     """
 
     def __init__(self) -> None:
@@ -131,9 +149,9 @@ class Compilation(event.Listener):
         if self._depth == 0:
             seconds = monotonic() - self._began
             self._spent += seconds
-            if seconds > SAID_AFTER and CACHE is not None:
+            if seconds > SAID_AFTER and CACHE is not None and (name := _name(event)):
                 with suppress(OSError):
-                    (CACHE / TIMES).write_text(json.dumps({**_times(CACHE.name), _name(event): seconds}))
+                    (CACHE / TIMES).write_text(json.dumps({**_times(CACHE.name), name: seconds}))
 
     @property
     def progress(self) -> str:
@@ -150,20 +168,6 @@ class Compilation(event.Listener):
     def seconds(self) -> float:
         """Seconds spent on compilation so far, including a compilation in progress."""
         return self._spent + (monotonic() - self._began if self.running else 0.0)
-
-
-TIMES = "compile_times.json"
-"""File in the folder of the cache: seconds that each kernel took to compile. A new version of the package has a new
-folder, and reads what the kernels of earlier versions took."""
-
-SAID_AFTER = 1.0
-"""Duration of a compilation in seconds after which a message is printed. A larger value suppresses messages of short
-compilations."""
-
-
-def _name(event: Any) -> str:
-    function = event.data["dispatcher"].py_func
-    return f"{function.__module__}.{function.__qualname__}"
 
 
 compilation = Compilation()
@@ -284,7 +288,7 @@ _INNER = {
 
 try:
     from vibrodrive.jit.pieces import Piece, compiling
-except (ImportError, AttributeError):  # another version of Numba: compilation is slower, the numbers are the same
+except (ImportError, AttributeError, TypeError):  # another version of Numba: compilation is slower, the numbers are the same
     _ENCLOSED = _INNER
     compiling = nullcontext  # type: ignore[assignment]
 else:
