@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import vibrodrive as vd
 from vibrodrive.model.records import How
 from vibrodrive.stability import evaluate, structure
-from vibrodrive.stability import limit as module
+from vibrodrive.stability import limit as limits
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.evaluate import Motion
 from vibrodrive.stability.limit import _Problem, each_limit, limit
@@ -236,11 +236,11 @@ def test_axes_and_velocity_of_limits():
 @pytest.mark.jit
 @pytest.mark.parametrize("disturbance", GRIDS)
 def test_brief_records_change_no_result(disturbance, monkeypatch):
-    """Many searches use brief records. Here two searches have to."""
-    some = {"A": [2.95, 3.1], "transient": 50, "periods": 3 * module.BRIEF}, disturbance
+    """Only many searches use brief records. Here two searches use them, too."""
+    some = {"A": [2.95, 3.1], "transient": 50, "periods": 3 * limits.BRIEF_PERIODS}, disturbance
     whole, proofs = dict(each_limit(*some)), []
-    monkeypatch.setattr(module, "TOGETHER", 0)
-    monkeypatch.setattr(module, "never_follows", lambda *of: proofs.append(never_follows(*of)) or proofs[-1])
+    monkeypatch.setattr(limits, "TOGETHER", 0)
+    monkeypatch.setattr(limits, "never_follows", lambda *of: proofs.append(never_follows(*of)) or proofs[-1])
     assert dict(each_limit(*some)) == whole
     assert any(proofs)
 

@@ -37,7 +37,7 @@ from vibrodrive.model.size import fitting_rows
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
-from vibrodrive.stability.main_impacts import never_follows
+from vibrodrive.stability.main_impacts import LEAST_BEGINNINGS, never_follows
 from vibrodrive.stability.structure import ReferenceOrbit, Structure
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
@@ -53,10 +53,10 @@ AT_A_TIME = 128
 TOGETHER = 16
 """Least number of motions in a sweep: two registers of lanes. Few searches ask for more values each, in advance."""
 
-BRIEF = 160
+BRIEF_PERIODS = 160
 """Length of a brief record in periods. It proves nine of ten losses, in half the time of a record of 1500 periods after
 a transient of 1000. It serves for values above the first loss, whose motions appear in no result, if these are so many
-that one more sweep leaves few lanes empty."""
+that one more sweep leaves few lanes empty, and if it saves at least half of the time."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -309,7 +309,7 @@ class _Problem:
 
     index : number of the point in the plan.
     requested : disturbances that the search needs next, without those that brief records prove to be lost.
-    kept, lost : motions at the least value found to be lost, and at the largest value kept below it, with these values.
+    lost, kept : the least value found to be lost and the largest value kept below it, with the motions at these values.
     """
 
     def __init__(self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion) -> None:
@@ -322,10 +322,11 @@ class _Problem:
         self._request(next(self._search))
 
     def _request(self, values: np.ndarray) -> None:
-        self._all = values
-        self._await(values)
+        self._asked = values
+        self._compute(values)
 
-    def _await(self, values: np.ndarray) -> None:
+    def _compute(self, values: np.ndarray) -> None:
+        """Let the motions at these of the values asked for be computed."""
         self.requested = values
         self._order = iter(values.tolist())
 
@@ -336,11 +337,11 @@ class _Problem:
 
     def is_lost(self, motion: Motion) -> bool:
         """Return whether the brief record of a motion proves that the structure is lost."""
-        return self.base.cycle is not None and never_follows(self.base.cycle, motion.impacts, BRIEF)
+        return self.base.cycle is not None and never_follows(self.base.cycle, motion.impacts, BRIEF_PERIODS)
 
     def drop(self, lost: Sequence[bool]) -> None:
-        """Drop those of the disturbances `beyond` that are lost from the request."""
-        self._await(self.requested[~np.isin(self.requested, self.beyond[np.array(lost, dtype=bool)])])
+        """Remove from the request those of the values `beyond` that are lost."""
+        self._compute(self.requested[~np.isin(self.requested, self.beyond[np.array(lost, dtype=bool)])])
 
     def take(self, motion: Motion) -> bool:
         """Return whether the next of the requested motions keeps the structure."""
@@ -353,10 +354,10 @@ class _Problem:
         return keeps
 
     def go_on(self, answers: Sequence[bool]) -> Band | None:
-        """Give the search its answers. Return the band if the search has ended."""
+        """Give the search its answers; values removed from the request are lost. Return the band at the end."""
         kept = dict(zip(self.requested.tolist(), answers, strict=True))
         try:
-            self._request(self._search.send(np.array([kept.get(value, False) for value in self._all.tolist()])))
+            self._request(self._search.send(np.array([kept.get(value, False) for value in self._asked.tolist()])))
         except StopIteration as end:
             return end.value
         return None
@@ -411,9 +412,9 @@ class LimitSearch:
         if not active:
             return
         beyond = [(p.index, p, p.beyond) for p in active]
-        enough = sum(len(values) for _, _, values in beyond) >= 4 * TOGETHER
-        if enough and self.wanted.names == (IMPACTS,) and self.plan.settings.periods >= 3 * BRIEF:
-            for problem, lost in zip(active, evaluator.answers(beyond, _Problem.is_lost, periods=BRIEF), strict=True):
+        if self._saves_time(sum(len(values) for _, _, values in beyond)):
+            brief = evaluator.answers(beyond, _Problem.is_lost, periods=BRIEF_PERIODS)
+            for problem, lost in zip(active, brief, strict=True):
                 problem.drop(lost)
         requests = [(p.index, p, p.requested) for p in active]
         answers = evaluator.answers(requests, _Problem.take, self.wanted.needs_switches)
@@ -422,6 +423,12 @@ class LimitSearch:
             if band is not None:
                 active.remove(problem)
                 yield problem.index, self._explained(problem, band)
+
+    def _saves_time(self, motions: int) -> bool:
+        """Return whether brief records of this number of motions are possible and save time."""
+        enough, s = motions >= 4 * TOGETHER, self.plan.settings
+        half = s.periods >= max(s.transient + 2 * BRIEF_PERIODS, LEAST_BEGINNINGS * BRIEF_PERIODS)
+        return enough and half and self.wanted.names == (IMPACTS,)
 
     def _explained(self, problem: _Problem, band: Band) -> Limit:
         """Return the limit of a search that has ended."""

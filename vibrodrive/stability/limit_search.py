@@ -74,9 +74,9 @@ def share_kept(kept_at: Mapping[float, bool]) -> np.ndarray:
 def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
     """Yield disturbances, receive True for each that is kept, and return the band when both ends are known.
 
-    The search requests together those values that it will probably need. Until a value is lost these are the next
-    `ahead()` values of the grid, so that a search can fill the lanes of a kernel that other searches leave empty. This
-    changes the number of requests, and not the result.
+    The search requests together those values that it will probably need: until a value is lost the next `ahead()`
+    values of the grid, and then so many of a round of bisection. So a search can fill the lanes of a kernel that other
+    searches leave empty. This changes the number of requests, and not the result.
     """
     value = grid.value
     known: dict[float, bool] = {}

@@ -35,8 +35,11 @@ BLURRED = 1e-4
 close to a period doubling a transient that alternates about an orbit of period n resembles an orbit of period 2n."""
 
 EDGE = 4
-"""Number of last periods of a brief record that are not used. The kernels compute the last two periods of a record in
-another way, so that the last bits of these periods depend on the length of the record."""
+"""Number of periods before the last impact of a beginning that `never_follows` does not use. In its last two periods,
+a motion that ends there and one that goes on may differ in the last bits, and the impacts themselves may be later."""
+
+LEAST_BEGINNINGS = 3
+"""Least length of a record, in units of the length of the beginning from which `never_follows` judges it."""
 
 
 class ImpactCycle(NamedTuple):
@@ -107,13 +110,15 @@ def follow_cycle(
 
 
 def never_follows(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> bool:
-    """Return True if the beginning of a record proves that `follow_cycle` finds no choice for the entire record.
+    """Return True if the beginning of a record proves that `follow_cycle`, with its defaults, finds no choice.
 
-    `impacts` are those of the first `periods` excitation periods of a record of at least three times this length. There
-    are two proofs. (1) Two successive impacts that are too fast to be touches belong to every choice, but have another
-    gap or order than the cycle. (2) The motion pauses for longer than any gap. The number and the span of the chosen
-    impacts require that the first is in the first 8 n periods of the record and the last in the last 8 n periods, so
-    that a pause between them is a gap.
+    `impacts` are those of the first `periods` excitation periods of a record that is at least LEAST_BEGINNINGS times as
+    long. There are two proofs. (1) Two successive impacts that are too fast to be touches belong to every choice, but
+    have another gap or order than the cycle. (2) The motion pauses for longer than any gap, between the first and the
+    last impact of every choice. A choice has at least P m/n - m - 5 of the impacts of P periods, and they span all but
+    n periods of what so many need. So the first is in the first 2 n + 6 n/m <= 8 n periods, and the last in as many at
+    the end. A pause that begins after 8 n is in a beginning only if 8 n is less than its length, and then it ends
+    before the last 8 n periods.
     """
     longest, settled = cycle.gaps.max() + 1, 8 * cycle.n
     if len(impacts) == 0:
