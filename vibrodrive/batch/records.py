@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -73,5 +72,7 @@ def new_errors(method: int, points: int, instants: int) -> Errors:
     With `instants` = 1, a kernel stores only the largest bounds of all section points. The initial values are 0. For
     the method FIXED, whose kernels compute no bounds, the initial values are NaN.
     """
-    new = np.zeros if method != Method.FIXED else partial(np.full, fill_value=np.nan)
-    return Errors(new((points, instants, 2)), new(points))
+    section, until = np.zeros((points, instants, 2)), np.zeros(points)
+    if method == Method.FIXED:
+        section[:], until[:] = np.nan, np.nan
+    return Errors(section, until)

@@ -132,7 +132,8 @@ def fill(
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads, n)
     recorded = impacts is not None or summary is not None
-    history, totals = new_history(threads, summary is not None) if recorded else ([None] * threads,) * 2
+    none = [None] * threads
+    history, totals = new_history(threads, summary is not None) if recorded else (none, none)
     results = status, margin, counts, np.empty(n)
     main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0)) if summary is None else summary
     more = (

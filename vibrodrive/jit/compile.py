@@ -288,7 +288,7 @@ _INNER = {
 
 try:
     from vibrodrive.jit.pieces import Piece, compiling
-except (ImportError, AttributeError, TypeError):  # another version of Numba: compilation is slower, the numbers are the same
+except (ImportError, AttributeError, TypeError):  # another version of Numba: slower to compile, the same numbers
     _ENCLOSED = _INNER
     compiling = nullcontext  # type: ignore[assignment]
 else:

@@ -100,7 +100,7 @@ def address_of(array: Any) -> int:
 
 
 def new_lanes(threads: int, motions: int = LANES) -> tuple[np.ndarray, np.ndarray]:
-    """Return (w, k), float64 and int64: [thread, 0] is memory of lanes, and k[thread, 1] memory of a list.
+    """Return (w, k), float64 and int64: [thread, 0] is memory of lanes, and k[thread, 1] of a list of lanes.
 
     Only the lanes that this number of motions may use, in full registers, are set to 0. To set all of them would take
     longer than a short motion.

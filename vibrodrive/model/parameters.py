@@ -154,7 +154,7 @@ def check(name: str, value: object) -> float:
 def check_count(name: str, value: object, low: int, high: int = 2**40) -> int:
     """Cast an integer setting to int. Raises TypeError or ValueError with the sentence of `bad`."""
     allowed = f"an integer >= {low}"
-    if type(value) is not int:  # seldom
+    if type(value) is not int:
         value = as_number(name, value, allowed)
         if isinstance(value, bool) or not isinstance(value, numbers.Integral):
             raise TypeError(bad(name, value, allowed))

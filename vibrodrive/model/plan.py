@@ -60,7 +60,7 @@ IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
 tasks."""
 
-DEFAULTS = {name: row.default for name, row in PARAMETERS.items() if row.default is not None}  # of the parameters
+DEFAULTS = {name: row.default for name, row in PARAMETERS.items() if row.default is not None}
 
 POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
 SAMPLED = 100  # largest number of values of the axis `point` that are checked before a warning
@@ -196,7 +196,10 @@ class Plan:
 
     @property
     def _most_points(self) -> int:
-        """Number of points whose work is BLOCK_WORK, or the least number of a block if it is larger or suffices."""
+        """Number of points whose work is BLOCK_WORK, but at least the least number of points of a block.
+
+        The work is not computed if all points are within this least number.
+        """
         least = 1 if self.settings.one_by_one(ERROR in self.record) else LEAST_POINTS
         return least if self.n_points <= least else max(least, int(BLOCK_WORK // self.point_work))
 
@@ -346,9 +349,10 @@ def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarr
             raise ValueError(unknown("key of points", name, COLUMNS))
         if arguments.get(name) is not None:
             raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
-        found[name] = _checked(name, value[name], "points.")
-        if isinstance(found[name], float):
+        values = _checked(name, value[name], "points.")
+        if isinstance(values, float):
             raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
+        found[name] = values
     labels = {name: labels for name in found if (labels := _labels(value[name])) is not None}
     for name in labels:
         if not labels[name].equals(labels[first := next(iter(labels))]):
@@ -404,7 +408,7 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float], wri
             scalars[name] = scalars.pop(name)
 
 
-def _checked(key: str, value: object, place: str = "") -> Any:
+def _checked(key: str, value: object, place: str = "") -> float | np.ndarray:
     """Return one value of a parameter, a float, or its values along an axis, float64 (n,), checked.
 
     Messages put `place` before the name. Raises TypeError or ValueError.
