@@ -124,11 +124,9 @@ def never_follows(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> bool
     if len(impacts) == 0:
         return periods - EDGE > settled
     rows = impacts[1:][impacts["period"][1:] < impacts["period"][-1] - EDGE]
-    gaps, at, main = impact_gaps(rows), nearest(cycle, rows), are_main_impacts(cycle, rows)
-    differ = (np.diff(at) - 1) % len(cycle.gaps) != 0
-    differ |= cycle.gaps[at[:-1]] != gaps
+    gaps, main = impact_gaps(rows), are_main_impacts(cycle, rows)
     pause = (gaps > longest) & (rows["period"][:-1] > impacts["period"][0] + settled)
-    return bool((main[:-1] & main[1:] & differ | pause).any())
+    return bool((main[:-1] & main[1:] & _leaves(cycle, rows, gaps) | pause).any())
 
 
 def fastest(cycle: ImpactCycle, impacts: np.ndarray, periods: int) -> np.ndarray:
@@ -155,10 +153,15 @@ def _follows(cycle: ImpactCycle, impacts: np.ndarray, ordered: bool) -> bool:
         return False
     gaps = impact_gaps(impacts)
     if ordered and m > 1:
-        at = nearest(cycle, impacts)
-        return bool((np.diff(at) % m == 1).all() and (cycle.gaps[at[:-1]] == gaps).all())
+        return not _leaves(cycle, impacts, gaps).any()
     cycles = np.tile(cycle.gaps, len(gaps) // m + 2)
     return any((cycles[start : start + len(gaps)] == gaps).all() for start in range(m))
+
+
+def _leaves(cycle: ImpactCycle, impacts: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    """Return, for each of the `gaps` between successive impacts, whether it or its order differs from the cycle."""
+    at = nearest(cycle, impacts)
+    return ((np.diff(at) - 1) % len(cycle.gaps) != 0) | (cycle.gaps[at[:-1]] != gaps)
 
 
 def nearest(cycle: ImpactCycle, impacts: np.ndarray) -> np.ndarray:
