@@ -141,7 +141,8 @@ class Compilation(event.Listener):
 
     def on_start(self, event: Any) -> None:
         if self._depth == 0:
-            self._began, self.before = monotonic(), _times("vibrodrive-*").get(_name(event), 0.0)
+            self._began, name = monotonic(), _name(event)
+            self.before = _times("vibrodrive-*").get(name, 0.0) if name else 0.0
         self._depth += 1
 
     def on_end(self, event: Any) -> None:
