@@ -1,5 +1,7 @@
 """Records that need several motions a point, or a function of a motion: `limit`, `failures`, numbers of one's own."""
 
+import hashlib
+import inspect
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
@@ -10,7 +12,8 @@ import pytest
 import vibrodrive as vd
 from vibrodrive.model.records import PER_POINT, How
 from vibrodrive.stability.failures import count_failures
-from vibrodrive.stability.per_point import WAVES, run_blocks
+from vibrodrive.stability.per_point import WAVES, numbers_of, run_blocks
+from vibrodrive.store.reader import verify
 
 SHORT = {"transient": 50, "periods": 40}
 LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "half_kept", "orbit_period", "velocity", "how")
@@ -21,6 +24,17 @@ pytestmark = pytest.mark.jit
 def settling(motion):
     """Return the period of the last impact, and the number of switches."""
     return {"last": motion.impacts["period"][-1], "total": len(motion.switches)}
+
+
+def summary(motion):
+    return {"own": motion.margin}
+
+
+def another():
+    def settling(motion):
+        return {"last": 0.0, "total": 0.0}
+
+    return settling
 
 
 def same(one, other, columns):
@@ -83,6 +97,15 @@ def test_points_without_a_limit_have_a_status_of_their_own(arguments, status):
         ({"record": [settling, settling]}, "each of them once"),
         ({"record": [3]}, "or functions of a motion"),
         ({"record": lambda motion: {"section": 1.0}}, "a name of function = 'section': must be a name of its own"),
+        ({"record": lambda motion: {"checksum": 1.0}}, "a name of function = 'checksum': must be a name of its own"),
+        ({"record": lambda motion: {"section_xi": 1.0}}, "because this one is taken"),
+        ({"record": lambda motion: {"impact": 1.0}}, "because this one is taken"),
+        ({"record": lambda motion: {"title": 1.0}}, "because this one is taken"),
+        ({"record": lambda motion: {"motion_period": 1.0}}, "because this one is taken"),
+        ({"record": lambda motion: {"_x": 1.0}}, "must be a name as of a variable in Python"),
+        ({"record": lambda motion: {"e\u0301": 1.0}}, "must be a name as of a variable in Python"),
+        ({"record": lambda motion: {}}, "function = {}: must be a number, or numbers by name"),
+        ({"record": summary}, "a function that has not the name of a record"),
         ({"record": lambda motion: "no number"}, "function raised at all 1 points, first at the one point: TypeError"),
     ],
 )
@@ -163,6 +186,45 @@ def test_a_point_at_which_a_function_raises_is_nan(tmp_path):
     assert np.array_equal(r.picky, [np.nan, 1.0], equal_nan=True)
     cut = vd.sweep(A=[3.04], record=lambda motion: len(motion.switches), budget=1, **SHORT)
     assert cut.status.tolist() == [vd.Status.BUDGET], "the status of the motion is kept"
+
+
+def test_a_name_with_a_combining_mark_is_read_again(tmp_path):
+    name = "x\u0304"  # no letter has this mark in one character
+    vd.sweep(A=1.5, record=lambda motion: {name: motion.margin}, **SHORT, path=tmp_path / "x.h5")
+    assert (
+        vd.load(tmp_path / "x.h5")[name] == vd.sweep(A=1.5, record=lambda motion: {name: motion.margin}, **SHORT)[name]
+    )
+
+
+def test_a_fault_of_the_program_is_no_result_of_a_point(tmp_path, monkeypatch):
+    path, called = tmp_path / "x.h5", []
+
+    def fails(own, motion):
+        called.append(motion)
+        return numbers_of(own, motion) if len(called) == 1 else 1 / 0  # the first call gives the names
+
+    with monkeypatch.context() as patch:
+        patch.setattr("vibrodrive.stability.per_point.numbers_of", fails)
+        with pytest.raises(vd.errors.Failed, match="division by zero"):
+            vd.sweep(A=[1.5, 3.04], record=settling, **SHORT, path=path)
+    assert vd.load(path).computed == 0.0
+    assert vd.sweep(A=[1.5, 3.04], record=settling, **SHORT, path=path).computed == 1.0
+
+
+def test_a_file_of_a_version_that_knew_the_source_only_is_continued(tmp_path):
+    """Such a file contains "(source SHA)" with the hash of the text of the function."""
+    path = tmp_path / "x.h5"
+    vd.sweep(A=[1.5, 3.04], record=settling, **SHORT, path=path)
+    own = vd.load(path).record[0]
+    sha = hashlib.sha256(inspect.getsource(settling).encode()).hexdigest()
+    with h5py.File(path, "r+") as file:
+        for key in ("plan", "record", "comment"):
+            file.attrs[key] = file.attrs[key].replace(f"(function {own.sha256})", f"(source {sha})")
+        file.attrs["plan_sha256"] = hashlib.sha256(file.attrs["plan"].encode()).hexdigest()
+    assert verify(path).sound
+    assert vd.sweep(A=[1.5, 3.04], record=settling, **SHORT, path=path).computed == 1.0
+    with pytest.raises(vd.errors.Different, match="record settling is another function in the file"):
+        vd.sweep(A=[1.5, 3.04], record=another(), **SHORT, path=path)
 
 
 @pytest.mark.slow("8 s: processes that load the kernels")

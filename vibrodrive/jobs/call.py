@@ -17,6 +17,7 @@ from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA
+from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
@@ -225,6 +226,9 @@ def _into_file(
     from vibrodrive.store.place import check_output
 
     file = check_path(path)
+    for one in plan.record:
+        if isinstance(one, Own):
+            one.refuse_unknown()
     check_threads(threads)
     if executor is not None:
         check_executor(executor)

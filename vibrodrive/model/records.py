@@ -153,6 +153,12 @@ OF_RECORD = {
     SUMMARY: SUMMARIES, IMPACTS: MAIN_IMPACTS, ERROR: ERRORS, LIMIT: LIMITS, FAILURES: FAILURE_COUNTS,
 }  # fmt: skip
 
+IN_FILES = (
+    *(q.name for known in OF_RECORD.values() for q in known), "motion_period", "section_xi", "section_dxi", "status",
+    "margin", "switches", "checksum", "point", "impact", "state", "impact_power", "last_xi", "last_dxi", "kept",
+)  # fmt: skip
+"""Names of variables and dimensions of files, and of quantities of figures."""
+
 PERIODS = {LIMIT: 1500}
 """Recorded periods of the records for which the common default (names.py) is too short."""
 
@@ -173,19 +179,26 @@ def check_record(record: object) -> tuple[str, ...]:
     allowed = "one or several of " + ", ".join(RECORDS) + ", or functions of a motion"
     if any(not isinstance(one, str) and not callable(one) for one in given):
         raise TypeError(bad("record", record, allowed))
-    named = [one for one in given if isinstance(one, str) and not isinstance(one, Own)]
-    own = [one if isinstance(one, Own) else Own.of(one) for one in given if one not in named]
+    named = [one for one in given if _is_name(one)]
+    own = [one if isinstance(one, Own) else Own.from_function(one) for one in given if not _is_name(one)]
     wrong = [name for name in named if name not in RECORDS]
     if wrong or not given:
         name = str(*wrong[:1])
         hint = f"; write {name.split(',')}" if "," in name else did_you_mean(name, RECORDS)
         raise ValueError(bad("record", record, allowed) + hint)
-    if len({*named, *(one.name for one in own)}) < len(given):
+    for f in own:
+        if f in RECORDS:
+            raise ValueError(bad("record", f"the function {f}", "a function that has not the name of a record"))
+    if len({*named, *own}) < len(given):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
     for one in PER_POINT:
         if one in named and len(given) > 1:
             raise ValueError(bad("record", record, f'"{one}" alone, because it is computed from motions of its own'))
     return (*(name for name in RECORDS if name in named), *own)
+
+
+def _is_name(one: object) -> bool:
+    return isinstance(one, str) and not isinstance(one, Own)
 
 
 def several_motions(record: tuple[str, ...]) -> bool:
@@ -197,7 +210,7 @@ def quantities(record: tuple[str, ...]) -> tuple[Quantity, ...]:
     """Return the quantities of the given records, without the section, which is an array of its own."""
     known = [quantity for name, known in OF_RECORD.items() if name in record for quantity in known]
     own = [
-        Quantity(number, "<f8", math.nan, "1", number if number == one.name else f"{number} of the function {one.name}")
+        Quantity(number, "<f8", math.nan, "1", number if number == one else f"{number} of the function {one}")
         for one in record
         if isinstance(one, Own)
         for number in one.numbers

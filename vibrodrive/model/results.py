@@ -541,6 +541,9 @@ class Results:
         return html_table(type(self).__name__, rows)
 
 
+ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "title")
+"""Attributes of each object of Results, which `dir(Results)` does not contain."""
+
 _WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}
 
 

@@ -6,15 +6,18 @@ an interruption. This module yields the same blocks as `run_blocks` of batch/swe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+import keyword
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pickle import PicklingError
+from unicodedata import normalize
 
 import numpy as np
 
 from vibrodrive.batch import sweep
 from vibrodrive.batch.trajectory import Trajectory, follow
+from vibrodrive.errors import Failed
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
@@ -22,15 +25,15 @@ from vibrodrive.model.names import NAMES
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import COLUMNS, bad, real_number
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import FAILURES, IMPACTS, LIMIT, OF_RECORD, RECORDS, SECTION, quantities
-from vibrodrive.model.results import Results
+from vibrodrive.model.records import FAILURES, IMPACTS, IN_FILES, LIMIT, RECORDS, SECTION, quantities
+from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
 from vibrodrive.stability.criterion import IMPACTS as KEEPS_IMPACTS
 from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.failures import count_failures
 from vibrodrive.stability.limit import LimitSearch
 
-TAKEN = {*NAMES, *dir(Results), *RECORDS, *(q.name for known in OF_RECORD.values() for q in known)}
+TAKEN = {*NAMES, *dir(Results), *RECORDS, *ATTRIBUTES, *IN_FILES}
 """Names that a number of a function cannot have, because results and files use them."""
 
 
@@ -51,7 +54,7 @@ def run_blocks(
         if executor is None or "pickle" not in str(error):
             raise
         allowed = "a function at the top of a module, because this executor sends it to other processes"
-        raise TypeError(bad("record", functions(plan)[0].name, allowed)) from error
+        raise TypeError(bad("record", str(functions(plan)[0]), allowed)) from error
 
 
 def compute_wave(
@@ -132,12 +135,12 @@ def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
         for name, count in count_failures(motion)._asdict().items():
             block.records[name][at] = count
     for own in functions(plan):
-        try:
-            for name, value in numbers_of(own, motion).items():
-                block.records[name][at] = value
-        except Exception as error:
+        found = numbers_of(own, motion)
+        if isinstance(found, Exception):
             block.status[at] = Status.RAISED
-            return f"{own.name} at {place(plan, block.start + at)}: {type(error).__name__}: {error}"
+            return f"{own} at {place(plan, block.start + at)}: {type(found).__name__}: {found}"
+        for name, value in found.items():
+            block.records[name][at] = value
     return None
 
 
@@ -146,16 +149,25 @@ def functions(plan: Plan) -> list[Own]:
     return [one for one in plan.record if isinstance(one, Own)]
 
 
-def numbers_of(own: Own, motion: Trajectory) -> Mapping[str, float]:
-    """Return the numbers of a function by name. Raises whatever it raises, and TypeError for anything but numbers."""
-    assert own.function is not None, "a plan that is computed contains its functions"
-    found = own.function(motion)
-    named = found if isinstance(found, Mapping) else {own.name: found}
-    allowed = f"a number, or numbers by name, as the result of {own.name}"
-    values = {name: real_number(str(name), value, allowed) for name, value in named.items()}
-    if own.numbers and set(values) != set(own.numbers):
-        raise ValueError(bad("names", list(values), f"{', '.join(own.numbers)}, as at the first point"))
-    return values
+def numbers_of(own: Own, motion: Trajectory) -> dict[str, float] | Exception:
+    """Return the numbers of a function by name, or the exception that it raised, also for a result without numbers.
+
+    Any other exception is a fault of this program, and never the result of a point.
+    """
+    if own.function is None:
+        raise Failed(f"record = {str(own)!r}: must be computed by a call that gives the function")
+    allowed = f"a number, or numbers by name, as the result of {own}"
+    try:
+        found = own.function(motion)
+        named = found if isinstance(found, Mapping) else {str(own): found}
+        values = {str(name): real_number(str(name), value, allowed) for name, value in named.items()}
+        if not values:
+            raise TypeError(bad(str(own), found, allowed))
+        if own.numbers and set(values) != set(own.numbers):
+            raise ValueError(bad("names", list(values), f"{', '.join(own.numbers)}, as at the first point"))
+        return values
+    except Exception as error:
+        return error
 
 
 def with_names(plan: Plan) -> Plan:
@@ -171,26 +183,35 @@ def with_names(plan: Plan) -> Plan:
         if isinstance(one, Own):
             one = one.returning(tuple(_first_names(plan, one)))
             for name in one.numbers:
-                if not name.isidentifier() or name in TAKEN or name in named or name in plan.axes:
-                    raise ValueError(bad(f"a name of {one.name}", name, "a name of its own, such as settling_time"))
+                _check_name(one, name, {*named, *plan.axes, *plan.together})
                 named.append(name)
         record.append(one)
     return replace(plan, record=tuple(record))
+
+
+def _check_name(own: Own, name: str, others: Collection[str]) -> None:
+    """Refuse a name of a number that results or files could not have. Raises ValueError."""
+    if not name.isidentifier() or keyword.iskeyword(name) or name.startswith("_") or name != normalize("NFKC", name):
+        allowed = "a name as of a variable in Python, such as settling_time"
+    elif name in TAKEN or name in others:
+        allowed = "a name of its own, such as settling_time, because this one is taken"
+    else:
+        return
+    raise ValueError(bad(f"a name of {own}", name, allowed))
 
 
 def _first_names(plan: Plan, own: Own) -> list[str]:
     """Return the names of the numbers of a function, from the first point at which it does not raise."""
     first: tuple[int, Exception] | None = None
     for at in range(plan.n_points):
-        motion = motion_at(plan, at)
-        try:
-            return list(map(str, numbers_of(own, motion)))
-        except Exception as error:
-            first = first or (at, error)
+        found = numbers_of(own, motion_at(plan, at))
+        if not isinstance(found, Exception):
+            return list(found)
+        first = first or (at, found)
     assert first is not None, "a plan has points"
     at, why = first
     raise ValueError(
-        f"{own.name} raised at all {plan.n_points} points, first at {place(plan, at)}: {type(why).__name__}: {why}"
+        f"{own} raised at all {plan.n_points} points, first at {place(plan, at)}: {type(why).__name__}: {why}"
     ) from why
 
 

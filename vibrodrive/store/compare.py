@@ -1,11 +1,14 @@
-"""Comparison of the sweep in a file with another one: axes, parameters and settings."""
+"""Comparison of the sweep in a file with that of a call or a configuration, and the plan that continues the file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from vibrodrive.errors import Different
+from vibrodrive.model.own import Own
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import SECTION
 from vibrodrive.store.describe import settings_in_words
 
 
@@ -18,14 +21,30 @@ def refuse_different(path: Path, differences: list[str]) -> None:
         )
 
 
+def joined(path: Path, stored: Plan, plan: Plan) -> Plan:
+    """Return the plan that continues the file at `path`: the blocks of the file, the functions of the call.
+
+    Raises Different if the file contains another sweep.
+    """
+    refuse_different(path, compare(stored, plan))
+    return replace(stored, record=_known_like(stored, plan))
+
+
+def written(stored: Plan, configured: Plan) -> Plan:
+    """Return the plan of the configuration in a file, with the functions of the file, which no configuration has."""
+    functions = tuple(one for one in stored.record if isinstance(one, Own))
+    alone = functions == stored.record and configured.record == (SECTION,)  # the default
+    return replace(configured, record=(*(() if alone else configured.record), *functions))
+
+
 def compare(stored: Plan, plan: Plan) -> list[str]:
     """Return the differences between a stored plan and `plan` as texts."""
-    there, here = _flat(stored), _flat(plan)
+    there, here = _flat(stored), _flat(replace(plan, record=_known_like(stored, plan)))
     found = []
     for key in [*there, *(k for k in here if k not in there)]:
         a, b = there.get(key), here.get(key)
         if a is None or b is None or a.tobytes() != b.tobytes():
-            found.append(_difference(key, a, b))
+            found.append(_other_functions(stored, plan) if key == "record" else _difference(key, a, b))
     if not found and list(stored.axes) != list(plan.axes):
         found.append(
             f"the axes are ({', '.join(stored.axes)}) in the file and ({', '.join(plan.axes)}) in the configuration"
@@ -33,10 +52,32 @@ def compare(stored: Plan, plan: Plan) -> list[str]:
     return found
 
 
+def _known_like(stored: Plan, plan: Plan) -> tuple[str, ...]:
+    """Return the records of a plan, with functions described as in a file."""
+    functions = {one: one for one in stored.record if isinstance(one, Own)}
+    return tuple(
+        one.known_like(functions[one]) if isinstance(one, Own) and one in functions else one for one in plan.record
+    )
+
+
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
     scalars = {k: np.asarray(v) for k, v in plan.scalars.items() if k not in plan.axes}
     together = {f"points.{name}": values for name, values in plan.together.items()}
     return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings_in_words(plan).items()}
+
+
+def _other_functions(stored: Plan, plan: Plan) -> str:
+    """Return the difference between the records of two plans. A text of a file contains hashes, which say nothing."""
+    functions = {one: one for one in stored.record if isinstance(one, Own)}
+    if stored.record != plan.record:
+        only = " (only a call of vd.sweep has functions)" if functions.keys() - {*plan.record} else ""
+        there, here = (np.asarray(", ".join(p.record)) for p in (stored, plan))
+        return _difference("record", there, here) + only
+    for one in plan.record:
+        if isinstance(one, Own) and one.known_like(functions[one]).text != functions[one].text:
+            values = f" or a value that it uses ({', '.join(one.uses)})" if one.uses else ", a default or an argument"
+            return f"record {one} is another function in the file: its source{values} differs"
+    return _difference("record", *(np.asarray(", ".join(p.record)) for p in (stored, plan)))
 
 
 def _difference(name: str, there: np.ndarray | None, here: np.ndarray | None) -> str:

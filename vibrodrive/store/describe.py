@@ -8,6 +8,7 @@ import math
 from typing import Any
 
 from vibrodrive.model.names import NAMES, SCENE
+from vibrodrive.model.own import texts
 from vibrodrive.model.plan import Plan, idle
 from vibrodrive.model.records import LIMIT
 
@@ -35,7 +36,7 @@ def plain(plan: Plan) -> dict[str, Any]:
 
 def settings_in_words(plan: Plan) -> dict[str, Any]:
     """Return the settings of a plan by name. The method and the record are texts."""
-    record = f"{LIMIT} in {plan.sought}" if LIMIT in plan.record else ", ".join(plan.record)
+    record = f"{LIMIT} in {plan.sought}" if LIMIT in plan.record else ", ".join(texts(plan.record))
     return plan.settings.words | {"record": record}
 
 

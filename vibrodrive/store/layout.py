@@ -25,6 +25,7 @@ import numpy as np
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
+from vibrodrive.model.own import texts
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.records import IMPACTS, SECTION
 from vibrodrive.model.states import State
@@ -229,7 +230,7 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     if plan.record != (SECTION,):
-        parts["record"] = plan.record
+        parts["record"] = texts(plan.record)
     if plan.quantities:
         parts["quantities"] = {q.name: q.dtype for q in plan.quantities}
     if plan.together:

@@ -20,7 +20,7 @@ from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
 from vibrodrive.store.checksums import check_block, check_blocks, read_marks
-from vibrodrive.store.compare import compare
+from vibrodrive.store.compare import compare, written
 from vibrodrive.store.describe import acting
 from vibrodrive.store.header import (
     Header,
@@ -214,6 +214,6 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
 def contradictions(header: Header) -> list[str]:
     """Return in words what the configuration in a file says otherwise than its header."""
     with contextlib.suppress(ConfigError):  # the configuration was written by another version
-        written = compare(header.plan, header.origin.parsed().plan())
-        return [f"the configuration and the file differ: {what}" for what in written]
+        differences = compare(header.plan, written(header.plan, header.origin.parsed().plan()))
+        return [f"the configuration and the file differ: {what}" for what in differences]
     return []

@@ -26,7 +26,7 @@ from vibrodrive.model.records import SECTION
 from vibrodrive.model.size import refuse_large_file
 from vibrodrive.store import layout, netcdf
 from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, section_sums
-from vibrodrive.store.compare import compare, refuse_different
+from vibrodrive.store.compare import joined
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.header import (
     RESTORE,
@@ -232,8 +232,8 @@ def _resume(path: Path, plan: Plan) -> Writer:
     try:
         with open_result(path) as file:
             there = read_header(file).plan
-        refuse_different(path, compare(there, plan))
-        return Writer(open_to_write(path), lock, path, there)
+        plan = joined(path, there, plan)
+        return Writer(open_to_write(path), lock, path, plan)
     except BaseException:
         lock.release()
         raise

@@ -1,0 +1,281 @@
+"""Each record keeps each promise: in memory, in a file, interrupted, damaged, on an executor, as tables and figures.
+
+The cases are made from the table of records, so that a new record is tested because it exists.
+"""
+
+import copy
+import functools
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import vibrodrive as vd
+from tests.support.process import ROOT
+from vibrodrive.model import plan
+from vibrodrive.model.records import PER_POINT, RECORDS
+from vibrodrive.store.layout import variables_of
+from vibrodrive.store.reader import DamagedBlock, look
+from vibrodrive.store.writer import Writer
+
+pytestmark = [pytest.mark.jit, pytest.mark.filterwarnings("ignore:.*RAISED")]
+
+
+def settling(motion, least=0.0):
+    """Return the period of the last impact, and the number of switches."""
+    if motion.arguments["A"] < least:
+        raise ValueError("too small")
+    return {"last": motion.impacts["period"][-1], "total": len(motion.switches)}
+
+
+def nearest(motion):
+    return motion.margin
+
+
+TOGETHER = [name for name in RECORDS if name not in PER_POINT]
+CASES = {name: name for name in RECORDS} | {
+    "function": settling,
+    "section, function": ["section", settling],
+    "summary, function": ["summary", settling],
+    "two functions": [settling, nearest],
+    "a function that raises": functools.partial(settling, least=1.4),
+    "all of one motion": [*TOGETHER, settling],
+}
+FUNCTIONS = {
+    name for name, record in CASES.items() if not {*([record] if isinstance(record, str) else [])} & {*RECORDS}
+}
+
+
+def arguments(name):
+    """Return the sweep of a case: 14 points in 7 blocks (`small_blocks`)."""
+    found = {"A": np.linspace(1.25, 1.55, 7), "B": [0.1, 0.12], "transient": 5, "periods": 9, "record": CASES[name]}
+    return found | ({"method": "fixed", "dtau": 0.1} if name == "failures" else {})
+
+
+each = pytest.mark.parametrize("name", CASES)
+each_function = pytest.mark.parametrize("name", FUNCTIONS)
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    for name in ("BLOCK_POINTS", "BLOCK_POINTS_SMALL", "BLOCK_POINTS_SEVERAL", "LEAST_POINTS"):
+        monkeypatch.setattr(plan, name, 2)
+
+
+def sweep(name, path=None, **options):
+    return vd.sweep(**arguments(name), path=path, **options)
+
+
+@functools.cache
+def uninterrupted(name, folder):
+    path = Path(folder) / f"{name}.h5"
+    sweep(name, path)
+    return path.read_bytes()
+
+
+@pytest.fixture
+def whole(name, tmp_path, tmp_path_factory):
+    """Return the path of the complete file of a case."""
+    folder = tmp_path_factory.getbasetemp() / "whole"
+    folder.mkdir(exist_ok=True)
+    path = tmp_path / "whole.h5"
+    path.write_bytes(uninterrupted(name, folder))
+    return path
+
+
+def arrays(results):
+    """Return all arrays, the status last, because damage that is found in another array changes it."""
+    names = ["margin", "switches", *(q.name for q in results.quantities), "status"]
+    return {n: np.asarray(results[n]) for n in [*(["section"] if "section" in results.record else []), *names]}
+
+
+def same(one, other):
+    """Return True if all numbers have the same bits; files may count switches in fewer bytes."""
+    one, other = arrays(one), arrays(other)
+    return one.keys() == other.keys() and all(
+        a.astype(other[n].dtype).tobytes() == other[n].tobytes() for n, a in one.items()
+    )
+
+
+def interrupt(name, path, blocks, patch):
+    """Compute a part of a file: `blocks` blocks, and then an interruption."""
+    written = []
+
+    def write(self, block, write=Writer.write):
+        if len(written) == blocks:
+            raise KeyboardInterrupt
+        written.append(block.index)
+        write(self, block)
+
+    with patch.context() as m:
+        m.setattr(Writer, "write", write)
+        with pytest.raises(KeyboardInterrupt):
+            sweep(name, path)
+
+
+@each
+def test_file_equals_memory(name, whole):
+    loaded, now = vd.load(whole), sweep(name)
+    assert len(look(whole).done) == 7
+    assert same(loaded, now)
+    assert loaded.record == now.record
+    assert repr(loaded) == repr(now)
+
+
+@each
+def test_interrupted_twice_and_resumed_equals_uninterrupted(name, whole, tmp_path, monkeypatch):
+    path = tmp_path / "part.h5"
+    for blocks in (3, 2):
+        interrupt(name, path, blocks, monkeypatch)
+    assert vd.load(path).computed == pytest.approx(5 / 7)
+    sweep(name, path)
+    assert path.read_bytes() == whole.read_bytes()
+
+
+@each
+def test_damaged_block_is_seen_and_computed_again(name, whole, run):
+    sound = whole.read_bytes()
+    with h5py.File(whole) as file:
+        places = {v.name: file[v.name].id.get_chunk_info(2) for v in variables_of(vd.load(whole).plan)}
+    for variable, place in places.items():
+        raw = bytearray(sound)
+        raw[place.byte_offset] ^= 4
+        whole.write_bytes(raw)
+        assert run("info", str(whole), "--check")[0] == 1, variable
+        if variable != "checksum":  # of which no result is read
+            with pytest.warns(DamagedBlock):
+                assert (arrays(vd.load(whole))["status"] == vd.Status.NOT_COMPUTED).sum() == 2, variable
+        assert sweep(name, whole).computed == 1.0
+        assert whole.read_bytes() == sound, variable
+
+
+@each
+def test_sound_file_passes_the_check(name, whole, run):
+    assert run("info", str(whole), "--check")[0] == 0
+    assert run("info", str(whole), "--json")[0] == 0
+
+
+@each
+def test_command_line_continues_a_call(name, whole, tmp_path, monkeypatch, run):
+    path = tmp_path / "part.h5"
+    interrupt(name, path, 3, monkeypatch)
+    with h5py.File(path) as file:
+        (tmp_path / "made.toml").write_text(file.attrs["config"], encoding="utf-8")
+    code, _, err = run("sweep", str(tmp_path / "made.toml"), "-o", str(path))
+    if name in FUNCTIONS:
+        assert code == 2
+        assert "only a call of vd.sweep has functions" in err
+        assert vd.load(path).computed == pytest.approx(3 / 7)
+    else:
+        assert code == 0
+        assert path.read_bytes() == whole.read_bytes()
+
+
+@each
+def test_threads_and_executor_give_the_same_bits(name, whole):
+    with ThreadPoolExecutor(2) as executor:
+        for options in ({"threads": 1}, {"threads": 2}, {"executor": executor}):
+            assert same(vd.load(whole), sweep(name, **options)), options
+
+
+@each
+def test_pickle_copy_and_selection_keep_the_numbers(name, whole):
+    loaded = vd.load(whole)
+    for other in (pickle.loads(pickle.dumps(loaded)), copy.copy(loaded), pickle.loads(pickle.dumps(sweep(name)))):
+        assert same(loaded, other)
+        assert other.record == loaded.record
+    part = vd.load(whole).select(B=0.12)
+    for n, values in arrays(part).items():
+        assert values.tobytes() == np.ascontiguousarray(arrays(loaded)[n][:, 1]).tobytes()
+
+
+@each
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_file_dataset_and_table_have_the_same_numbers(name, engine, whole):
+    loaded = vd.load(whole)
+    data, table = loaded.to_xarray(), loaded.to_dataframe()
+    with xr.open_dataset(whole, engine=engine, decode_cf=False) as file:
+        assert {*file.data_vars} == {*data.data_vars, "checksum"}
+        for n, array in data.data_vars.items():
+            assert array.dims == file[n].dims
+            assert np.asarray(array).tobytes() == file[n].to_numpy().tobytes(), n
+            if array.dims == ("A", "B"):
+                column = table["period" if n == "motion_period" else n]
+                assert "flag_values" in array.attrs or np.array_equal(column, array.to_numpy().ravel(), equal_nan=True)
+
+
+@each
+def test_default_figure_is_drawn_from_memory_and_file(name, whole, run):
+    vd.load(whole).plot()
+    assert run("plot", str(whole))[0] == 0
+    assert whole.with_suffix(".png").exists() or Path("whole.png").exists()
+
+
+@each_function
+def test_another_function_does_not_continue_a_file(name, whole):
+    record = CASES[name] if isinstance(CASES[name], list) else [CASES[name]]
+    other = [functools.partial(settling, least=1.3) if callable(one) and one is not nearest else one for one in record]
+    with pytest.raises(vd.errors.Different, match="record settling is another function in the file"):
+        vd.sweep(**arguments(name) | {"record": other}, path=whole)
+
+
+KILLED = """
+import sys, numpy as np, vibrodrive as vd
+from tests import test_products as t
+from vibrodrive.model import plan
+for name in ("BLOCK_POINTS", "BLOCK_POINTS_SMALL", "BLOCK_POINTS_SEVERAL", "LEAST_POINTS"):
+    setattr(plan, name, 2)
+import vibrodrive.store.writer as writer
+writer.GROUP_SECONDS = 0.0
+write = writer.Writer.write
+def slowly(self, block):
+    write(self, block)
+    print(block.index, flush=True)
+    import time; time.sleep(0.2)
+writer.Writer.write = slowly
+vd.sweep(**t.arguments(sys.argv[1]), path=sys.argv[2])
+"""
+
+
+@each
+@pytest.mark.slow("80 s: a process for each record, which loads the kernels and is killed")
+def test_killed_and_resumed_equals_uninterrupted(name, whole, tmp_path):
+    path = tmp_path / "killed.h5"
+    command = [sys.executable, "-W", "ignore", "-c", KILLED, name, str(path)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
+        for _ in range(3):
+            process.stdout.readline()
+        process.send_signal(signal.SIGKILL)
+    assert 0.0 < vd.load(path).computed < 1.0
+    sweep(name, path)
+    assert path.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.slow("40 s: processes that load the kernels, and a cluster")
+def test_processes_and_dask_give_the_same_bits(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    (tmp_path / "whole").mkdir()
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes,
+        distributed.Client(n_workers=1, threads_per_worker=1, dashboard_address=None) as client,
+    ):
+        for name in CASES:
+            uninterrupted(name, tmp_path / "whole")
+            for executor in (processes, client.get_executor()):
+                assert same(vd.load(tmp_path / "whole" / f"{name}.h5"), sweep(name, executor=executor))
+
+
+@each
+@pytest.mark.skipif(shutil.which("ncdump") is None, reason="needs ncdump")
+def test_netcdf_library_reads_the_file(name, whole):
+    header = subprocess.run(["ncdump", "-h", str(whole)], capture_output=True, text=True, check=True).stdout
+    assert all(f" {v.name}(" in header for v in variables_of(vd.load(whole).plan))
