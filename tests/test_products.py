@@ -22,7 +22,8 @@ import xarray as xr
 import vibrodrive as vd
 from tests.support.process import ROOT
 from vibrodrive.model import plan
-from vibrodrive.model.records import PER_POINT, RECORDS
+from vibrodrive.model.own import Own
+from vibrodrive.model.records import RECORDS
 from vibrodrive.store.layout import variables_of
 from vibrodrive.store.reader import DamagedBlock, look
 from vibrodrive.store.writer import Writer
@@ -41,7 +42,7 @@ def nearest(motion):
     return motion.margin
 
 
-TOGETHER = [name for name in RECORDS if name not in PER_POINT]
+TOGETHER = [name for name, one in RECORDS.items() if not one.alone]
 CASES = {name: name for name in RECORDS} | {
     "function": settling,
     "section, function": ["section", settling],
@@ -50,9 +51,9 @@ CASES = {name: name for name in RECORDS} | {
     "a function that raises": functools.partial(settling, least=1.4),
     "all of one motion": [*TOGETHER, settling],
 }
-FUNCTIONS = {
-    name for name, record in CASES.items() if not {*([record] if isinstance(record, str) else [])} & {*RECORDS}
-}
+FUNCTIONS = [
+    name for name, record in CASES.items() if any(map(callable, record if isinstance(record, list) else [record]))
+]
 
 
 def arguments(name):
@@ -67,8 +68,9 @@ each_function = pytest.mark.parametrize("name", FUNCTIONS)
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    for name in ("BLOCK_POINTS", "BLOCK_POINTS_SMALL", "BLOCK_POINTS_SEVERAL", "LEAST_POINTS"):
-        monkeypatch.setattr(plan, name, 2)
+    monkeypatch.setattr(plan, "LEAST_POINTS", 2)
+    for kind in {Own, *map(type, RECORDS.values())}:
+        monkeypatch.setattr(kind, "block_points", 2)
 
 
 def sweep(name, path=None, **options):
@@ -145,7 +147,7 @@ def test_interrupted_twice_and_resumed_equals_uninterrupted(name, whole, tmp_pat
 def test_damaged_block_is_seen_and_computed_again(name, whole, run):
     sound = whole.read_bytes()
     with h5py.File(whole) as file:
-        places = {v.name: file[v.name].id.get_chunk_info(2) for v in variables_of(vd.load(whole).plan)}
+        places = {v.variable: file[v.variable].id.get_chunk_info(2) for v in variables_of(vd.load(whole).plan)}
     for variable, place in places.items():
         raw = bytearray(sound)
         raw[place.byte_offset] ^= 4
@@ -232,8 +234,9 @@ KILLED = """
 import sys, numpy as np, vibrodrive as vd
 from tests import test_products as t
 from vibrodrive.model import plan
-for name in ("BLOCK_POINTS", "BLOCK_POINTS_SMALL", "BLOCK_POINTS_SEVERAL", "LEAST_POINTS"):
-    setattr(plan, name, 2)
+plan.LEAST_POINTS = 2
+for kind in {t.Own, *map(type, t.RECORDS.values())}:
+    kind.block_points = 2
 import vibrodrive.store.writer as writer
 writer.GROUP_SECONDS = 0.0
 write = writer.Writer.write
@@ -278,4 +281,4 @@ def test_processes_and_dask_give_the_same_bits(tmp_path):
 @pytest.mark.skipif(shutil.which("ncdump") is None, reason="needs ncdump")
 def test_netcdf_library_reads_the_file(name, whole):
     header = subprocess.run(["ncdump", "-h", str(whole)], capture_output=True, text=True, check=True).stdout
-    assert all(f" {v.name}(" in header for v in variables_of(vd.load(whole).plan))
+    assert all(f" {v.variable}(" in header for v in variables_of(vd.load(whole).plan))

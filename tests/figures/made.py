@@ -8,7 +8,7 @@ import numpy as np
 from tests.support.fake import UNITLESS
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import Settings
-from vibrodrive.model.records import quantities
+from vibrodrive.model.records import check_record, quantities
 from vibrodrive.model.states import State
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
@@ -21,6 +21,7 @@ def results(axes, record=("section",), **arrays):
     known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5), "points": {}, "title": ""} | arrays
     fixed = {"A": 2.0, "B": 0.1, "eps": 0.0, "eta": 101.0}
     scalars = {name: value for name, value in fixed.items() if name not in axes}
+    record = check_record(record)
     recorded = {"record": record, "quantities": quantities(record)}
     return SimpleNamespace(axes=axes, scalars=scalars, settings=Settings(), **recorded, **known, **UNITLESS)
 

@@ -19,11 +19,12 @@ from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import borders_of, map_figure
 from vibrodrive.figures.plane import Exact, joined
 from vibrodrive.figures.style import save
-from vibrodrive.model.choices import Status
+from vibrodrive.model.choices import UNSEEN, Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.records import UNSEEN, quantities
+from vibrodrive.model.quantities import QUANTITIES
+from vibrodrive.model.records import check_record, quantities
 from vibrodrive.model.results import Results
 from vibrodrive.model.states import states
 
@@ -141,10 +142,10 @@ def test_scale_is_logarithmic_over_decades_and_its_ends_have_colours(plane):
 def test_few_extreme_values_do_not_set_the_scale(quantity):
     values = np.linspace(1.0, 2.0, MANY)
     values[0], values[-1] = -50.0, 60.0
-    painted = paint(quantity, values, np.full(MANY, Status.OK), None)
+    painted = paint(QUANTITIES[quantity], values, np.full(MANY, Status.OK), None)
     assert 1.99 < painted.norm.vmax < 2.0
     assert painted.extend == "both"
-    assert paint(quantity, values[1:], np.full(MANY - 1, Status.OK), None).norm.vmax == 60.0
+    assert paint(QUANTITIES[quantity], values[1:], np.full(MANY - 1, Status.OK), None).norm.vmax == 60.0
 
 
 def test_exponent_has_its_zero_in_the_middle(plane):
@@ -356,7 +357,7 @@ def note_of(ax):
         ("A", ("summary",), {"kind": "bifurcation"}, "must be map, because this sweep recorded summary"),
         ("A", ("section",), {"quantity": "energy"}, 'and energy needs record = "summary"'),
         ("A", ("summary",), {"kind": "map", "quantity": "xi"}, "quantity = 'xi': must be one of period"),
-        ("A", ("section",), {"quantity": "impact_speed"}, "must be left out, because this sweep recorded section"),
+        ("A", ("section",), {"quantity": "impact_speed"}, 'section, and impact_speed needs record = "impacts"'),
         ("A", ("impacts",), {"quantity": "xi"}, "must be one of impact_phase, impact_speed"),
         ("A", ("impacts",), {"kind": "poincare"}, "must be map or bifurcation"),
         ("A", ("summary",), {"quantity": "impact_power"}, "impact_power needs a scene in SI units"),
@@ -366,6 +367,7 @@ def note_of(ax):
 )  # fmt: skip
 @pytest.mark.parametrize("count", [1, 12])
 def test_drawing_follows_from_axes_and_record_whatever_the_number_of_values(axes, record, wish, found, count):
+    record = check_record(record)
     known = {"record": record, "quantities": quantities(record), "scalars": {}}
     swept = SimpleNamespace(axes={name: np.ones(count) for name in axes.split()}, **known)
     if isinstance(found, tuple):

@@ -20,8 +20,9 @@ from vibrodrive.kernels.engine import batch
 from vibrodrive.kernels.history import ROWS, new_history
 from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.summary import AFTER, DXI, OUT, PERIOD, TOTALS, Drive, gap_cycle_of_period, summarise
+from vibrodrive.model.choices import LONGEST, UNSEEN
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.records import LONGEST, SUMMARIES, UNSEEN
+from vibrodrive.model.quantities import SUMMARIES
 
 NAMES = [q.name for q in SUMMARIES]
 TURN = 2 * math.pi

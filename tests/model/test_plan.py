@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from vibrodrive.model import config
 from vibrodrive.model.names import ETA, PARAMETERS, SCENE_AXES, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, check_setting
-from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_POINTS, BLOCK_WORK, LEAST_POINTS, WAVE_POINTS, Plan, make_plan
+from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_WORK, LEAST_POINTS, WAVE_POINTS, Plan, make_plan
+from vibrodrive.model.record import BLOCK_POINTS
 
 
 def test_axes_keep_the_order_written():

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import vibrodrive as vd
-from vibrodrive.model.records import How
+from vibrodrive.model.quantities import How
 from vibrodrive.stability import evaluate, structure
 from vibrodrive.stability import limit as limits
 from vibrodrive.stability.criterion import Criterion

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.model.records import PER_POINT, How
+from vibrodrive.model.own import Own
+from vibrodrive.model.quantities import How
 from vibrodrive.stability.failures import count_failures
-from vibrodrive.stability.per_point import WAVES, numbers_of, run_blocks
+from vibrodrive.stability.per_point import run_blocks
 from vibrodrive.store.reader import verify
 
 SHORT = {"transient": 50, "periods": 40}
@@ -39,10 +40,6 @@ def another():
 
 def same(one, other, columns):
     return all(np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in columns)
-
-
-def test_each_record_that_needs_several_motions_has_a_function():
-    assert set(WAVES) == set(PER_POINT)
 
 
 def test_record_limit_equals_the_limit_at_each_point():
@@ -199,12 +196,12 @@ def test_a_name_with_a_combining_mark_is_read_again(tmp_path):
 def test_a_fault_of_the_program_is_no_result_of_a_point(tmp_path, monkeypatch):
     path, called = tmp_path / "x.h5", []
 
-    def fails(own, motion):
+    def fails(own, motion, numbers=Own.numbers):
         called.append(motion)
-        return numbers_of(own, motion) if len(called) == 1 else 1 / 0  # the first call gives the names
+        return numbers(own, motion) if len(called) == 1 else 1 / 0  # the first call gives the names
 
     with monkeypatch.context() as patch:
-        patch.setattr("vibrodrive.stability.per_point.numbers_of", fails)
+        patch.setattr(Own, "numbers", fails)
         with pytest.raises(vd.errors.Failed, match="division by zero"):
             vd.sweep(A=[1.5, 3.04], record=settling, **SHORT, path=path)
     assert vd.load(path).computed == 0.0

@@ -15,13 +15,14 @@ from vibrodrive.model.above import ABOVE, above
 from vibrodrive.model.config import parse
 from vibrodrive.model.own import Own
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.records import PER_POINT, RECORDS, How
+from vibrodrive.model.quantities import How
+from vibrodrive.model.records import RECORDS
 from vibrodrive.store.header import BEFORE
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look, verify
 
 OWN = Own("settle", ("last", "share"), "0" * 64)
-TOGETHER = (*(name for name in RECORDS if name not in PER_POINT), OWN)
+TOGETHER = (*(one for one in RECORDS.values() if not one.alone), OWN)
 GRID = {"method": "fixed", "dtau": 0.1}
 
 PLANS = {

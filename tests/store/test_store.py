@@ -21,12 +21,13 @@ from vibrodrive.errors import Busy, Damaged, Different, NoResult, TooLarge
 from vibrodrive.model import size
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.records import OF_RECORD, SUMMARIES, quantities
+from vibrodrive.model.quantities import SUMMARIES
+from vibrodrive.model.records import SUMMARY, quantities
 from vibrodrive.model.size import file_bytes
 from vibrodrive.model.states import State
 from vibrodrive.store import header
 from vibrodrive.store import writer as writer_module
-from vibrodrive.store.layout import Origin, tiles, variable_name, variables_of
+from vibrodrive.store.layout import Origin, tiles, variables_of
 from vibrodrive.store.load import load
 from vibrodrive.store.reader import DamagedBlock, look, place, verify
 from vibrodrive.store.writer import Writer, open_writer
@@ -88,7 +89,7 @@ def test_status_is_written_after_the_data_between_two_flushes(path, monkeypatch)
     order.clear()
     writer.write(fake.block(plan, 0))
     writer.close()
-    names = [v.name for v in variables_of(plan)]
+    names = [v.variable for v in variables_of(plan)]
     assert order[: len(names) + 2] == [*names[:-1], "flush", "status", "flush"]
 
 
@@ -118,7 +119,7 @@ def test_status_of_a_damaged_block_is_cleared_before_its_data(finished, monkeypa
     writer = open_writer(finished, make(), Origin(TEXT))
     writer.check()
     assert order[:2] == ["status", "flush"]
-    assert {*order} == {"flush", *(v.name for v in variables_of(make()))}
+    assert {*order} == {"flush", *(v.variable for v in variables_of(make()))}
     writer.close()
 
 
@@ -253,7 +254,7 @@ def test_attributes_give_the_origin(finished):
         assert json.loads(file.attrs["overrides"]) == ["eps=[0, 2e-4]"]
         assert "created" not in file.attrs  # a date would make files of equal runs different
         assert "numba" in json.loads(file.attrs["versions"])
-        assert all(file[v.name].fletcher32 for v in variables_of(make()))
+        assert all(file[v.variable].fletcher32 for v in variables_of(make()))
 
 
 def test_frozen_program_without_metadata_names_its_versions(path, monkeypatch):
@@ -541,12 +542,12 @@ def assert_complete_but_for(path, plan, block, variable):
     assert (np.flatnonzero(part["status"] == Status.NOT_COMPUTED) == np.arange(*plan.blocks()[block])).all()
 
 
-@pytest.mark.parametrize("variable", [*(v.name for v in variables_of(make())), "sequence", "impact_states"])
+@pytest.mark.parametrize("variable", [*(v.variable for v in variables_of(make())), "sequence", "impact_states"])
 def test_flipped_bit_is_found_named_and_repaired(path, variable):
     plan = make(**({"record": ["impacts", "summary"]} if variable in ("sequence", "impact_states") else {}))
     write(path, plan)
     with h5py.File(path) as file:
-        chunk = file[variable_name(variable)].id.get_chunk_info(3)
+        chunk = file[variable].id.get_chunk_info(3)
         block = chunk.chunk_offset[0] // 20
     damaged(path, chunk.byte_offset + chunk.size // 2)
     report = verify(path)
@@ -570,7 +571,7 @@ def test_lost_data_with_a_status_are_found(finished):
     with h5py.File(finished, "a") as file:
         slab = tiles(plan)[2].slab
         for variable in variables_of(plan)[:-1]:
-            file[variable.name][slab] = variable.fill
+            file[variable.variable][slab] = variable.fill
     assert list(verify(finished).faults) == [2]
 
 
@@ -588,7 +589,7 @@ def test_partly_computed_block_is_found(finished, first):
     writer.close()
 
 
-@pytest.mark.parametrize("names", [["section_xi"], [v.name for v in variables_of(make())]], ids=["one", "all"])
+@pytest.mark.parametrize("names", [["section_xi"], [v.variable for v in variables_of(make())]], ids=["one", "all"])
 def test_swapped_chunks_are_found(finished, names):
     with h5py.File(finished, "a") as file:
         for name in names:
@@ -634,14 +635,14 @@ def test_counts_of_switches_have_the_width_of_the_budget(path):
     writer.close()
     assert load(path).switches.tolist() == [[2**31 + 5] * 5]
     assert verify(path).sound
-    assert {v.name: v.dtype for v in variables_of(make(record="summary"))}["switches"] == "<i4"
+    assert {v.variable: v.dtype for v in variables_of(make(record="summary"))}["switches"] == "<i4"
 
 
 def test_file_of_an_older_version_has_what_it_has(path, monkeypatch):
     """A quantity that is new, or has another type today, damages no file, and the file is resumed without it."""
     older = [q._replace(dtype="<f4") if q.name == "momentum" else q for q in SUMMARIES if q.name != "energy"]
     with monkeypatch.context() as then:
-        then.setitem(OF_RECORD, "summary", older)
+        then.setattr(type(SUMMARY), "quantities", older)
         write(path, make(record="summary"), which=[0, 3])
     with h5py.File(path, "a") as file:
         del file.attrs["budget"]  # an attribute may be new, too
@@ -661,7 +662,7 @@ def test_file_of_an_older_version_has_what_it_has(path, monkeypatch):
 @pytest.mark.parametrize("attempt", [load, look, verify, lambda path: write(path, make(record="summary"))])
 def test_file_of_a_newer_version_is_no_damage(path, monkeypatch, attempt):
     with monkeypatch.context() as then:
-        then.setitem(OF_RECORD, "summary", (*SUMMARIES, SUMMARIES[-1]._replace(name="tomorrow")))
+        then.setattr(type(SUMMARY), "quantities", (*SUMMARIES, SUMMARIES[-1]._replace(name="tomorrow")))
         write(path, make(record="summary"))
     before = path.read_bytes()
     with pytest.raises(

@@ -17,7 +17,8 @@ from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import LONGEST, SECTION, SUMMARY, period_words
+from vibrodrive.model.quantities import LONGEST, period_words
+from vibrodrive.model.records import SECTION, SUMMARY
 from vibrodrive.model.states import PLAIN_STATES, states
 
 LEAST = 4 * LONGEST

@@ -11,7 +11,7 @@ from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import ERROR, ERRORS, IMPACTS, MAIN_IMPACTS, SECTION, SUMMARIES, SUMMARY
+from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
 
 Rows = tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]
 
@@ -50,19 +50,19 @@ class Arrays(NamedTuple):
         """Return the rows `part` of all other arrays by the names in model/records.py."""
         found: dict[str, np.ndarray] = {}
         if self.summary is not None:
-            for column, q in enumerate(SUMMARIES):
+            for column, q in enumerate(SUMMARY.quantities):
                 found[q.name] = self.summary[part, column].astype(q.dtype)
         if self.impacts is not None:
             impacts = self.impacts[part]
             missing = np.isnan(impacts[..., 0])
             between = np.diff(impacts[..., 3], axis=1, prepend=np.nan) - 1.0
-            for q, column in zip(MAIN_IMPACTS, (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True):
+            for q, column in zip(IMPACTS.quantities, (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True):
                 if np.dtype(q.dtype).kind == "i":
                     column = np.where(missing | np.isnan(column), q.fill, column)
                 found[q.name] = column.astype(q.dtype)
         if self.errors is not None:
             columns = *self.errors.section[part, 0].T, self.errors.until[part]
-            found.update(zip((q.name for q in ERRORS), columns, strict=True))
+            found.update(zip((q.name for q in ERROR.quantities), columns, strict=True))
         return found
 
 

@@ -14,6 +14,7 @@ from vibrodrive.cli.common import FILE, in_one_line, say, working
 from vibrodrive.errors import ConfigError
 from vibrodrive.model import drawing
 from vibrodrive.model.parameters import bad
+from vibrodrive.model.quantities import KEPT
 from vibrodrive.store.place import check_figure
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def _figure(
     others: dict[str, Any] = {"over": read_overlays(over)} if over else {}
     if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS:
         results = results.dimensionless()
-    if wanted.get("quantity") == drawing.KEPT:
+    if wanted.get("quantity") == KEPT.name:
         with working(file.name):
             others["undisturbed"] = undisturbed_gaps(results)
     with in_one_line():

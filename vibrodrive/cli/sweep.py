@@ -125,7 +125,6 @@ def sweep(
 def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     from vibrodrive.jobs.estimate import estimate
     from vibrodrive.jobs.progress import duration
-    from vibrodrive.model.records import several_motions
     from vibrodrive.model.size import BASE_MEMORY, file_bytes, human, refuse_large_file, working_bytes
 
     periods = plan.settings.transient + plan.settings.periods
@@ -134,7 +133,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     click.echo(f"file     {human(file_bytes(plan))}")
     click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
     refuse_large_file(plan, path)
-    if several_motions(plan.record):
+    if plan.per_point:
         click.echo(
             f"time     unknown, because the record {', '.join(plan.record)} needs several motions for each point"
         )

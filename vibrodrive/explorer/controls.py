@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
-from vibrodrive.model import choices, drawing, names, physical
+from vibrodrive.model import choices, drawing, names, physical, records
 
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
 
@@ -54,8 +54,8 @@ class Control(NamedTuple):
 
 def symbol(name: str, si: bool = False) -> str:
     """Return the symbol of the paper and the unit of a parameter or quantity, or if `si` words and the unit in SI."""
-    if si and name in physical.UNIT_OF:
-        of = physical.UNITS[physical.UNIT_OF[name]]
+    if si and name in records.QUANTITIES and records.QUANTITIES[name].scales:
+        of = physical.UNITS[records.QUANTITIES[name].scales]
         words = {"xi": "gap x", "dxi": "velocity dx/dt"}.get(name, name.replace("_", " "))
         return f"{words} ({of.si if of.scale != 1.0 else of.shown or '1/s'})"
     if name not in names.NAMES:

@@ -17,7 +17,7 @@ from vibrodrive.explorer.density import darken
 from vibrodrive.explorer.view import MAP, PICTURE_ROWS, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import STRIDES, Level
 from vibrodrive.figures.ink import ink_of
-from vibrodrive.model import choices, drawing, names
+from vibrodrive.model import choices, names, records
 
 SHADES = 64
 """Number of shades of a scale. A pixel of shade 0 is blank, all others have ink. The shades of `difference` are
@@ -136,13 +136,13 @@ def painted(
 
     part = level.sweep if level.sketch is None or level.sweep.done.any() else level.sketch
     results = part.results[0]
-    values = np.asarray(getattr(results, "energy" if quantity == drawing.IMPACT_POWER else quantity))
+    values = np.asarray(getattr(results, records.QUANTITIES[quantity].source or quantity))
     values = values.astype(np.int64 if values.dtype.kind == "i" else float)
     values, status = results.measure(quantity).of(values), results.status
     shape = status.shape
     source = _nearest(part.done.reshape(shape))
     values, status = (whole.reshape(-1)[source].reshape(shape) for whole in (values, status))
-    found = colours.paint(quantity, values, status, limits)
+    found = colours.paint(records.QUANTITIES[quantity], values, status, limits)
     inks = [to_hex(colour) for colour in found.colours]
     swatches = [*zip(inks, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
     scale = [] if found.labels else inks[: colours.SHADES : 8]
@@ -207,7 +207,7 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
         image = difference(image, *certified)
         inks = ("var(--ink)", "both"), ("var(--down)", f"{view.method} only"), ("var(--up)", "certified only")
         key = Key(inks)
-    elif level.complete and view.quantity in drawing.SECTION_QUANTITIES:
+    elif level.complete and view.quantity in records.SECTION.diagrams:
         values = values_of(level.sweep.results[0], view.quantity)
         head["spans"] = spans_of(values, 0.5 * (high - low) / height, left, right)
     head |= {"y": low, "dh": high - low, "key": key._asdict(), "empty": not image.any()}

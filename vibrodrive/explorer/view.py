@@ -21,7 +21,7 @@ from vibrodrive.model import choices, config, drawing, names, parameters, record
 from vibrodrive.model.plan import Plan
 
 DIAGRAM, MAP = "diagram", drawing.MAP  # modes, with one and with two parameters
-OF_MAPS = (*drawing.OF_SUMMARY, drawing.IMPACT_POWER, *drawing.OF_EVERY_SWEEP)
+OF_MAPS = (*(q.name for q in (*records.SUMMARY.quantities, records.IMPACT_POWER)), *drawing.OF_EVERY_SWEEP)
 COMPARISONS = ALONE, DIFFERENCE = "alone", "difference"  # without the certified motions, or coloured by method
 UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in choices.Method)
@@ -159,7 +159,7 @@ class View:
         if self.mode == MAP:
             if self.x == self.y:
                 raise ValueError(parameters.bad("y", self.y, f"another parameter than x = {self.x}"))
-            drawing.check_range("bottom and top", self.limits, self.shade)
+            drawing.check_range("bottom and top", self.limits, records.QUANTITIES[self.shade])
             columns, rows = self.grid
             if columns * rows > MOST_CELLS:
                 raise ValueError(parameters.bad("rows", rows, f"<= {MOST_CELLS // columns} at {columns} columns"))
@@ -282,7 +282,7 @@ class View:
     def record(self) -> str:
         if self.mode == MAP:
             return records.SUMMARY
-        return records.SECTION if self.quantity in drawing.SECTION_QUANTITIES else records.IMPACTS
+        return records.SECTION if self.quantity in records.SECTION.diagrams else records.IMPACTS
 
     def _figure(self) -> list[str]:
         limits = [f"limits = [{self.bottom!r}, {self.top!r}]"] if self.limits else []

@@ -28,12 +28,13 @@ from vibrodrive.figures.style import (
     symbol,
 )
 from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import IMPACT_QUANTITIES, Style, Width, check_range
-from vibrodrive.model.names import COORDINATES
+from vibrodrive.model.drawing import Style, Width, check_range
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
+from vibrodrive.model.quantities import QUANTITIES, SECTIONS, row_of
+from vibrodrive.model.records import IMPACTS
 
-QUANTITIES = ("xi", "dxi")
+COORDINATES = tuple(q.name for q in SECTIONS)
 PANEL_ROWS = 420
 PANEL_COLUMNS = (1500, 8000)  # least and largest number of columns of an image
 REACH = (3, 12)
@@ -42,11 +43,6 @@ quarter of the number of columns from one value to the next."""
 
 MARGIN = 0.03
 AT_ONCE = 4096  # number of values of x processed together, to limit the memory
-
-LABELS = {
-    "impact_phase": r"phase $\varphi$ of the main impacts in rad",
-    "impact_speed": r"speed $|\xi\mathrm{′}|$ of the main impacts",
-}
 
 MARKS = {Status.NEVER_LEAVES: ".", Status.TOO_CLOSE: "x", Status.BUDGET: "v"}
 
@@ -93,7 +89,7 @@ def bifurcation(
     >>> len(figure.axes), figure.axes[1].get_xlabel()
     (2, '$A$')
     """
-    check_range("limits", limits, quantity)
+    check_range("limits", limits, row_of(results.quantities, quantity))
     unit = results.measure(quantity)
     visited, limits = unit.shown_of(_visited(results, quantity)), unit.ends(limits)
     names = list(results.axes)
@@ -140,14 +136,14 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
     They are the values at the section points or, for a quantity of impacts, at the impacts. NaN fills the entries after
     the last impact.
     """
-    if quantity in IMPACT_QUANTITIES:
+    if quantity in IMPACTS.diagrams:
         return np.asarray(getattr(results, quantity))
     return np.asarray(results.section)[..., quantity_index(quantity)]
 
 
 def coordinates(source: Any, section: np.ndarray) -> np.ndarray:
     """Return section points (…, 2) of a Results or a Trajectory in the units of figures."""
-    return np.stack([source.measure(n).shown_of(section[..., k]) for k, n in enumerate(QUANTITIES)], axis=-1)
+    return np.stack([source.measure(n).shown_of(section[..., k]) for k, n in enumerate(COORDINATES)], axis=-1)
 
 
 def name_quantities(ax: Axes, source: Any, x: str | None, y: str | None) -> None:
@@ -157,10 +153,10 @@ def name_quantities(ax: Axes, source: Any, x: str | None, y: str | None) -> None
         if quantity is None:
             continue
         unit = source.measure(quantity)
-        if quantity not in LABELS and unit.si == "1" and not unit.apart:
+        if quantity in COORDINATES and unit.si == "1" and not unit.apart:
             name_axes(ax, *((quantity, None) if across else (None, quantity)))
         else:
-            words = unit.label(LABELS[quantity] if quantity in LABELS else COORDINATES[quantity].meaning)
+            words = unit.label(QUANTITIES[quantity].words)
             label_axes(ax, *((words, None) if across else (None, words)))
 
 
@@ -293,9 +289,9 @@ def place_of(results: Any, at: Mapping[str, int]) -> str:
 
 def quantity_index(quantity: str) -> int:
     """Return the column of a quantity in the section, 0 for ξ and 1 for ξ'. Raises ValueError for another quantity."""
-    if quantity not in QUANTITIES:
-        raise ValueError(bad("quantity", quantity, "one of " + ", ".join(QUANTITIES)))
-    return QUANTITIES.index(quantity)
+    if quantity not in COORDINATES:
+        raise ValueError(bad("quantity", quantity, "one of " + ", ".join(COORDINATES)))
+    return COORDINATES.index(quantity)
 
 
 def computed(status: np.ndarray) -> np.ndarray:

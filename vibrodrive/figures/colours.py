@@ -12,10 +12,19 @@ from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
 
 from vibrodrive.figures.conditions import STATUS_WORDS
 from vibrodrive.figures.style import look
-from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import KEPT, check_range
-from vibrodrive.model.records import LIMITS, LONGEST, How
-from vibrodrive.model.states import states
+from vibrodrive.model.choices import LONGEST, Status
+from vibrodrive.model.drawing import check_range
+from vibrodrive.model.quantities import (
+    CODES,
+    CYCLES,
+    MARGIN,
+    PERIODS,
+    SIGNED,
+    STATUS,
+    STATUSES,
+    STRUCTURE,
+    Quantity,
+)
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512  # number of shades of a scale
@@ -28,12 +37,7 @@ LEAST = 1e-9
 """Smallest lower end of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values
 below the scale. An example is the energy of an impact that exists only because of rounding."""
 
-STATUSES = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
-UNKNOWN = dict.fromkeys(("period", "gaps", "sequence"), "record too short")
-"""Name of the value UNSEEN (model/records.py) of a quantity."""
-
-NO_PERIOD = "no periodic motion, or record too short"
-LACKS = {KEPT: "no structure to compare", **dict.fromkeys((q.name for q in LIMITS), NO_PERIOD), **UNKNOWN}
+SHOWN = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
 
 
 class Painted(NamedTuple):
@@ -53,26 +57,26 @@ class Painted(NamedTuple):
         return np.bincount(self.cells.compressed(), minlength=len(self.colours))
 
 
-def paint(quantity: str, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
+def paint(row: Quantity, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
     """Return the colours of all points.
 
     `limits` is the range of the shades; by default it contains nearly all values (SCALED). Raises ValueError if
     `limits` is given for a quantity with classes.
     """
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
-    lacking, extend = LACKS.get(quantity, "no such value"), "neither"
-    check_range("limits", limits, quantity)
-    if quantity in _CLASSIFY:
-        kind, labels, colours = _CLASSIFY[quantity](values, done)
+    lacking, extend = row.lacking, "neither"
+    check_range("limits", limits, row)
+    if row.classes:
+        kind, labels, colours = _CLASSIFY[row.shown](values, done, row)
         norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
         apart: list[tuple[str, str]] = []
-        if quantity != "status" and rests.any():  # the period of a motion at rest is 1, but its colour is another one
+        if row is not STATUS and rests.any():  # the period of a motion at rest is 1, but its colour is another one
             apart.append(("rests", APART))
             kind = np.where(rests, len(colours), kind)
             colours = [*colours, APART]
     else:
-        values, rests = np.where(done, values, np.nan), rests & (quantity != "margin")
-        kind, norm, shades, apart, extend = _shade(quantity, values, rests, limits)
+        values, rests = np.where(done, values, np.nan), rests & (row is not MARGIN)
+        kind, norm, shades, apart, extend = _shade(row, values, rests, limits)
         labels, colours = [], [*shades, *look().beyond, *(colour for _, colour in apart)]
     none, grey = done & (kind < 0), look().lacking
     if grey is not None and none.any():
@@ -90,17 +94,17 @@ Classes = tuple[np.ndarray, list[str], list[Any]]
 """Class of each point (-1 without a class), names of the classes, and colours of the classes."""
 
 
-def _periods(values: np.ndarray, done: np.ndarray) -> Classes:
+def _periods(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
     colours = look().classes
     most = len(colours) - 2
     kind = np.where(values < 1, np.where(values == 0, most + 1, -1), np.minimum(values - 1, most))
     return kind, [*map(str, range(1, most + 1)), f"{most + 1} to {LONGEST}", f"none up to {LONGEST}"], list(colours)
 
 
-def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
+def _cycles(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
     """Return the classes: one for each of the most frequent values, one for all other values, and one for 0.
 
-    The most frequent value has the first class. The name of the class of a value is name(value).
+    The most frequent value has the first class. `row.names` gives the name of the class of a value.
     """
     found, counts = np.unique(values[done & (values > 0)], return_counts=True)
     *own, other, none = look().classes
@@ -108,7 +112,7 @@ def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
     shown = found[order]
     place = np.full(len(found), len(shown))
     place[order] = np.arange(len(shown))
-    labels, colours = [name(v) for v in shown.tolist()], own[: len(shown)]
+    labels, colours = [row.names(v) if row.names else str(v) for v in shown.tolist()], own[: len(shown)]
     if len(found) > len(shown):
         labels.append("other")
         colours.append(other)
@@ -119,39 +123,27 @@ def _cycles(values: np.ndarray, done: np.ndarray, name: Any) -> Classes:
     return kind, [*labels, "none"], [*colours, none]
 
 
-def _statuses(values: np.ndarray, done: np.ndarray) -> Classes:
+def _statuses(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
     kind = np.full(values.shape, -1)
-    for k, status in enumerate(STATUSES):
+    for k, status in enumerate(SHOWN):
         kind[values == status] = k
-    return kind, ["ok", *(STATUS_WORDS[s] for s in STATUSES[1:])], list(look().statuses)
+    return kind, ["ok", *(STATUS_WORDS[s] for s in SHOWN[1:])], list(look().statuses)
 
 
-def _hows(values: np.ndarray, done: np.ndarray) -> Classes:
-    return values.astype(int), [how.meaning for how in How], list(look().classes[: len(How)])
+def _codes(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
+    meanings = [code.meaning for code in row.codes or ()]
+    return values.astype(int), meanings, list(look().classes[: len(meanings)])
 
 
-def _kept(values: np.ndarray, done: np.ndarray) -> Classes:
+def _structure(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
     return np.where(values < 0, -1, 1 - values), ["kept", "lost"], list(look().kept)
 
 
-def digits(number: int) -> str:
-    """Return the digits of a number as text: 122 -> "1, 2, 2". Each digit is one gap."""
-    return ", ".join(str(number))
-
-
-_CLASSIFY: dict[str, Any] = {
-    "period": _periods,
-    "orbit_period": _periods,
-    "how": _hows,
-    "gaps": lambda values, done: _cycles(values, done, digits),
-    "sequence": lambda values, done: _cycles(values, done, states),
-    "status": _statuses,
-    KEPT: _kept,
-}
+_CLASSIFY = {PERIODS: _periods, CYCLES: _cycles, CODES: _codes, STATUSES: _statuses, STRUCTURE: _structure}
 
 
 def _shade(
-    quantity: str, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
+    row: Quantity, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
     """Return (number of the shade of each point, scale, shades of the scale, `Painted.apart`, `Painted.extend`).
 
@@ -160,17 +152,17 @@ def _shade(
     """
     finite = values[np.isfinite(values) & ~rests]
     shades, colour, outside = look().shades, APART, rests
-    if quantity == "lyapunov":
-        shades, colour, outside = look().signed, look().nil, rests | (values == -np.inf)
+    if row.shown == SIGNED:
+        shades, colour = look().signed, look().nil
         most = max(_ends(np.abs(finite))[1], 0.0) or 1.0
         norm = Normalize(*(limits or (-most, most)))
     else:
         norm = _scale(finite, limits)
     name = "rests"
+    for value, words in row.special:  # a search for a limit says nothing of rests
+        name, outside = words, (outside & (value < 0.0)) | (values == value)
     if isinstance(norm, LogNorm) and (finite == 0).any():
         name, outside = "rests, or 0" if rests.any() else "0", rests | (values == 0)
-    if quantity in ("k2", "last_kept", "half_kept", "velocity"):
-        name, outside = "no limit found", values == np.inf
     below, above = (np.isfinite(values) & ~outside & beyond for beyond in (values < norm.vmin, values > norm.vmax))
     inside = np.isfinite(values) & ~outside & ~below & ~above
     kind = np.full(values.shape, -1)

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.bifurcation import QUANTITIES, coordinates, name_quantities, quantity_index
+from vibrodrive.figures.bifurcation import COORDINATES, coordinates, name_quantities, quantity_index
 from vibrodrive.figures.conditions import STATUS_WORDS, conditions
 from vibrodrive.figures.style import explain, given_axes, label_axes, letter, look, narrow, new, note, styled
 from vibrodrive.model.choices import Status
@@ -142,7 +142,7 @@ def draw_phase(ax: Axes, motion: Trajectory) -> None:
 
 def _shown(motion: Trajectory, drawn: Curve) -> Curve:
     """Return ξ and ξ' of a curve in the units of figures."""
-    x, v = (motion.measure(name).shown_of(1.0) for name in QUANTITIES)
+    x, v = (motion.measure(name).shown_of(1.0) for name in COORDINATES)
     return Curve(drawn.tau, drawn.xi * x, drawn.dxi * v, drawn.jumps * (1.0, x, v))
 
 

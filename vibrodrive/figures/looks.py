@@ -32,7 +32,7 @@ class Look(NamedTuple):
     nil: str  # motions that rest, on a map with the colours `signed`
     beyond: tuple[str, str]  # values below and above a continuous scale
     kept: tuple[str, str]  # structure kept and lost
-    statuses: tuple[str, str, str, str]  # statuses, in the order of STATUSES in figures/colours.py
+    statuses: tuple[str, str, str, str]  # statuses, in the order of SHOWN in figures/colours.py
     lacking: str | None  # computed points without a value; None if these points are hatched
 
 

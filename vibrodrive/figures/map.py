@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from vibrodrive.figures.bifurcation import add_image, is_geometric
-from vibrodrive.figures.colours import SHADES, UNKNOWN, Painted, paint
+from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed
@@ -35,41 +35,20 @@ from vibrodrive.figures.style import (
     note,
     styled,
 )
-from vibrodrive.model.drawing import IMPACT_POWER, KEPT, MAP, OF_CLASSES, OF_SECTION, Style, Width, choose_drawing
+from vibrodrive.model.choices import UNSEEN
+from vibrodrive.model.drawing import MAP, Style, Width, choose_drawing
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.records import UNSEEN
+from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity, row_of
 from vibrodrive.model.results import Results
 
 if TYPE_CHECKING:
     from vibrodrive.periodic.bifurcations import Bifurcation
 
-LABELS = {
-    "status": "status",
-    "last_xi": r"$\xi$ at the last section",
-    "last_dxi": r"$\xi\mathrm{′}$ at the last section",
-    "margin": "distance of the closest decision",
-    IMPACT_POWER: "power of the impacts",
-    "gaps": "periods between main impacts",
-    "sequence": "cycle of states: Up, Down, Stick, Rest, Impact",
-    "period": "period of the motion",
-    "energy": r"energy of the impacts $\sum\xi\mathrm{′}^2/2$ per period",
-    "momentum": r"momentum of the impacts $\sum|\xi\mathrm{′}|$ per period",
-    "lyapunov": "Lyapunov exponent per period",
-    KEPT: "structure of the undisturbed motion",
-    "judged": "switches compared with certified ones",
-    **{kind: f"{kind} switches" for kind in ("missed", "late", "wrong")},
-}
 
-
-def label_of(results: Results, quantity: str) -> str:
+def label_of(results: Results, row: Quantity) -> str:
     """Return the name of a quantity for its scale. The limit k₂ is named with its disturbance."""
-    if quantity in LABELS:
-        return LABELS[quantity]
-    if quantity == "k2":
-        return f"limit $k_2$ in ${NAMES[results.plan.sought].mathtext}$"
-    (meaning,) = (q.meaning for q in results.quantities if q.name == quantity)
-    return meaning.split(";")[0].split(", 0:")[0]
+    return f"limit $k_2$ in ${NAMES[results.plan.sought].mathtext}$" if row is LIMITS[0] else row.words
 
 
 WIDTH = 4.7
@@ -138,22 +117,23 @@ def map_figure(
     x, y = _plane(results.axes, x, y)
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
-    if undisturbed is not None and quantity != KEPT:
-        raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT} needs it"))
+    row = row_of(results.quantities, quantity)
+    if undisturbed is not None and row is not KEPT:
+        raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT.name} needs it"))
     unit = results.measure(quantity)
-    values = _kept(results, undisturbed) if quantity == KEPT else unit.shown_of(recorded(results, quantity))
+    values = _kept(results, undisturbed) if row is KEPT else unit.shown_of(recorded(results, row))
     several: list[Any] = [over] if isinstance(over, Results) else list(over)
     limited = [one for one in several if isinstance(one, Results)]
     exact = [one if isinstance(one, Exact) else Exact.of(one) for one in several if not isinstance(one, Results)]
     lines = placed(exact, results, x, y) if exact else []
-    painted = paint(quantity, values[index], status, unit.ends(limits))
+    painted = paint(row, values[index], status, unit.ends(limits))
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
-    said += conditions(of_sweep(results), names, section=quantity in OF_SECTION)
-    alone = y is not None or quantity in OF_CLASSES  # such a figure hides others, or has its own ordinate
+    said += conditions(of_sweep(results), names, section=row in LAST)
+    alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
     shows = None if alone else (x, quantity)
-    label = unit.label(label_of(results, quantity))
+    label = unit.label(label_of(results, row))
     fig, panels = new(1, 1, width=WIDTH, height=3.7 + (TALLER if lines else 0.0), shows=[shows], said=said)
     ax = panels[0, 0]
     across = as_shown(x, results.axes[x])
@@ -163,9 +143,10 @@ def map_figure(
         _draw_cells(ax, painted, across, as_shown(y, results.axes[y]), turned=names.index(x) < names.index(y))
         _add_bar(fig, ax, painted, label)
     name_axes(ax, x, y)
-    said += rest_phrases(values[index], status) if quantity == "last_dxi" else []
-    unseen = np.count_nonzero(values[index] == UNSEEN) if quantity in UNKNOWN else 0
-    said += [f"{UNKNOWN[quantity]}: {unseen} of {status.size} points"] if unseen else []
+    said += rest_phrases(values[index], status) if row is LAST[1] else []
+    for value, words in row.special if row.classes else ():
+        found = np.count_nonzero(values[index] == value)
+        said += [f"{words}: {found} of {status.size} points"] if found else []
     note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left")
     if lines:
         draw_lines(ax, lines)
@@ -192,15 +173,15 @@ def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[s
     return x or next(rest), y or next(rest, None)
 
 
-def recorded(results: Any, quantity: str) -> np.ndarray:
+def recorded(results: Any, row: Quantity) -> np.ndarray:
     """Return a quantity over all axes, dimensionless; for the power of the impacts their energy.
 
     The array is float64, with NaN for an undefined value. For gaps and sequences it is int64, with -1 for an undefined
     value.
     """
-    if quantity in OF_SECTION:
-        return np.asarray(results.section, float)[..., -1, OF_SECTION.index(quantity)]
-    values = np.asarray(getattr(results, "energy" if quantity == IMPACT_POWER else quantity))
+    if row in LAST:
+        return np.asarray(results.section, float)[..., -1, LAST.index(row)]
+    values = np.asarray(getattr(results, row.source or row.name))
     return values.astype(np.int64) if values.dtype.kind == "i" else values.astype(float)
 
 
@@ -208,7 +189,7 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
     """Return for each point 1 if its gaps equal those of the undisturbed motion, 0 if they differ, and -1 if the
     undisturbed motion has no gaps, or if a record is too short to show the gaps."""
     if undisturbed is None:
-        raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT}"))
+        raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT.name}"))
     gaps = np.asarray(results.gaps)
     return np.where((undisturbed > 0) & (gaps != UNSEEN), (gaps == undisturbed).astype(np.int64), -1)
 

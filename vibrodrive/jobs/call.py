@@ -17,11 +17,10 @@ from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA
-from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
-from vibrodrive.model.records import several_motions
+from vibrodrive.model.records import functions
 from vibrodrive.model.results import Results
 from vibrodrive.model.slips import forgotten, unlikely, warn
 
@@ -172,7 +171,7 @@ def sweep(
     if not isinstance(overwrite, bool):
         raise TypeError(bad("overwrite", overwrite, "True or False"))
     refuse_idle(plan, written)
-    if several_motions(plan.record):
+    if plan.per_point:
         from vibrodrive.stability.per_point import with_names
 
         plan = with_names(plan)
@@ -191,7 +190,7 @@ def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> 
     tally = Tally()
     tally.start(plan)
     with shown(make_display("sweep"), lambda show: show.look(tally.line, compilation)):
-        if not several_motions(plan.record):
+        if not plan.per_point:
             return collect(plan, threads, executor, tally.add)
         from vibrodrive.stability.per_point import run_blocks
 
@@ -226,9 +225,8 @@ def _into_file(
     from vibrodrive.store.place import check_output
 
     file = check_path(path)
-    for one in plan.record:
-        if isinstance(one, Own):
-            one.refuse_unknown()
+    for own in functions(plan.record):
+        own.refuse_unknown()
     check_threads(threads)
     if executor is not None:
         check_executor(executor)

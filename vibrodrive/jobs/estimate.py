@@ -13,7 +13,6 @@ import numpy as np
 
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import BLOCK_WORK, LEAST_POINTS, POINT, Plan
-from vibrodrive.model.records import ERROR
 
 SAMPLES = 4  # largest number of samples; their differences show how sure the estimate is
 SECONDS = 0.3  # least CPU time of a sample from which the time of its remaining periods is extrapolated
@@ -40,7 +39,7 @@ def estimate(plan: Plan, threads: int | None) -> Estimate:
     before = compilation.seconds
     load_kernels(plan)
     loading = monotonic() - began - (compilation.seconds - before)
-    alone = plan.settings.one_by_one(ERROR in plan.record)
+    alone = plan.settings.one_by_one(plan.bounded)
     return Estimate(*_computing(plan, busy_threads(check_threads(threads), plan.n_points, alone)), loading)
 
 

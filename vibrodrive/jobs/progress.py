@@ -15,8 +15,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TextIO
 
-from vibrodrive.model.records import PER_POINT
-
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
     from vibrodrive.model.plan import Plan
@@ -42,7 +40,7 @@ class Tally:
 
     def start(self, plan: Plan, done: int = 0) -> None:
         """Set the numbers of points and periods, and start the measurement of time."""
-        several = {*PER_POINT} & {*plan.record}
+        several = any(one.alone for one in plan.record)
         self.periods = 0 if several else plan.settings.transient + plan.settings.periods
         self.points, self.done, self.stage, self.began = plan.n_points, done, "", time.monotonic()
 

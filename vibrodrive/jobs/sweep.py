@@ -29,7 +29,6 @@ from vibrodrive.jobs.progress import Show, Tally, duration, shown
 from vibrodrive.jobs.signals import catch
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import several_motions
 from vibrodrive.model.size import file_bytes, human
 from vibrodrive.store.layout import Origin, Progress
 from vibrodrive.store.writer import Writer, open_writer
@@ -247,7 +246,7 @@ class _Work:
 
 def _computing(plan: Plan) -> ModuleType:
     """Return the module that computes the blocks of a plan. It is imported late, because it loads Numba."""
-    if several_motions(plan.record):
+    if plan.per_point:
         from vibrodrive.stability import per_point
 
         return per_point

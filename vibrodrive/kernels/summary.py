@@ -46,7 +46,7 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import PI, TWO_PI, sincos
 from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
-from vibrodrive.model.records import LONGEST, UNSEEN
+from vibrodrive.model.choices import LONGEST, UNSEEN
 
 PERIOD, PHASE, BEFORE, AFTER, XI, DXI, COLUMNS = 0, 1, 2, 3, 4, 5, 6
 """Columns of a row that stores a switch, in the order of `Trajectory.switches`."""

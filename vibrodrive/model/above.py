@@ -11,6 +11,9 @@ ABOVE = {
     "a Dataset of results": "store.dataset:dataset",
     "the figure of results": "figures.diagrams:from_results",
     "the figure of a motion": "figures.curves:trajectory_figure",
+    "blocks of points": "stability.per_point:take_in_turn",
+    "blocks of limits": "stability.per_point:find_limits",
+    "the failures of a motion": "stability.failures:count_failures",
     "the progress of a call": "jobs.progress:under_way",
 }
 """Places "module:name" below `vibrodrive`. The key is the argument of `above`."""

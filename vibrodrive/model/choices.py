@@ -8,6 +8,15 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Literal, TypeAlias
 
+LONGEST = 64
+"""Longest period of a motion that is searched for, in excitation periods."""
+
+UNSEEN = -2
+"""Value of `period`, `sequence` and `gaps` if the record is too short to show whether the motion repeats.
+
+`period` and `sequence` need recorded switches over LONGEST periods, `gaps` needs each cycle of gaps twice.
+"""
+
 
 class Named(IntEnum):
     """A choice that prints as its name: "OK", not 0."""

@@ -1,12 +1,14 @@
 """Kinds of figures of a sweep, and quantities that can be drawn, depending on the records of the sweep."""
 
 import math
+from collections.abc import Sequence
 from numbers import Real
 from typing import Any, Literal, get_args
 
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import has_units
-from vibrodrive.model.records import ERRORS, FAILURE_COUNTS, IMPACTS, LIMIT, LIMITS, SECTION, SUMMARIES, SUMMARY
+from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, Quantity
+from vibrodrive.model.records import RECORDS, SECTION
 
 BIFURCATION, POINCARE, MAP, BANDS = "bifurcation", "poincare", "map", "bands"
 
@@ -24,26 +26,12 @@ FIGURE_UNITS = SI, DIMENSIONLESS = "SI", "dimensionless"  # units of quantities 
 
 FORMATS = (".png", ".pdf", ".svg")
 
-SECTION_QUANTITIES = ("dxi", "xi")
-IMPACT_QUANTITIES = ("impact_phase", "impact_speed")
-DIAGRAM_QUANTITIES = (*SECTION_QUANTITIES, *IMPACT_QUANTITIES)
-OF_SUMMARY = tuple(q.name for q in SUMMARIES)
 OF_EVERY_SWEEP = ("status", "margin")
-OF_SECTION = ("last_xi", "last_dxi")
-"""ξ and ξ' at the last section point. A map over starts shows which of the coexisting motions each start reaches."""
-
-IMPACT_POWER = "impact_power"  # `energy` as a power in W, with the scene of the sweep
 
 STARTS = ("xi0", "dxi0", "tau0")  # coordinates of the start
 
-KEPT = "kept"  # 1 if `gaps` equal those of the undisturbed motion, 0 if they differ, -1 if the undisturbed one has none
-
-OF_CLASSES = ("period", "gaps", "sequence", "status", "orbit_period", "how", KEPT)
-"""Quantities of maps with one colour for each value, hence without a range."""
-
-MAP_QUANTITIES = (
-    *OF_SUMMARY, KEPT, IMPACT_POWER, *OF_SECTION, *(q.name for q in (*LIMITS, *FAILURE_COUNTS)), *OF_EVERY_SWEEP,
-)  # fmt: skip
+DIAGRAM_QUANTITIES = tuple(name for one in RECORDS.values() for name in one.diagrams)
+MAP_QUANTITIES = (*(name for one in RECORDS.values() for name in one.maps), *OF_EVERY_SWEEP)
 """Quantities of maps over two axes, and of lines over one axis. The numbers of a function of the user are others."""
 
 
@@ -65,11 +53,11 @@ def check_limits(key: str, limits: Any) -> tuple[float, float]:
     raise ValueError(bad(key, limits, "two numbers in ascending order"))
 
 
-def check_range(key: str, limits: tuple[float, float] | None, quantity: str) -> None:
+def check_range(key: str, limits: tuple[float, float] | None, row: Quantity) -> None:
     """Refuse limits that are no range, or that belong to a quantity with one colour for each value. Raises ValueError
     with one sentence."""
-    if limits is not None and quantity in OF_CLASSES:
-        raise ValueError(bad(key, limits, f"left out, because the colours of {quantity} are classes without a range"))
+    if limits is not None and row.classes:
+        raise ValueError(bad(key, limits, f"left out, because the colours of {row.name} are classes without a range"))
     if limits is not None:
         check_limits(key, limits)
 
@@ -81,11 +69,11 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     diagram. Otherwise the first of these conditions selects the kind. None of them counts values.
 
     * Without an axis: a Poincaré section.
-    * With limits over one axis: bands from the first loss to the last value kept.
-    * Without a section: a map of the period, of k₂, of missed switches or of the first number of a function; if
-      only impacts are recorded, a diagram of their phases.
     * If there are several axes, all of them coordinates of the start: a map of the last section point.
-    * Otherwise: a bifurcation diagram.
+    * With a section: a bifurcation diagram.
+    * With limits over one axis: bands from the first loss to the last value kept.
+    * With numbers for each point: a map of the period, of k₂, of missed switches or of the first number of a function.
+    * With impacts: a diagram of their phases.
 
     `swept` is a Plan or Results. `others` contains `x`, `y` and `limits`, which must have an effect on the figure.
     Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
@@ -104,75 +92,77 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         if name not in OPTIONS[kind]:
             raise ValueError(bad(name, value, f"left out for a figure of kind {kind}"))
     if kind == BANDS:
-        if LIMIT not in swept.record or len(swept.axes) != 1:
+        if not _has_bands(swept):
             raise ValueError(bad("kind", BANDS, 'left out, because bands need record = "limit" over one axis'))
-        return kind, LIMITS[0].name
+        return kind, _maps(swept)[0]
     return kind, _map_quantity(swept, quantity) if kind == MAP else _diagram_quantity(swept, kind, quantity)
 
 
 def _default(swept: Any, quantity: str | None, y: str | None) -> tuple[str, str | None]:
     """Return the kind that follows from the axes, the record and the arguments, with the quantity."""
-    record = swept.record
     if not swept.axes:
         return POINCARE, None
-    if y is None and (quantity in IMPACT_QUANTITIES or (quantity is None and record == (IMPACTS,))):
-        return BIFURCATION, quantity
-    if LIMIT in record and len(swept.axes) == 1 and quantity is None and y is None:
-        return BANDS, None
-    if y is not None or quantity in (*MAP_QUANTITIES, *_numbers(swept)) or (quantity is None and SECTION not in record):
+    if y is not None or quantity in (*MAP_QUANTITIES, *_maps(swept)):
         return MAP, quantity
-    if len(swept.axes) > 1 and all(name in STARTS for name in swept.axes) and quantity in (None, *SECTION_QUANTITIES):
-        return MAP, f"last_{quantity or SECTION_QUANTITIES[0]}"
-    return BIFURCATION, quantity
+    coordinates = SECTION.diagrams if SECTION in swept.record else ()
+    starts = len(swept.axes) > 1 and all(name in STARTS for name in swept.axes)
+    if starts and coordinates and quantity in (None, *coordinates):
+        return MAP, f"last_{quantity or coordinates[0]}"
+    if quantity is not None or coordinates:
+        return BIFURCATION, quantity
+    if _has_bands(swept):
+        return BANDS, None
+    return MAP if _maps(swept) or not _diagrams(swept) else BIFURCATION, None
+
+
+def _has_bands(swept: Any) -> bool:
+    return any(one.bands(len(swept.axes)) for one in swept.record)
+
+
+def _diagrams(swept: Any) -> list[str]:
+    """Return the quantities of diagrams that a sweep has recorded."""
+    return [name for one in swept.record for name in one.diagrams]
+
+
+def _maps(swept: Any) -> list[str]:
+    """Return the quantities of maps that a sweep has recorded, apart from those of every sweep, the default first."""
+    there = {q.name for q in swept.quantities} | {name for name, q in QUANTITIES.items() if q.source}
+    if not has_units({**swept.scalars, **swept.axes}):
+        there.discard(IMPACT_POWER.name)
+    last = sorted(swept.record, key=lambda one: SECTION in (one,))  # a map of last points is the least telling one
+    return [name for one in last for name in one.maps if name in there]
 
 
 def _map_quantity(swept: Any, quantity: str | None) -> str:
     """Return the quantity of a map. Raises ValueError if the sweep has not recorded it."""
-    record = swept.record
-    recorded = "this sweep recorded " + ", ".join(record)
-    known = [
-        *_numbers(swept),
-        *([KEPT] if SUMMARY in record else ()),
-        *(OF_SECTION if SECTION in record else ()),
-        *OF_EVERY_SWEEP,
-    ]
-    if quantity is None:
-        first = known[1] if FAILURE_COUNTS[0] in swept.quantities else known[0]  # `judged` says nothing of failures
-        quantity = "last_dxi" if SECTION in record and SUMMARY not in record else first
-    if quantity == IMPACT_POWER and SUMMARY in record:
-        if not has_units({**swept.scalars, **swept.axes}):
-            raise ValueError(bad("quantity", quantity, "energy, because impact_power needs a scene in SI units"))
-    elif quantity not in known:
-        if quantity in (*OF_SUMMARY, KEPT, IMPACT_POWER) and SUMMARY not in record:
-            recorded += f', and {quantity} needs record = "{SUMMARY}"'
-        raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {recorded}"))
-    return quantity
+    known = [*_maps(swept), *OF_EVERY_SWEEP]
+    return _known(swept, quantity or known[0], known)
 
 
-def _numbers(swept: Any) -> list[str]:
-    """Return the quantities with one number for each point, except error bounds."""
-    return [q.name for q in swept.quantities if not q.along and q not in ERRORS]
+def _known(swept: Any, quantity: str, known: Sequence[str]) -> str:
+    """Return a quantity if it is one of the known ones. Raises ValueError, also with the record that it needs."""
+    if quantity in known:
+        return quantity
+    of = next((one for one in RECORDS.values() if quantity in (*one.maps, *one.diagrams)), None)
+    if of in swept.record and quantity == IMPACT_POWER.name:
+        raise ValueError(bad("quantity", quantity, f"energy, because {quantity} needs a scene in SI units"))
+    needs = "" if of is None or of in swept.record else f', and {quantity} needs record = "{of}"'
+    raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {_recorded(swept)}{needs}"))
+
+
+def _recorded(swept: Any) -> str:
+    return "this sweep recorded " + ", ".join(swept.record)
 
 
 def _diagram_quantity(swept: Any, kind: str, quantity: str | None) -> str:
     """Return the quantity of a figure that is not a map. Raises ValueError if the sweep has not recorded it."""
-    record = swept.record
-    recorded = "this sweep recorded " + ", ".join(record)
-    impacts = IMPACT_QUANTITIES if IMPACTS in record and swept.axes else ()
-    known = (*(SECTION_QUANTITIES if SECTION in record else ()), *(impacts if kind == BIFURCATION else ()))
+    known = _diagrams(swept) if kind == BIFURCATION else [n for n in _diagrams(swept) if n in SECTION.diagrams]
     if not known and not swept.axes:
-        raise ValueError(bad("record", ", ".join(record), f'extended by "{SECTION}" to draw one motion'))
+        raise ValueError(bad("record", ", ".join(swept.record), f'extended by "{SECTION}" to draw one motion'))
     if not known:
-        allowed = f"{MAP} or {BIFURCATION}" if impacts else MAP
-        raise ValueError(bad("kind", kind, f"{allowed}, because {recorded}"))
-    quantity = quantity or known[0]
-    if quantity in IMPACT_QUANTITIES and not impacts:
-        raise ValueError(
-            bad("quantity", quantity, f'left out, because {recorded}, and {quantity} needs record = "{IMPACTS}"')
-        )
-    if quantity not in known:
-        raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {recorded}"))
-    return quantity
+        allowed = f"{MAP} or {BIFURCATION}" if _diagrams(swept) else MAP
+        raise ValueError(bad("kind", kind, f"{allowed}, because {_recorded(swept)}"))
+    return _known(swept, quantity or known[0], known)
 
 
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

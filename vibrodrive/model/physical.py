@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from vibrodrive.model.described import html_table
 from vibrodrive.model.names import SCENE, TURN
 from vibrodrive.model.parameters import bad, real_array, real_number
+from vibrodrive.model.quantities import QUANTITIES
 from vibrodrive.model.slips import OfScene, slip, warn
 
 if TYPE_CHECKING:
@@ -84,31 +85,25 @@ def has_units(known: Mapping[str, Any]) -> bool:
 
 class Unit(NamedTuple):
     """A unit in SI. `si` is its name in files and tables (UDUNITS), `shown` its name in figures after multiplication by
-    `scale`, `one` the value of the dimensionless 1 as a function of μ g cos α, Ω0 and the mass, and `names` contains
-    the quantities that have this unit."""
+    `scale`, and `one` the value of the dimensionless 1 as a function of μ g cos α, Ω0 and the mass."""
 
     si: str
     shown: str
     scale: float
     one: Callable[[Any, Any, Any], Any]
-    names: str = ""
 
 
 UNITS = {
-    "length": Unit("m", "mm", 1e3, lambda f, w, m: f / w / w, "xi section_xi last_xi xi_max error_xi"),
-    "velocity": Unit("m s-1", "m/s", 1.0, lambda f, w, m: f / w,
-                     "dxi section_dxi last_dxi dxi_min dxi_max error_dxi "
-                     "speed impact_speed impact_speed_max impact_speed_mean velocity"),
-    "time": Unit("s", "ms", 1e3, lambda f, w, m: 1.0 / w, "tau"),
-    "rate": Unit("s-1", "", 1.0, lambda f, w, m: w / TURN, "impacts lyapunov"),  # of numbers per excitation period
+    "length": Unit("m", "mm", 1e3, lambda f, w, m: f / w / w),
+    "velocity": Unit("m s-1", "m/s", 1.0, lambda f, w, m: f / w),
+    "time": Unit("s", "ms", 1e3, lambda f, w, m: 1.0 / w),
+    "rate": Unit("s-1", "", 1.0, lambda f, w, m: w / TURN),  # of numbers per excitation period
     "force": Unit("N", "N", 1.0, lambda f, w, m: m * f),
-    "momentum": Unit("N s", "N s", 1.0, lambda f, w, m: m * f / w, "momentum"),
-    "energy": Unit("J", "J", 1.0, lambda f, w, m: m * (f / w) * (f / w), "energy friction_loss drive_work"),
-    "power": Unit("W", "W", 1.0, lambda f, w, m: m * (f / w) * (f / w) * w / TURN, "impact_power"),  # of `energy`
-}  # fmt: skip
-"""How each quantity scales with the scene. A quantity that is in no row has no unit in SI."""
-
-UNIT_OF = {name: key for key, unit in UNITS.items() for name in unit.names.split()}
+    "momentum": Unit("N s", "N s", 1.0, lambda f, w, m: m * f / w),
+    "energy": Unit("J", "J", 1.0, lambda f, w, m: m * (f / w) * (f / w)),
+    "power": Unit("W", "W", 1.0, lambda f, w, m: m * (f / w) * (f / w) * w / TURN),  # of an energy per period
+}
+"""How quantities scale with the scene (`Quantity.scales`)."""
 
 PER_KG = ("force", "momentum", "energy", "power")  # without a mass: per kilogram
 
@@ -159,8 +154,8 @@ def measure(quantity: str, known: Mapping[str, Any], dimensionless: bool = False
 
     If `dimensionless`, only a power, which is no other quantity without a scene, is converted.
     """
-    key = UNIT_OF.get(quantity)
-    if key is None or not has_units(known):
+    key = QUANTITIES[quantity].scales if quantity in QUANTITIES else ""
+    if not key or not has_units(known):
         return Measure()
     return Measure(apart=True) if dimensionless and key != "power" else _measure(key, known)
 

@@ -18,26 +18,12 @@ from vibrodrive.model.choices import ACTS_ON, Method, used_by
 from vibrodrive.model.names import AXES, PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
 from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, with_A_and_B
-from vibrodrive.model.records import (
-    ERROR,
-    FAILURES,
-    LIMIT,
-    PERIODS,
-    SECTION,
-    SUMMARY,
-    Quantity,
-    check_record,
-    point_bytes,
-    quantities,
-    several_motions,
-)
+from vibrodrive.model.quantities import Quantity
+from vibrodrive.model.records import SECTION, Records, check_record, quantities
 
 BLOCK_BYTES = 4 << 20
 """Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
 need less memory."""
-
-BLOCK_POINTS, BLOCK_POINTS_SMALL = 1024, 8192
-"""Largest number of points of a block. The second number holds if only summaries are recorded, the first otherwise."""
 
 BLOCK_WORK = 2e6
 """Largest work of a block, in microseconds of one core (`Settings.work`). If a sweep is stopped, the unfinished blocks
@@ -53,8 +39,6 @@ WAVE_POINTS = 8192
 """Largest number of bytes and of points of a wave, the blocks that are computed together. Some lanes of the kernels
 (kernels/engine.py) become idle towards the end of a wave. With this number of points idle lanes cost little."""
 
-BLOCK_POINTS_SEVERAL = 32
-"""Number of points of a block whose points need several motions each. Their searches are computed together."""
 
 IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
@@ -74,7 +58,7 @@ class Plan:
         may be axes.
     scalars : parameters with one value, and the quantities of the scene, if any, that are not axes. If A or B depends
         on an axis of the scene, it is neither axis nor scalar, but is computed for each point.
-    record : names of the records (records.py).
+    record : the records (records.py).
     together : values of the parameters that change together along the axis POINT.
     tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
         for the shape that `chunk` computes.
@@ -86,7 +70,7 @@ class Plan:
     scalars: dict[str, float]
     settings: Settings
     tiling: tuple[int, ...] | None = None
-    record: tuple[str, ...] = (SECTION,)
+    record: Records = (SECTION,)
     together: dict[str, np.ndarray] = field(default_factory=dict)
     stored: tuple[Quantity, ...] | None = None
 
@@ -94,6 +78,31 @@ class Plan:
     def quantities(self) -> tuple[Quantity, ...]:
         """Quantities of the records, without the section."""
         return quantities(self.record) if self.stored is None else self.stored
+
+    @property
+    def point_bytes(self) -> int:
+        """Number of bytes of the records of one point."""
+        return sum(one.point_bytes(self.settings.periods) for one in self.record)
+
+    @property
+    def per_point(self) -> bool:
+        """True if the points are computed one by one, by stability/per_point.py."""
+        return any(one.per_point for one in self.record)
+
+    @property
+    def seeks(self) -> bool:
+        """True if each point is a search for the limit of a disturbance."""
+        return any(one.seeks for one in self.record)
+
+    @property
+    def bounded(self) -> bool:
+        """True if error bounds are recorded."""
+        return any(one.bounded for one in self.record)
+
+    @property
+    def summarised(self) -> bool:
+        """True if summaries are recorded."""
+        return any(one.summarised for one in self.record)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -168,9 +177,9 @@ class Plan:
         """Shape of a block: 1 along the leading axes, a part of one axis, and the full length of the trailing axes."""
         if self.tiling is not None:
             return self.tiling
-        most = BLOCK_POINTS_SMALL if self.record == (SUMMARY,) else BLOCK_POINTS
-        most = BLOCK_POINTS_SEVERAL if several_motions(self.record) else min(most, self._most_points)
-        rows = max(1, min(most, BLOCK_BYTES // point_bytes(self.record, self.settings.periods)))
+        most = min(one.block_points for one in self.record)
+        most = most if self.per_point else min(most, self._most_points)
+        rows = max(1, min(most, BLOCK_BYTES // self.point_bytes))
         chunk = [1] * len(self.shape)
         for k in range(len(self.shape) - 1, -1, -1):
             chunk[k] = -(-self.shape[k] // -(-self.shape[k] // rows))  # blocks of nearly equal length
@@ -182,7 +191,7 @@ class Plan:
     @property
     def wave_points(self) -> int:
         """Largest number of points of a wave of several blocks."""
-        most = min(WAVE_POINTS, WAVE_BYTES // point_bytes(self.record, self.settings.periods))
+        most = min(WAVE_POINTS, WAVE_BYTES // self.point_bytes)
         corners = self._corners()
         if {point["eps"] == 0.0 for point in corners} == {True, False}:
             # the points with ε = 0 are computed first, and may finish no block
@@ -200,12 +209,12 @@ class Plan:
 
         The work is not computed if all points are within this least number.
         """
-        least = 1 if self.settings.one_by_one(ERROR in self.record) else LEAST_POINTS
+        least = 1 if self.settings.one_by_one(self.bounded) else LEAST_POINTS
         return least if self.n_points <= least else max(least, int(BLOCK_WORK // self.point_work))
 
     def _work(self, point: Mapping[str, float]) -> float:
         five = (point[name] for name in ("A", "B", "eps", "eta", "dtau"))
-        return self.settings.work(*five, summary=SUMMARY in self.record, bounded=ERROR in self.record)
+        return self.settings.work(*five, summary=self.summarised, bounded=self.bounded)
 
     def _corners(self) -> list[dict[str, float]]:
         """Return A, B, ε, η and Δτ by name at all combinations of the least and largest values of the parameters.
@@ -258,7 +267,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     """
     arguments = _with_scene(arguments)
     chosen: dict[str, int] = {}
-    record: tuple[str, ...] = (SECTION,)
+    record: Records = (SECTION,)
     axes: dict[str, np.ndarray] = {}
     together: dict[str, np.ndarray] = {}
     scalars = {**DEFAULTS}
@@ -280,32 +289,16 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     if not given.isdisjoint(SCENE):
         _follow_scene(axes, scalars, {**arguments, **together})
-    for one in PERIODS.keys() & record:
-        chosen.setdefault("periods", PERIODS[one])
+    for one in record:
+        if one.periods is not None:
+            chosen.setdefault("periods", one.periods)
     plan = Plan(axes, scalars, Settings(**chosen), record=record, together=together)
-    if LIMIT in record:
-        _check_limit(plan)
-        return plan
-    if plan.sought == "dtau":
+    if plan.sought == "dtau" and not plan.seeks:
         name = plan.settings.method_name
         raise ValueError(f"dtau is missing: must be given for method = {name!r}, {PARAMETERS['dtau'].allowed}")
-    if FAILURES in record and plan.settings.method == Method.CERTIFIED:
-        allowed = f'{used_by("dtau").replace(" and ", " or ")} with record = "{FAILURES}"'
-        raise ValueError(bad("method", plan.settings.method_name, allowed))
+    for one in record:
+        one.refuse(plan)
     return plan
-
-
-def _check_limit(plan: Plan) -> None:
-    """Refuse what has no meaning for the record `limit`. Raises ValueError."""
-    varied = {**plan.axes, **plan.together}
-    if plan.sought == "eps" and ("eps" in varied or plan.scalars["eps"] != 0.0):
-        value = varied["eps"].tolist() if "eps" in varied else plan.scalars["eps"]
-        raise ValueError(bad("eps", value, "left out, because its limit is computed"))
-    idle = {"section_phase": "limits do not depend on the section"}
-    if plan.sought == "dtau" and "eps" not in varied and plan.scalars["eps"] == 0.0:
-        idle["eta"] = "limits in dtau do not depend on eta if eps is 0"
-    for name in idle.keys() & varied.keys():
-        raise ValueError(bad(name, varied[name].tolist(), f"one number, because {idle[name]}"))
 
 
 def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:

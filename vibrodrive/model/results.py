@@ -17,7 +17,8 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import ERROR, OF_RECORD, SECTION, Quantity, quantities
+from vibrodrive.model.quantities import Quantity, length_along
+from vibrodrive.model.records import ERROR, RECORDS, SECTION, Records, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.slips import warn
 from vibrodrive.model.statuses import Statuses, count_statuses
@@ -127,7 +128,7 @@ class Results:
         source: Mapping[str, np.ndarray] | Read,
         title: str = "",
         *,
-        record: tuple[str, ...] = (SECTION,),
+        record: Records = (SECTION,),
         points: Mapping[str, np.ndarray] | None = None,
         stored: tuple[Quantity, ...] | None = None,
     ) -> None:
@@ -165,15 +166,15 @@ class Results:
         """
         refuse_large_results(plan)
         shape = plan.shape
-        extra = {"": (), "impact": (2 * plan.settings.periods,)}
+        periods = plan.settings.periods
         arrays: dict[str, np.ndarray] = {
-            **{q.name: np.full((*shape, *extra[q.along]), q.fill, q.dtype) for q in plan.quantities},
+            **{q.name: np.full((*shape, *length_along(q.along, periods)), q.fill, q.dtype) for q in plan.quantities},
             "status": np.full(shape, int(Status.NOT_COMPUTED), np.int8),
             "margin": np.full(shape, np.nan),
             "switches": np.full((*shape, 5), -1, np.int64),
         }
         if SECTION in plan.record:
-            arrays["section"] = np.empty((*shape, plan.settings.periods, 2))
+            arrays["section"] = np.empty((*shape, periods, 2))
         return cls.of(plan, arrays)
 
     @classmethod
@@ -544,7 +545,7 @@ class Results:
 ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "title")
 """Attributes of each object of Results, which `dir(Results)` does not contain."""
 
-_WHERE = {q.name: record for record, known in OF_RECORD.items() for q in known}
+_WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))}
 
 
 def _no_source(name: str, index: Index) -> np.ndarray:

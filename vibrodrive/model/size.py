@@ -9,7 +9,6 @@ from pathlib import Path, PurePosixPath
 
 from vibrodrive.errors import TooLarge
 from vibrodrive.model.plan import IN_FLIGHT, Plan
-from vibrodrive.model.records import point_bytes, quantities
 
 PERIODS_MAX = 2**29 - 1
 """Largest number of recorded periods. All ξ (or ξ') of one point are in one HDF5 chunk, and a chunk is below 4 GiB."""
@@ -118,7 +117,7 @@ def _table(path: str) -> dict[str, int]:
 
 
 def _bytes_of_a_point(plan: Plan) -> int:
-    return point_bytes(plan.record, plan.settings.periods) + POINT_BYTES
+    return plan.point_bytes + POINT_BYTES
 
 
 def result_bytes(plan: Plan) -> int:
@@ -130,9 +129,9 @@ def file_bytes(plan: Plan) -> int:
     """Return the bytes of a result file, within about 1 %. HDF5 stores full chunks, even at the ends of the axes."""
     chunks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
     rows = chunks * math.prod(plan.chunk)
-    per_chunk = (6 + len(quantities(plan.record))) * (4 + 40)  # a checksum and an index entry for each variable
+    per_chunk = (6 + len(plan.quantities)) * (4 + 40)  # a checksum and an index entry for each variable
     axes = 8 * (sum(plan.shape) + plan.settings.periods)
-    tables = 40_000 + 3_200 * len(quantities(plan.record))
+    tables = 40_000 + 3_200 * len(plan.quantities)
     return rows * _bytes_of_a_point(plan) + chunks * per_chunk + axes + tables
 
 

@@ -24,7 +24,7 @@ def as_toml(plan: Plan) -> str:
     follows = {"B", *(["A"] if "a0" in scene else [])} if scene else set()
     left = {*plan.axes, *follows, *idle(s.method)}
     numbers = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
-    known = [name for name in plan.record if name in RECORDS]
+    known = [str(one) for one in plan.record if one in RECORDS]
     said = numbers | s.words | ({"record": known} if known else {})
     homes = ({"physical": tuple(SCENE)} if scene else {}) | HOMES
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in homes.items()}

@@ -32,7 +32,8 @@ from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
-from vibrodrive.model.records import LIMIT, How
+from vibrodrive.model.quantities import How
+from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss

@@ -7,7 +7,7 @@ an interruption. This module yields the same blocks as `run_blocks` of batch/swe
 from __future__ import annotations
 
 import keyword
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from pickle import PicklingError
@@ -17,24 +17,25 @@ import numpy as np
 
 from vibrodrive.batch import sweep
 from vibrodrive.batch.trajectory import Trajectory, follow
-from vibrodrive.errors import Failed
 from vibrodrive.jit.slices import Halt
+from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.own import Own
-from vibrodrive.model.parameters import COLUMNS, bad, real_number
+from vibrodrive.model.parameters import COLUMNS, bad
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import FAILURES, IMPACTS, IN_FILES, LIMIT, RECORDS, SECTION, quantities
+from vibrodrive.model.record import OfMotion
+from vibrodrive.model.records import IMPACTS, SECTION, functions
+from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
 from vibrodrive.stability.criterion import IMPACTS as KEEPS_IMPACTS
 from vibrodrive.stability.criterion import parse_criterion
-from vibrodrive.stability.failures import count_failures
 from vibrodrive.stability.limit import LimitSearch
 
-TAKEN = {*NAMES, *dir(Results), *RECORDS, *ATTRIBUTES, *IN_FILES}
-"""Names that a number of a function cannot have, because results and files use them."""
+TAKEN = {*BY_RECORDS, *NAMES, *dir(Results), *ATTRIBUTES}
+"""Names that a number of a function cannot have, because results, figures and files use them."""
 
 
 def run_blocks(
@@ -54,17 +55,17 @@ def run_blocks(
         if executor is None or "pickle" not in str(error):
             raise
         allowed = "a function at the top of a module, because this executor sends it to other processes"
-        raise TypeError(bad("record", str(functions(plan)[0]), allowed)) from error
+        raise TypeError(bad("record", str(functions(plan.record)[0]), allowed)) from error
 
 
 def compute_wave(
     plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
 ) -> None:
     """Compute blocks, and call `give` with each of them when it is finished."""
-    WAVES.get(plan.record[0], _take_in_turn)(plan, blocks, threads, halt, give)
+    above(plan.record[-1].wave)(plan, blocks, threads, halt, give)  # a function is behind the records of its motion
 
 
-def _take_in_turn(
+def take_in_turn(
     plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
 ) -> None:
     """Compute one block after the other."""
@@ -78,11 +79,11 @@ def _empty(plan: Plan, index: int, start: int, stop: int) -> Block:
     return Block(
         index, start, stop, np.full((n, plan.settings.periods, 2), np.nan) if SECTION in plan.record else None,
         np.full(n, int(Status.OK), np.int8), np.full(n, np.nan), np.full((n, len(State)), -1),
-        {q.name: np.full(n, q.fill, q.dtype) for q in quantities(plan.record)},
+        {q.name: np.full(n, q.fill, q.dtype) for q in plan.quantities if not q.along},
     )  # fmt: skip
 
 
-def _find_limits(
+def find_limits(
     plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
 ) -> None:
     """Find the limits at the points of some blocks. Call `give` with each block when its last limit is found."""
@@ -101,17 +102,13 @@ def _find_limits(
             give(empty.pop(span))
 
 
-WAVES = {LIMIT: _find_limits, FAILURES: _take_in_turn}
-"""Function that computes the blocks of each record of PER_POINT; `_take_in_turn` computes functions of a motion."""
-
-
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
     """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
     n, halt = stop - start, halt or Halt()
     block = _empty(plan, 0, start, stop)
-    of_motion = tuple(name for name in plan.record if not isinstance(name, Own) and name != FAILURES)
-    if of_motion:
-        plain = sweep.compute(replace(plan, record=of_motion), start, stop, threads, halt)
+    together = tuple(one for one in plan.record if not one.per_point)
+    if together:
+        plain = sweep.compute(replace(plan, record=together, stored=None), start, stop, threads, halt)
         block = plain._replace(records={**block.records, **plain.records})
     with ThreadPoolExecutor(min(threads, n)) as pool:
         raised = list(pool.map(lambda at: _take_numbers(plan, block, at, halt), range(n)))
@@ -131,43 +128,15 @@ def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
     motion = motion_at(plan, block.start + at, halt)
     block.status[at], block.margin[at] = motion.status, motion.margin
     block.switches[at] = np.bincount(motion.switches["after"], minlength=len(State))
-    if FAILURES in plan.record:
-        for name, count in count_failures(motion)._asdict().items():
-            block.records[name][at] = count
-    for own in functions(plan):
-        found = numbers_of(own, motion)
-        if isinstance(found, Exception):
-            block.status[at] = Status.RAISED
-            return f"{own} at {place(plan, block.start + at)}: {type(found).__name__}: {found}"
-        for name, value in found.items():
-            block.records[name][at] = value
+    for one in plan.record:
+        if isinstance(one, OfMotion):
+            found = one.numbers(motion)
+            if isinstance(found, Exception):
+                block.status[at] = Status.RAISED
+                return f"{one} at {place(plan, block.start + at)}: {type(found).__name__}: {found}"
+            for name, value in found.items():
+                block.records[name][at] = value
     return None
-
-
-def functions(plan: Plan) -> list[Own]:
-    """Return the functions among the records of a plan."""
-    return [one for one in plan.record if isinstance(one, Own)]
-
-
-def numbers_of(own: Own, motion: Trajectory) -> dict[str, float] | Exception:
-    """Return the numbers of a function by name, or the exception that it raised, also for a result without numbers.
-
-    Any other exception is a fault of this program, and never the result of a point.
-    """
-    if own.function is None:
-        raise Failed(f"record = {str(own)!r}: must be computed by a call that gives the function")
-    allowed = f"a number, or numbers by name, as the result of {own}"
-    try:
-        found = own.function(motion)
-        named = found if isinstance(found, Mapping) else {str(own): found}
-        values = {str(name): real_number(str(name), value, allowed) for name, value in named.items()}
-        if not values:
-            raise TypeError(bad(str(own), found, allowed))
-        if own.numbers and set(values) != set(own.numbers):
-            raise ValueError(bad("names", list(values), f"{', '.join(own.numbers)}, as at the first point"))
-        return values
-    except Exception as error:
-        return error
 
 
 def with_names(plan: Plan) -> Plan:
@@ -175,14 +144,14 @@ def with_names(plan: Plan) -> Plan:
 
     Raises ValueError if a function raises at all points, with its first exception, and if a name is not usable.
     """
-    if all(own.numbers for own in functions(plan)):
+    if all(own.returned for own in functions(plan.record)):
         return plan
     named: list[str] = []
     record = []
     for one in plan.record:
         if isinstance(one, Own):
-            one = one.returning(tuple(_first_names(plan, one)))
-            for name in one.numbers:
+            one = one.returning(_first_names(plan, one))
+            for name in one.returned:
                 _check_name(one, name, {*named, *plan.axes, *plan.together})
                 named.append(name)
         record.append(one)
@@ -204,7 +173,7 @@ def _first_names(plan: Plan, own: Own) -> list[str]:
     """Return the names of the numbers of a function, from the first point at which it does not raise."""
     first: tuple[int, Exception] | None = None
     for at in range(plan.n_points):
-        found = numbers_of(own, motion_at(plan, at))
+        found = own.numbers(motion_at(plan, at))
         if not isinstance(found, Exception):
             return list(found)
         first = first or (at, found)
@@ -226,10 +195,11 @@ def place(plan: Plan, at: int) -> str:
 def load_kernels(plan: Plan) -> None:
     """Load or compile the kernels of a plan, before its time is measured."""
     short = replace(plan.settings, transient=0, periods=1)
-    if LIMIT not in plan.record:
+    if not plan.seeks:
         motion = motion_at(replace(plan, settings=short), 0)
-        if FAILURES in plan.record:
-            count_failures(motion)
+        for one in plan.record:
+            if isinstance(one, OfMotion) and one.alone:
+                one.numbers(motion)
         return
     axes = {**plan.axes, plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])}
     sweep.load_kernels(replace(plan, axes=axes, settings=short, record=(SECTION, IMPACTS)))

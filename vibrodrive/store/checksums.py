@@ -18,8 +18,9 @@ import numpy as np
 
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.quantities import SECTIONS
 from vibrodrive.store.header import BROKEN
-from vibrodrive.store.layout import Progress, Tile, variable_name, variables_of
+from vibrodrive.store.layout import Progress, Tile, variables_of
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
@@ -111,17 +112,17 @@ def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
     n = tile.stop - tile.start
     for variable in variables_of(plan):
         try:
-            read = file[variable.name][tile.slab]
+            read = file[variable.variable][tile.slab]
         except BROKEN:
-            return f"{variable.name}: wrong checksum"
-        values[variable.name] = read.reshape(n, -1) if variable.extra else read.reshape(n)
+            return f"{variable.variable}: wrong checksum"
+        values[variable.name] = read.reshape(n, -1) if variable.along else read.reshape(n)
     if not np.isin(values["status"], ENDINGS).all():
         return "status: unknown value"
     sums = point_sums(tile.start, values["margin"], values["switches"].astype(np.int64), values["status"])
-    for column, name in enumerate(("section_xi", "section_dxi")):
-        sums += section_sums(values[name], column) if name in values else np.uint64(0)
+    for column, q in enumerate(SECTIONS):
+        sums += section_sums(values[q.name], column) if q.name in values else np.uint64(0)
     for q in plan.quantities:
-        sums += record_sums(q.name, values[variable_name(q.name)])
+        sums += record_sums(q.name, values[q.name])
     if not np.array_equal(values["checksum"], sums):
         return "the values do not match their checksum"
     return None

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from vibrodrive.errors import Different
-from vibrodrive.model.own import Own
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SECTION
+from vibrodrive.model.records import Records, functions
 from vibrodrive.store.describe import settings_in_words
 
 
@@ -27,19 +26,18 @@ def joined(path: Path, stored: Plan, plan: Plan) -> Plan:
     Raises Different if the file contains another sweep.
     """
     refuse_different(path, compare(stored, plan))
-    return replace(stored, record=_known_like(stored, plan))
+    return replace(stored, record=_continued(stored, plan))
 
 
 def written(stored: Plan, configured: Plan) -> Plan:
     """Return the plan of the configuration in a file, with the functions of the file, which no configuration has."""
-    functions = tuple(one for one in stored.record if isinstance(one, Own))
-    alone = functions == stored.record and configured.record == (SECTION,)  # the default
-    return replace(configured, record=(*(() if alone else configured.record), *functions))
+    own = tuple(functions(stored.record))
+    return replace(configured, record=own if own == stored.record else (*configured.record, *own))
 
 
 def compare(stored: Plan, plan: Plan) -> list[str]:
     """Return the differences between a stored plan and `plan` as texts."""
-    there, here = _flat(stored), _flat(replace(plan, record=_known_like(stored, plan)))
+    there, here = _flat(stored), _flat(replace(plan, record=_continued(stored, plan)))
     found = []
     for key in [*there, *(k for k in here if k not in there)]:
         a, b = there.get(key), here.get(key)
@@ -52,12 +50,10 @@ def compare(stored: Plan, plan: Plan) -> list[str]:
     return found
 
 
-def _known_like(stored: Plan, plan: Plan) -> tuple[str, ...]:
-    """Return the records of a plan, with functions described as in a file."""
-    functions = {one: one for one in stored.record if isinstance(one, Own)}
-    return tuple(
-        one.known_like(functions[one]) if isinstance(one, Own) and one in functions else one for one in plan.record
-    )
+def _continued(stored: Plan, plan: Plan) -> Records:
+    """Return the records of a call as the file describes them."""
+    there = {one: one for one in stored.record}
+    return tuple(one.continued(there.get(one, one)) for one in plan.record)
 
 
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
@@ -68,13 +64,13 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
 
 def _other_functions(stored: Plan, plan: Plan) -> str:
     """Return the difference between the records of two plans. A text of a file contains hashes, which say nothing."""
-    functions = {one: one for one in stored.record if isinstance(one, Own)}
     if stored.record != plan.record:
-        only = " (only a call of vd.sweep has functions)" if functions.keys() - {*plan.record} else ""
-        there, here = (np.asarray(", ".join(p.record)) for p in (stored, plan))
-        return _difference("record", there, here) + only
-    for one in plan.record:
-        if isinstance(one, Own) and one.known_like(functions[one]).text != functions[one].text:
+        lacking = {*functions(stored.record)} - {*plan.record}
+        only = " (only a call of vd.sweep has functions)" if lacking else ""
+        return _difference("record", *(np.asarray(", ".join(p.record)) for p in (stored, plan))) + only
+    known = {one: one.outline for one in stored.record}
+    for one in functions(_continued(stored, plan)):
+        if one.outline != known[one]:
             values = f" or a value that it uses ({', '.join(one.uses)})" if one.uses else ", a default or an argument"
             return f"record {one} is another function in the file: its source{values} differs"
     return _difference("record", *(np.asarray(", ".join(p.record)) for p in (stored, plan)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibrodrive.model.drawing import IMPACT_POWER
 from vibrodrive.model.plan import POINT
+from vibrodrive.model.quantities import CHECKSUM, SECTIONS, Quantity
 from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.results import Results
 from vibrodrive.store import layout
@@ -32,15 +33,15 @@ def dataset(results: Results) -> xarray.Dataset:
     coords |= {name: xarray.Variable(POINT, values, _about(name)) for name, values in plan.together.items()}
     variables = {}
     for v in layout.variables_of(plan):
-        if v.name != "checksum":
-            dims = (*plan.axes, *([v.extra] if v.extra else []))
+        if v is not CHECKSUM:
+            dims = (*plan.axes, *([v.along] if v.along else []))
             unit = results.measure(v.name)
-            about = {"units": v.units if unit.si == "1" else unit.si, "long_name": unit.words(v.long_name)}
-            variables[v.name] = xarray.Variable(dims, unit.of(_array(results, v.name)), about)
+            about = {"units": v.unit if unit.si == "1" else unit.si, "long_name": unit.words(v.meaning)}
+            variables[v.variable] = xarray.Variable(dims, unit.of(values_of(results, v)), about)
     if SUMMARY in plan.record and results.measure("energy").si != "1":
-        power = results.measure(IMPACT_POWER)
+        power = results.measure(IMPACT_POWER.name)
         about = {"units": power.si, "long_name": "power of the impacts"}
-        variables[IMPACT_POWER] = xarray.Variable(tuple(plan.axes), power.of(np.asarray(results.energy)), about)
+        variables[IMPACT_POWER.name] = xarray.Variable(tuple(plan.axes), power.of(np.asarray(results.energy)), about)
     for name, flags in layout.flags_of(plan).items():
         variables[name].attrs |= flags
     return xarray.Dataset(variables, coords, {"title": results.title, **plain(plan)})
@@ -51,10 +52,8 @@ def _about(name: str) -> dict[str, str]:
     return {"units": units, "long_name": long_name}
 
 
-def _array(results: Results, name: str) -> np.ndarray:
-    """Return from results the values of the variable `name` of a file. The section is one array in Results and two
-    variables in files."""
-    columns = [v.name for v in layout.SECTIONS]
-    if name in columns:
-        return results.section[..., columns.index(name)]
-    return np.asarray(getattr(results, "period" if name == layout.MOTION_PERIOD else name))
+def values_of(results: Results, quantity: Quantity) -> np.ndarray:
+    """Return the values of a quantity. The section is one array in Results and two variables in files."""
+    if quantity in SECTIONS:
+        return results.section[..., SECTIONS.index(quantity)]
+    return np.asarray(getattr(results, quantity.name))

@@ -8,9 +8,7 @@ import math
 from typing import Any
 
 from vibrodrive.model.names import NAMES, SCENE
-from vibrodrive.model.own import texts
 from vibrodrive.model.plan import Plan, idle
-from vibrodrive.model.records import LIMIT
 
 MOTION = (
     "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
@@ -29,15 +27,14 @@ MODEL = (
 
 def plain(plan: Plan) -> dict[str, Any]:
     """Return the values common to all motions of a plan, by name: parameters that are not an axis, and settings."""
-    left = {*plan.axes, *([plan.sought] if LIMIT in plan.record else [])}
+    left = {*plan.axes, *([plan.sought] if plan.seeks else [])}
     scalars = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
     return scalars | settings_in_words(plan)
 
 
 def settings_in_words(plan: Plan) -> dict[str, Any]:
     """Return the settings of a plan by name. The method and the record are texts."""
-    record = f"{LIMIT} in {plan.sought}" if LIMIT in plan.record else ", ".join(texts(plan.record))
-    return plan.settings.words | {"record": record}
+    return plan.settings.words | {"record": ", ".join(one.text(plan.sought) for one in plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
@@ -49,7 +46,7 @@ def acting(plan: Plan) -> dict[str, Any]:
 
 def comment(plan: Plan) -> str:
     """Return the description of the contents of a file, and the meanings of the values of `plain`."""
-    contents = SOUGHT.format(plan.sought) if LIMIT in plan.record else MOTION
+    contents = SOUGHT.format(plan.sought) if plan.seeks else MOTION
     return f"{contents} {MODEL} Attributes: {'; '.join(f'{name}: {_meaning(name)}' for name in plain(plan))}."
 
 

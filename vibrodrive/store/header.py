@@ -19,9 +19,9 @@ import numpy as np
 
 from vibrodrive.errors import Busy, Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.names import AXES, Settings
-from vibrodrive.model.own import Own, as_record
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import RECORDS, SECTION, Quantity, quantities
+from vibrodrive.model.quantities import Quantity
+from vibrodrive.model.records import SECTION, Record, quantities, read_record
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, coordinates, digest
@@ -247,8 +247,8 @@ def read_header(file: h5py.File) -> Header:
             if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
                 raise damaged(path, f"the SHA-256 of the {what} differs from the stored SHA-256")
         outline = json.loads(attrs["plan"])
-        record = tuple(map(as_record, outline.get("record", (SECTION,))))
-        stored = _stored(file, outline, record)
+        record = _record(file, outline)
+        stored = _stored(file, outline, quantities(record))
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
@@ -257,20 +257,29 @@ def read_header(file: h5py.File) -> Header:
         tiling = file["status"].chunks if axes else None
         plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together, stored)
         for variable in layout.variables_of(plan):
-            data = file[variable.name]
+            data = file[variable.variable]
             if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
-                raise damaged(path, f"{variable.name}: wrong chunk shape or data type")
+                raise damaged(path, f"{variable.variable}: wrong chunk shape or data type")
         return Header(plan, origin_of(file), json.loads(attrs["versions"]))
 
 
-def _stored(file: h5py.File, outline: dict[str, Any], record: tuple[str, ...]) -> tuple[Quantity, ...]:
+def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
+    """Return the records of a file. Raises NoResult if one is that of another version."""
+    record = []
+    for text in outline.get("record", (SECTION,)):
+        if (one := read_record(text)) is None:
+            raise of_another_version(file, f"record {text!r}: unknown")
+        record.append(one)
+    return tuple(record)
+
+
+def _stored(file: h5py.File, outline: dict[str, Any], of_record: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """Return the quantities of a file. Raises NoResult if the outline of its plan has names of another version."""
-    known = {q.name: q for q in quantities(record)}
+    known = {q.name: q for q in of_record}
     types = outline.get("quantities", {})
-    named = [name for name in record if not isinstance(name, Own)]
     for what, names, ours in (
-        ("setting", outline["settings"], vars(Settings())), ("record", named, RECORDS),
-        ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, known),
+        ("setting", outline["settings"], vars(Settings())), ("axis", outline["axes"], (*AXES, POINT)),
+        ("quantity", types, known),
     ):  # fmt: skip
         if unknown := [name for name in names if name not in ours]:
             raise of_another_version(file, f"{what} {unknown[0]!r}: unknown")

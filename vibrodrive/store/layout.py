@@ -25,9 +25,9 @@ import numpy as np
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
-from vibrodrive.model.own import texts
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.records import IMPACTS, SECTION
+from vibrodrive.model.quantities import POINTS, SWITCHES, Quantity, length_along
+from vibrodrive.model.records import SECTION
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import comment, plain
@@ -36,9 +36,6 @@ from vibrodrive.version import __version__
 SWEEP, SCHEMA, READABLE = "sweep", "schema_version", (3,)
 """The kind of the file, the attribute with the number of its schema, and the schemas that this version reads."""
 
-MOTION_PERIOD = "motion_period"
-"""Name of the quantity `period` of a summary in files, where `period` is a dimension of the section."""
-
 Progress = Callable[[int, int], None]  # function called with (done, total)
 
 
@@ -46,45 +43,16 @@ def quiet(done: int, total: int) -> None:
     """Ignore progress."""
 
 
-class Variable(NamedTuple):
-    """A variable of the file. `fill` is its value at points that are not computed."""
-
-    name: str
-    dtype: str
-    extra: str  # the dimension after the axes; "" if there is none
-    fill: Any
-    long_name: str
-    units: str = "1"
-
-
-SECTIONS = (
-    Variable("section_xi", "<f8", "period", math.nan, "gap ξ at the instants of the Poincaré section"),
-    Variable("section_dxi", "<f8", "period", math.nan, "velocity ξ' at the instants of the Poincaré section"),
-)
-
-POINTS = (
-    Variable("margin", "<f8", "", math.nan, "smallest distance of a decision from the opposite decision"),
-    Variable("switches", "<i8", "state", -1, "switches into each state within the recorded periods"),
-    Variable("checksum", "<u8", "", 0, "weighted sum of the words of a point's values (see checksums.py)"),
-    Variable("status", "<i1", "", int(Status.NOT_COMPUTED), "result of the computation"),
-)
-"""Variables of the file of every sweep. The status of a block is written last and marks the block as computed."""
-
 COUNTS_MAX = 2**31
 """In a file without sections the numbers of switches are int32, or int64 if a motion may have this many switches."""
 
 
-def variables_of(plan: Plan) -> tuple[Variable, ...]:
+def variables_of(plan: Plan) -> tuple[Quantity, ...]:
     """Return the variables of a file, in the order in which a block is written."""
-    recorded = [Variable(variable_name(q.name), q.dtype, q.along, q.fill, q.meaning, q.unit) for q in plan.quantities]
-    few = SECTION not in plan.record and plan.settings.periods * plan.settings.budget < COUNTS_MAX
-    points = [v._replace(dtype="<i4") if v.name == "switches" and few else v for v in POINTS]
-    return (*(SECTIONS if SECTION in plan.record else ()), *recorded, *points)
-
-
-def variable_name(quantity: str) -> str:
-    """Return the name that the variable of this quantity has in a file and in an xarray Dataset."""
-    return MOTION_PERIOD if quantity == "period" else quantity
+    sections = [q for one in plan.record for q in one.quantities if q.along == "period"]
+    few = not sections and plan.settings.periods * plan.settings.budget < COUNTS_MAX
+    points = [q._replace(dtype="<i4") if q is SWITCHES and few else q for q in POINTS]
+    return (*sections, *plan.quantities, *points)
 
 
 class Origin(NamedTuple):
@@ -118,10 +86,8 @@ def coordinates(plan: Plan) -> dict[str, np.ndarray]:
     """Return all dimensions of the file and their values."""
     periods = plan.settings.periods
     found = {**axes_of(plan)}
-    if SECTION in plan.record:
-        found["period"] = np.arange(1, periods + 1)
-    if IMPACTS in plan.record:
-        found["impact"] = np.arange(1, 2 * periods + 1)
+    for name in dict.fromkeys(q.along for one in plan.record for q in one.quantities if q.along):
+        found[name] = np.arange(1, length_along(name, periods)[0] + 1)
     return {**found, "state": np.array(list(State), np.int8)}
 
 
@@ -142,7 +108,7 @@ def tiles(plan: Plan) -> list[Tile]:
     ]
 
 
-def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
+def blank(variable: Quantity, chunk: tuple[int, ...]) -> bytes:
     """Return an empty chunk as the file stores it, with its checksum."""
     with h5py.File("blank", "w", driver="core", backing_store=False) as memory:
         data = memory.create_dataset(
@@ -151,11 +117,9 @@ def blank(variable: Variable, chunk: tuple[int, ...]) -> bytes:
         return data.id.read_direct_chunk((0,) * len(chunk))[1]
 
 
-def chunk_of(variable: Variable, plan: Plan) -> tuple[int, ...]:
-    """Return the shape of a chunk of a variable: the shape of a block, then the length of its `extra`, if any."""
-    periods = plan.settings.periods
-    extra = {"": (), "period": (periods,), "impact": (2 * periods,), "state": (len(State),)}[variable.extra]
-    return (plan.chunk or (1,)) + extra
+def chunk_of(variable: Quantity, plan: Plan) -> tuple[int, ...]:
+    """Return the shape of a chunk of a variable: the shape of a block, then the length of its own dimension, if any."""
+    return (plan.chunk or (1,)) + length_along(variable.along, plan.settings.periods)
 
 
 def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
@@ -169,9 +133,9 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
     variables = variables_of(plan)
     for n, variable in enumerate(variables):
         chunk = chunk_of(variable, plan)
-        names = (*axes_of(plan), *([variable.extra] if variable.extra else []))
-        about = variable.long_name, variable.units
-        data = netcdf.variable(file, variable.name, names, variable.dtype, about, fill=variable.fill, chunks=chunk)
+        names = (*axes_of(plan), *([variable.along] if variable.along else []))
+        about = variable.meaning, variable.unit
+        data = netcdf.variable(file, variable.variable, names, variable.dtype, about, fill=variable.fill, chunks=chunk)
         if plan.together:
             data.attrs["coordinates"] = " ".join(plan.together)
         empty = blank(variable, chunk)
@@ -191,7 +155,7 @@ def flags_of_states() -> dict[str, Any]:
 def flags_of(plan: Plan) -> dict[str, dict[str, Any]]:
     """Return the attributes that name the values of the status and of the codes, by variable."""
     advised = [s for s in Status if s is not Status.NOT_COMPUTED]
-    codes = {variable_name(q.name): q.codes for q in plan.quantities if q.codes}
+    codes = {q.variable: q.codes for q in plan.quantities if q.codes}
     return {
         "status": _flags([*advised, Status.NOT_COMPUTED], {s: s.advice for s in advised}),
         **{name: _flags(list(how), {code: code.meaning for code in how}) for name, how in codes.items()},
@@ -230,7 +194,7 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     if plan.record != (SECTION,):
-        parts["record"] = texts(plan.record)
+        parts["record"] = [one.outline for one in plan.record]
     if plan.quantities:
         parts["quantities"] = {q.name: q.dtype for q in plan.quantities}
     if plan.together:

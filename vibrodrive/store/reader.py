@@ -16,6 +16,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.quantities import POINTS, SECTIONS
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
@@ -31,7 +32,7 @@ from vibrodrive.store.header import (
     read_header,
     reading,
 )
-from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles, variable_name
+from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles
 
 
 def read(file: h5py.File) -> Results:
@@ -57,7 +58,8 @@ def _read(
     `own` is the identity of the file. In the array `status` the points of damaged blocks are NOT_COMPUTED.
     """
     index = index if plan.axes else (0,)
-    names = ("section_xi", "section_dxi") if name == "section" else (variable_name(name),)
+    wanted = SECTIONS if name == "section" else (q for q in (*plan.quantities, *POINTS) if q.name == name)
+    names = [q.variable for q in wanted]
     with open_result(path) as file, interpreting(path):
         if identity(file) != own:
             raise Different(f"{path}: was replaced since by the file of another sweep; load it again")

@@ -22,7 +22,7 @@ import numpy as np
 
 from vibrodrive.errors import Busy, Damaged, Unwritable
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import SECTION
+from vibrodrive.model.quantities import SECTIONS
 from vibrodrive.model.size import refuse_large_file
 from vibrodrive.store import layout, netcdf
 from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, section_sums
@@ -76,10 +76,8 @@ class Writer:
         self._mutex = Mutex()
         self._pending: dict[int, np.ndarray] = {}
         self._committed_at = time.monotonic()
-        self._data = {v.name: file[v.name] for v in variables_of(plan)}
-        points = math.prod(plan.chunk)
-        sections = 8 * points * plan.settings.periods if SECTION in plan.record else 0
-        self._chunk = np.empty(sections + 4, np.uint8)
+        self._data = {v.variable: file[v.variable] for v in variables_of(plan)}
+        self._chunk = np.empty(8 * math.prod(plan.chunk) * plan.settings.periods + 4, np.uint8)
 
     @property
     def made_by(self) -> str:
@@ -97,11 +95,11 @@ class Writer:
             k = block.index
             sums = point_sums(block.start, block.margin, block.switches, block.status)
             if block.section is not None:
-                for column, name in enumerate(("section_xi", "section_dxi")):
-                    sums += section_sums(self._put_section(k, name, block.section[..., column]), column)
+                for column, q in enumerate(SECTIONS):
+                    sums += section_sums(self._put_section(k, q.variable, block.section[..., column]), column)
             for q in self.plan.quantities:
                 values = block.records[q.name].astype(q.dtype, copy=False)
-                self._put(k, layout.variable_name(q.name), values)
+                self._put(k, q.variable, values)
                 sums += record_sums(q.name, values)
             self._put(k, "margin", block.margin)
             self._put(k, "switches", block.switches)
@@ -123,7 +121,7 @@ class Writer:
             # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5
             # would read a damaged chunk before it writes a part of this chunk.
             for variable in reversed(variables_of(self.plan)):
-                self._put_chunk(k, variable.name, layout.blank(variable, layout.chunk_of(variable, self.plan)))
+                self._put_chunk(k, variable.variable, layout.blank(variable, layout.chunk_of(variable, self.plan)))
                 self._flush()
             done[k] = False
         self.done, self.repaired = done, wrong
