@@ -126,8 +126,10 @@ def test_conveying_velocity_has_settled_or_is_not_given(omega0, monkeypatch):
 def test_table_of_a_machine_is_in_si_units():
     motion = vd.simulate(scene=SCENE, transient=200, periods=4)
     table, plain = motion.to_dataframe(), motion.dimensionless().to_dataframe()
-    assert np.allclose(table.dxi, SCENE.velocity(motion.switches["dxi"]))
-    assert np.allclose(table.tau, SCENE.time(plain.tau))
-    assert np.allclose(motion.to_dataframe("impacts").speed, SCENE.velocity(motion.impacts["speed"]))
-    assert (table.attrs["units"], plain.attrs["units"]) == ({"tau": "s", "xi": "m", "dxi": "m s-1"}, {})
+    assert table.columns.tolist() == ["t_s", "period", "phase", "before", "after", "x_m", "v_m_per_s"]
+    assert np.allclose(table.v_m_per_s, SCENE.velocity(motion.switches["dxi"]))
+    assert np.allclose(table.t_s, SCENE.time(plain.tau))
+    assert np.allclose(motion.to_dataframe("impacts").speed_m_per_s, SCENE.velocity(motion.impacts["speed"]))
+    assert motion.to_dataframe("section").columns.tolist() == ["t_s", "x_m", "v_m_per_s"]
+    assert (table.attrs["units"], plain.attrs["units"]) == ({"t_s": "s", "x_m": "m", "v_m_per_s": "m s-1"}, {})
     assert (plain.dxi == motion.switches["dxi"]).all()

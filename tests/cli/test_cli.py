@@ -350,6 +350,12 @@ def test_trajectory_draws_one_motion_and_writes_its_switches(run):
     table = read_table(Path("t.csv"))
     assert [float(row["xi"]) for row in table] == switches["xi"].tolist()
     assert [row["after"] for row in table] == [vd.State(k).name for k in switches["after"]]
+    Path("scene.toml").write_text("[physical]\na0 = 8e-4\nfrequency = 24\nmu = 0.6\nalpha = 3.4\n[run]\nperiods = 3\n")
+    assert run("trajectory", "scene.toml", "-o", "si.csv")[0] == 0
+    table, scene = read_table(Path("si.csv")), vd.Scene(a0=8e-4, frequency=24, mu=0.6, alpha=3.4)
+    switches = vd.simulate(scene=scene, periods=3).switches
+    assert [float(row["v_m_per_s"]) for row in table] == pytest.approx(scene.velocity(switches["dxi"]))
+    assert {"tau", "xi", "dxi"}.isdisjoint(table[0])
 
 
 @pytest.mark.jit

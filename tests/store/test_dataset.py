@@ -4,6 +4,7 @@ import sys
 import warnings
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -127,3 +128,54 @@ def test_table_has_a_row_for_each_point_and_a_column_for_each_number(path):
     )
     assert set(table) == wanted
     assert set(table.attrs["units"]) == set(table)
+
+
+def test_a_column_in_si_units_has_its_unit_in_its_name(tmp_path):
+    """So a name that dimensionless tables and tables in SI units share has the same numbers in both."""
+    text = SCENE + 'record = ["section", "impacts", "summary", "error"]\n'
+    fake.write(tmp_path / "x.h5", parse(text).plan(), Origin(text))
+    results = load(tmp_path / "x.h5")
+    for of in ("points", "section", "impacts"):
+        table, plain = results.to_dataframe(of), results.dimensionless().to_dataframe(of)
+        for name in set(table) & set(plain):
+            pd.testing.assert_series_equal(table[name], plain[name])
+        in_si = {name: unit for name, unit in table.attrs["units"].items() if name not in plain}
+        assert "1" not in in_si.values()
+        assert len(table.columns) - len(plain.columns) == (of == "points")  # the power, which needs a scene
+    table, data = results.to_dataframe(), results.to_xarray()
+    for name, quantity in {
+        "x_max_m": "xi_max", "v_min_m_per_s": "dxi_min", "impact_speed_max_m_per_s": "impact_speed_max",
+        "impacts_per_s": "impacts", "momentum_N_s": "momentum", "energy_J": "energy", "impact_power_W": "impact_power",
+        "lyapunov_per_s": "lyapunov", "error_x_m": "error_xi", "error_v_m_per_s": "error_dxi", "margin": "margin",
+        "period": "motion_period", "a0": "a0",
+    }.items():  # fmt: skip
+        assert table[name].tolist() == data[quantity].values.tolist()
+    text = text.replace("mass = 250\n", "")
+    fake.write(tmp_path / "y.h5", parse(text).plan(), Origin(text))
+    assert {"momentum_N_s_per_kg", "drive_work_J_per_kg", "impact_power_W_per_kg"} <= {
+        *load(tmp_path / "y.h5").to_dataframe()
+    }
+
+
+@everything
+def test_section_and_impacts_are_tables_in_long_form(path):
+    results = load(path)
+    section = results.to_xarray()[["section_xi", "section_dxi"]].to_dataframe().reset_index()
+    pd.testing.assert_frame_equal(results.to_dataframe("section"), section)
+    results.impact_phase[1, 0, 2:] = np.nan  # this motion has two main impacts
+    impacts = results.to_dataframe("impacts")
+    assert len(impacts) == results.impact_phase.size - 4
+    there = impacts[impacts.A.eq(results.axes["A"][1]) & impacts.eps.eq(0)]
+    assert there.impact.tolist() == [1, 2]
+    assert there.impact_speed.tolist() == results.impact_speed[1, 0, :2].tolist()
+    with pytest.raises(ValueError, match=r"^of = 'switches': must be one of points, section, impacts$"):
+        results.to_dataframe("switches")
+
+
+def test_table_of_what_is_not_recorded_is_refused(tmp_path, monkeypatch):
+    fake.write(tmp_path / "x.h5", AXES)
+    with pytest.raises(ValueError, match=r"^record = 'section': must be extended by \"impacts\"$"):
+        load(tmp_path / "x.h5").to_dataframe("impacts")
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"^to_dataframe needs the extra `data`: pip install 'vibrodrive\[data\]'$"):
+        load(tmp_path / "x.h5").to_dataframe()

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.physical import Measure
+from vibrodrive.model.physical import Measure, column
 from vibrodrive.model.states import State
 
 if TYPE_CHECKING:
@@ -19,16 +19,23 @@ if TYPE_CHECKING:
 Table = Literal["switches", "impacts", "section"]
 
 
-def columns(arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Return the columns of a table by name. States are given by name."""
+def columns(
+    arrays: Mapping[str, np.ndarray], of: Table, arguments: Mapping[str, Any], measure: Callable[[str], Measure]
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Return the columns of a table by name, and the units of those that have one. States are given by name."""
     if not isinstance(of, str) or of not in arrays:
         raise ValueError(bad("of", of, "one of " + ", ".join(arrays)))
     rows = arrays[of]
     if of == "section":
-        return {"tau": _section_times(arguments), "xi": rows[:, 0], "dxi": rows[:, 1]}
-    found = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names or ()}
+        found = {"tau": _section_times(arguments), "xi": rows[:, 0], "dxi": rows[:, 1]}
+    else:
+        found = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names or ()}
     states = np.array([str(s) for s in State])
-    return {name: states[values] if name in ("before", "after") else values for name, values in found.items()}
+    found |= {name: states[found[name]] for name in ("before", "after") if name in found}
+    scales = {name: measure(name) for name in found}
+    names = {name: column(name, scale.si) for name, scale in scales.items()}
+    units = {names[name]: scale.si for name, scale in scales.items() if scale.si != "1"}
+    return {names[name]: scales[name].of(values) for name, values in found.items()}, units
 
 
 def frame(
@@ -39,19 +46,23 @@ def frame(
     measure: Callable[[str], Measure],
 ) -> pandas.DataFrame:
     """Return the table that `Trajectory.to_dataframe` returns for `of`."""
-    known = columns(arrays, of, arguments)
+    known, units = columns(arrays, of, arguments, measure)
+    told = {name: value for name, value in arguments.items() if value == value}
+    told |= {"method": Method(arguments["method"]).name.lower(), "status": str(status), "units": units}
+    found = made_of(known, told)
+    for name in {"before", "after"} & known.keys():
+        found[name] = found[name].astype("category").cat.set_categories([str(s) for s in State])
+    return found
+
+
+def made_of(columns: Mapping[str, np.ndarray], attrs: Mapping[str, Any]) -> pandas.DataFrame:
+    """Return a DataFrame of these columns. Raises ImportError without pandas."""
     try:
         import pandas
     except ImportError:
         raise ImportError("to_dataframe needs the extra `data`: pip install 'vibrodrive[data]'") from None
-    units = {name: measure(name) for name in known}
-    known = {name: units[name].of(values) for name, values in known.items()}
-    for name in {"before", "after"} & known.keys():
-        known[name] = pandas.Categorical(known[name], [str(s) for s in State])
-    found = pandas.DataFrame(known)
-    found.attrs = {name: value for name, value in arguments.items() if value == value}
-    found.attrs |= {"method": Method(arguments["method"]).name.lower(), "status": str(status)}
-    found.attrs |= {"units": {n: unit.si for n, unit in units.items() if unit.si != "1"}}
+    found = pandas.DataFrame(columns)
+    found.attrs = dict(attrs)
     return found
 
 

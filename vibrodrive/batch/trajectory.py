@@ -227,7 +227,8 @@ class Trajectory:
         -------
         pandas.DataFrame
             one row for each row of the array. The columns are tau (τ) and the fields of the array; states are given by
-            name. With a scene they are in SI units. `attrs` contains the arguments, the status and the `units`.
+            name. With a scene the columns in SI units have the unit in their name: t_s, x_m, v_m_per_s (dx/dt),
+            speed_m_per_s. `attrs` contains the arguments, the status and the `units` by column.
 
         Raises
         ------
@@ -254,8 +255,7 @@ class Trajectory:
 
     def columns(self, of: Table = "switches") -> dict[str, np.ndarray]:
         """Return the columns of `to_dataframe` as arrays by name, without pandas."""
-        found = columns(self._arrays, of, self.arguments)
-        return {name: self.measure(name).of(values) for name, values in found.items()}
+        return columns(self._arrays, of, self.arguments, self.measure)[0]
 
     @property
     def _arrays(self) -> dict[str, np.ndarray]:

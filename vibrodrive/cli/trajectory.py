@@ -24,8 +24,9 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
 
     Output: on stdout the status, the margin (smallest distance of a decision from the opposite decision), the period,
     the impacts and the cycle of states; the figure, by default with the phase curve ξ'(ξ) and the gap ξ(τ); and, with
-    -o FILE.csv, a table of the switches. With [physical] all are in SI units, and a further table shows how often and
-    how hard the machine strikes, and what 1 % of each parameter changes.
+    -o FILE.csv, a table of the switches. With [physical] all are in SI units, which the columns of the table have in
+    their names, and a further table shows how often and how hard the machine strikes, and what 1 % of each parameter
+    changes.
     """
     settings = read(config, overrides)
     drawn = dict(settings.trajectory)

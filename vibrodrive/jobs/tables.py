@@ -1,4 +1,7 @@
-"""Tables as plain text: CSV in UTF-8 with a line of names, which pandas and spreadsheets read without an argument."""
+"""Tables as plain text: CSV in UTF-8 with a line of names, which pandas and spreadsheets read without an argument.
+
+The names of quantities are those of `column` in model/physical.py.
+"""
 
 import csv
 from collections.abc import Iterable, Sequence

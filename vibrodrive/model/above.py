@@ -9,6 +9,7 @@ from typing import Any
 
 ABOVE = {
     "a Dataset of results": "store.dataset:dataset",
+    "a table of results": "store.dataset:frame",
     "the figure of results": "figures.diagrams:from_results",
     "the figure of a motion": "figures.curves:trajectory_figure",
     "blocks of points": "stability.per_point:take_in_turn",

@@ -149,6 +149,21 @@ class Measure(NamedTuple):
         return self.words(meaning) + (f" in {self.shown}" if self.shown else "")
 
 
+LATIN = {"tau": "t", "xi": "x", "dxi": "v"}  # names in SI
+
+
+def column(quantity: str, si: str) -> str:
+    """Return the name of a quantity with the unit `si` in tables, written and read, such as "x_max_m" or "v_m_per_s".
+
+    The unit ends the name. A dimensionless quantity, also one in radians, keeps its own name, such as "xi_max". The
+    column of a parameter has the name of its keyword, which implies the unit.
+    """
+    if si in ("1", "rad"):
+        return quantity
+    name = re.sub(rf"(?<![a-z])({'|'.join(LATIN)})(?![a-z])", lambda found: LATIN[found[0]], quantity)
+    return "_".join([name, *re.sub(r"([a-z]+)-1?", r"per_\1", si).split()])
+
+
 def measure(quantity: str, known: Mapping[str, Any], dimensionless: bool = False) -> Measure:
     """Return the conversion of a quantity, if the values `known` by name contain a scene.
 

@@ -384,11 +384,16 @@ class Results:
         """
         return above("a Dataset of results")(self)
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """Return a table with one row for each point, for pandas. This needs the extra `data`.
+    def to_dataframe(self, of: Literal["points", "section", "impacts"] = "points") -> pandas.DataFrame:
+        """Return a table for pandas, which the extra `data` installs.
 
-        The columns are the axes, the parameters of `points`, and all arrays of `to_xarray` with one value for each
-        point; the status has its name. `attrs` contains those of `to_xarray`, and the units by column.
+        The default has a row for each point, and so no section: `of="section"` has a row for each section point, which
+        are also in `to_xarray().section_xi` and `section_dxi`, and `of="impacts"` one for each main impact.
+
+        The columns are the axes, the parameters of `points`, and the arrays of `to_xarray` with one value for each row;
+        the status has its name. With a scene those in SI units have the unit in their name, such as x_max_m,
+        v_min_m_per_s, impact_power_W; parameters keep their keywords, in the units of the scene. `attrs` contains those
+        of `to_xarray`, and the units by column.
 
         Returns
         -------
@@ -396,29 +401,24 @@ class Results:
 
         Raises
         ------
+        ValueError
+            if `of` is another name, or not recorded.
         ImportError
-            if xarray, which includes pandas, is not installed. The message is one line.
+            if pandas is not installed. The message is one line.
 
         Examples
         --------
         >>> import vibrodrive as vd
-        >>> r = vd.sweep(A=[1.5, 3.04], transient=100, periods=64, record="summary")
+        >>> r = vd.sweep(A=[1.5, 3.04], transient=100, periods=64, record=["summary", "section"])
         >>> r.to_dataframe()[["A", "status", "period", "impacts"]]
               A status  period  impacts
         0  1.50     OK       1      1.0
         1  3.04     OK       2      0.5
+        >>> r.to_dataframe("section").tail(1).round(4)
+                A  period  section_xi  section_dxi
+        127  3.04      64      1.2155      -2.8904
         """
-        data = self.to_xarray()
-        data = data[[name for name, array in data.data_vars.items() if array.dims == tuple(self.axes)]]
-        data = data.rename({"motion_period": "period"} if "motion_period" in data else {})
-        for name, array in data.data_vars.items():
-            if "flag_values" in array.attrs:
-                flags = array.attrs["flag_values"].tolist(), array.attrs["flag_meanings"].upper().split()
-                data[name] = array.dims, np.vectorize(dict(zip(*flags, strict=True)).get, [object])(array)
-        table = (data if self.axes else data.expand_dims(POINT)).to_dataframe(dim_order=[*self.axes] or [POINT])
-        table = table.reset_index(drop=not self.axes)
-        table.attrs = data.attrs | {"units": {str(name): data[name].attrs.get("units", "1") for name in table}}
-        return table
+        return above("a table of results")(self, of)
 
     def plot(
         self,

@@ -1,21 +1,29 @@
-"""Conversion of results to an xarray.Dataset with the names of the files, and their units unless there is a scene."""
+"""Conversion of results to an xarray.Dataset with the names of the files, and to tables with those of `column`. With a
+scene both are in SI units."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrodrive.model.drawing import IMPACT_POWER
+from vibrodrive.batch.frames import made_of
+from vibrodrive.model.parameters import bad
+from vibrodrive.model.physical import column
 from vibrodrive.model.plan import POINT
-from vibrodrive.model.quantities import CHECKSUM, SECTIONS, Quantity
-from vibrodrive.model.records import SUMMARY
+from vibrodrive.model.quantities import CHECKSUM, IMPACT_POWER, SECTIONS, Quantity
+from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
 from vibrodrive.model.results import Results
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+
+ALONG = {"points": (), SECTION: ("period",), IMPACTS: ("impact",)}
+"""Tables of results, and the dimensions of each in addition to the axes."""
 
 
 def dataset(results: Results) -> xarray.Dataset:
@@ -31,20 +39,61 @@ def dataset(results: Results) -> xarray.Dataset:
         coords.pop(POINT)  # the file of a single motion has this axis, with length 1; the Dataset has no such axis
     coords["state"].attrs |= layout.flags_of_states()
     coords |= {name: xarray.Variable(POINT, values, _about(name)) for name, values in plan.together.items()}
-    variables = {}
-    for v in layout.variables_of(plan):
-        if v is not CHECKSUM:
-            dims = (*plan.axes, *([v.along] if v.along else []))
-            unit = results.measure(v.name)
-            about = {"units": v.unit if unit.si == "1" else unit.si, "long_name": unit.words(v.meaning)}
-            variables[v.variable] = xarray.Variable(dims, unit.of(values_of(results, v)), about)
-    if SUMMARY in plan.record and results.measure("energy").si != "1":
-        power = results.measure(IMPACT_POWER.name)
-        about = {"units": power.si, "long_name": "power of the impacts"}
-        variables[IMPACT_POWER.name] = xarray.Variable(tuple(plan.axes), power.of(np.asarray(results.energy)), about)
-    for name, flags in layout.flags_of(plan).items():
-        variables[name].attrs |= flags
-    return xarray.Dataset(variables, coords, {"title": results.title, **plain(plan)})
+    found = {q.variable: xarray.Variable((*plan.axes, *e), v, about) for e, q, v, about in _variables(results)}
+    return xarray.Dataset(found, coords, _shared(results))
+
+
+def table(results: Results, of: str = "points") -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Return the columns of `Results.to_dataframe` by name, and their units."""
+    if not isinstance(of, str) or of not in ALONG:
+        raise ValueError(bad("of", of, "one of " + ", ".join(ALONG)))
+    plan = results.plan
+    if ALONG[of] and of not in plan.record:
+        raise ValueError(bad("record", ", ".join(results.record), f'extended by "{of}"'))
+    sizes, dims = layout.coordinates(plan), (*plan.axes, *ALONG[of])
+    grid = np.ix_(*(sizes[name] for name in dims))
+    known = dict(zip(dims, grid, strict=True))
+    known |= {name: values.reshape(known[POINT].shape) for name, values in plan.together.items()}
+    units = {name: layout.meaning_of(name)[1] for name in known}
+    for _, q, values, about in _variables(results, ALONG[of]):
+        if (flags := about.get("flag_values")) is not None:
+            names = dict(zip(flags.tolist(), about["flag_meanings"].upper().split(), strict=True))
+            values = np.vectorize(names.get, [object])(values)
+        name = column(q.name, about["units"])
+        known[name], units[name] = values, about["units"]
+    shape = tuple(len(sizes[name]) for name in dims)
+    found = {name: np.broadcast_to(values, shape).ravel() for name, values in known.items()}
+    if of == IMPACTS:
+        there = ~np.isnan(found["impact_phase"])
+        found = {name: values[there] for name, values in found.items()}
+    return found, units
+
+
+def frame(results: Results, of: str = "points") -> pandas.DataFrame:
+    """Return the table that `Results.to_dataframe` returns for `of`."""
+    columns, units = table(results, of)
+    return made_of(columns, _shared(results) | {"units": units})
+
+
+def _shared(results: Results) -> dict[str, Any]:
+    return {"title": results.title, **plain(results.plan)}
+
+
+def _variables(
+    results: Results, wanted: tuple[str, ...] | None = None
+) -> Iterator[tuple[tuple[str, ...], Quantity, np.ndarray, dict[str, Any]]]:
+    """Yield the dimensions in addition to the axes, the row, the values and the attributes of each variable.
+
+    With `wanted`, only variables with these dimensions are read.
+    """
+    flags = layout.flags_of(results.plan)
+    power = [IMPACT_POWER] if SUMMARY in results.record and results.measure("energy").si != "1" else []
+    for q in (*layout.variables_of(results.plan), *power):
+        extra = (q.along,) if q.along else ()
+        if q is not CHECKSUM and wanted in (None, extra):
+            unit = results.measure(q.name)
+            about = {"units": q.unit if unit.si == "1" else unit.si, "long_name": unit.words(q.meaning)}
+            yield extra, q, unit.of(values_of(results, q)), about | flags.get(q.variable, {})
 
 
 def _about(name: str) -> dict[str, str]:
@@ -56,4 +105,4 @@ def values_of(results: Results, quantity: Quantity) -> np.ndarray:
     """Return the values of a quantity. The section is one array in Results and two variables in files."""
     if quantity in SECTIONS:
         return results.section[..., SECTIONS.index(quantity)]
-    return np.asarray(getattr(results, quantity.name))
+    return np.asarray(getattr(results, quantity.source or quantity.name))
