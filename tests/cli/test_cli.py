@@ -1,5 +1,6 @@
 """Commands have the documented exit codes and output, give one line for each error, and import only what they need."""
 
+import csv
 import io
 import json
 import os
@@ -63,7 +64,8 @@ def test_only_what_a_command_needs_is_imported(run):
         sys.stderr = sys.stdout
         heavy = {"numba", "llvmlite", "h5py", "matplotlib", "numpy"}
         from vibrodrive.cli import main
-        for call in (["sweep", "--help"], ["info", "s.h5"], ["info", "--check", "s.h5"], ["plot", "s.h5"]):
+        for call in (["sweep", "--help"], ["info", "s.h5"], ["info", "--check", "s.h5"], ["info", "--csv", "s.h5"],
+                     ["plot", "s.h5"]):
             assert call[0] != "sweep" or not heavy & {*sys.modules}
             try:
                 main(call)
@@ -248,6 +250,44 @@ def test_info_shows_an_unfinished_file_and_writes_json(run):
     code, _, err = run("info", "--check", "s.h5")
     assert code == 1
     assert err.startswith("damaged: block 1 (points 1000 to 1999")
+
+
+SUMMARY = (
+    "[physical]\na0 = 8e-4\nmu = 0.6\nalpha = 3\n[sweep]\nfrequency = [20, 24]\neps = [0, 1e-4]\n"
+    "[run]\nrecord = 'summary'\nperiods = 66\n"
+)
+
+
+@pytest.mark.parametrize("text", [SMALL, SUMMARY, LIMIT, SUMMARY + "[figure]\nunits = 'dimensionless'\n"])
+def test_info_prints_the_numbers_of_the_points_as_csv(run, text):
+    fake.write("s.h5", text)
+    code, out, err = run("info", "s.h5", "--csv")
+    assert (code, err) == (0, "")
+    results = vd.load("s.h5")
+    read = list(csv.DictReader(io.StringIO(out)))
+    for name, values in (results.dimensionless() if "units" in text else results).to_dataframe().items():
+        assert [row[name] for row in read] == ["" if v is None else str(v) for v in values.tolist()]
+    if text == SUMMARY:
+        assert [row["frequency"] for row in read] == ["20.0", "20.0", "24.0", "24.0"]
+        one = vd.Scene(a0=8e-4, frequency=24, mu=0.6, alpha=3).length(results.xi_max[1, 1])
+        assert float(read[3]["x_max_m"]) == pytest.approx(one)
+
+
+def test_csv_of_a_file_with_missing_and_damaged_points(run):
+    text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
+    fake.write("s.h5", text, Origin(text), [0, 1])
+    code, out, err = run("info", "s.h5", "--csv")
+    assert (code, err) == (0, "s.h5: 66.7 % computed\n")
+    assert out.splitlines()[-1] == "2.0,nan,NOT_COMPUTED"
+    flip_bit("s.h5", "margin", 2)
+    code, out, err = run("info", "s.h5", "--csv")
+    assert (code, out.count(",nan,NOT_COMPUTED\n")) == (1, 2000)
+    assert "damaged blocks are left out of margin: block 0" in err
+    assert run("info", "s.h5", "--csv", "--json") == (
+        2,
+        "",
+        "vibrodrive: --csv: must be given without --check and --json\n",
+    )
 
 
 def test_init_lists_and_writes_included_configurations(run):

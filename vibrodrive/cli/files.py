@@ -1,4 +1,4 @@
-"""`vibrodrive info`: show a result file, and check it."""
+"""`vibrodrive info`: show a result file, check it, and print its numbers."""
 
 from __future__ import annotations
 
@@ -9,18 +9,30 @@ from pathlib import Path
 import click
 
 from vibrodrive.cli.common import FILE, say
+from vibrodrive.cli.plot import configured_in, left_out
+from vibrodrive.model.drawing import DIMENSIONLESS
 
 
 @click.command()
 @click.argument("file", type=FILE)
 @click.option("--check", is_flag=True, help="Read the complete file and check it; exit code 1 if a part is damaged.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, for other programs.")
-def info(file: Path, check: bool, as_json: bool) -> None:
-    """Show the contents and the progress of a result file.
+@click.option("--csv", "as_csv", is_flag=True, help="Print the numbers of the points instead, as a table (CSV).")
+def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
+    """Show the contents and the progress of a result file, or its numbers.
 
     Output: on stdout the computed share, the axes, the settings, the size, and the versions of the program and of its
     libraries; on stderr the parts that are damaged, with what to do. An incomplete file is not an error.
+
+    With --csv, on stdout a line for each point: its parameters, and all numbers of which it has one, in SI units with
+    [physical]. A unit is part of the name of its column. Section points and main impacts, of which a point has several,
+    are tables of Python: vd.load("FILE").to_dataframe("section").
     """
+    if as_csv:
+        if check or as_json:
+            raise click.UsageError("--csv: must be given without --check and --json")
+        _print_table(file)
+        return
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import contradictions, look, verify
@@ -64,3 +76,23 @@ def info(file: Path, check: bool, as_json: bool) -> None:
         if faults:
             raise click.exceptions.Exit(1)
         say("complete and undamaged" if found.complete else "incomplete; the computed part is undamaged")
+
+
+def _print_table(file: Path) -> None:
+    """Print a line for each point. Damaged blocks are left out and named in messages; the exit code is then 1."""
+    from vibrodrive.jobs.tables import rows_of, write_lines
+    from vibrodrive.store.dataset import table
+    from vibrodrive.store.load import load
+
+    damaged: list[str] = []
+    with left_out(damaged):
+        results = load(file)
+        columns, _ = table(results.dimensionless() if configured_in(file)[0].get("units") == DIMENSIONLESS else results)
+        share = results.computed
+    write_lines(sys.stdout, columns, rows_of(columns))
+    if share < 1:
+        say(f"{file}: {100 * share:.1f} % computed")
+    for what in damaged:
+        say(what)
+    if damaged:
+        raise click.exceptions.Exit(1)

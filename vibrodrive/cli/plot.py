@@ -89,8 +89,8 @@ def draw(
     from vibrodrive.figures.style import drawn_as, save
 
     damaged: list[str] = []
-    configured, own = _configured(files[0])
-    with drawn_as(**(own | (look or {}))), _left_out(damaged):
+    configured, own = configured_in(files[0])
+    with drawn_as(**(own | (look or {}))), left_out(damaged):
         several = len(files) > 1
         figure, share = _several(files, options, over) if several else _figure(files[0], configured, options, over)
     save(figure, target, dpi)
@@ -103,7 +103,7 @@ def draw(
         raise click.exceptions.Exit(1)
 
 
-def _configured(file: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+def configured_in(file: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return [figure] of the configuration in a file, and its style and width."""
     from vibrodrive.store.header import origin_of, reading
 
@@ -116,7 +116,7 @@ def _configured(file: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 @contextmanager
-def _left_out(damaged: list[str]) -> Iterator[None]:
+def left_out(damaged: list[str]) -> Iterator[None]:
     """Append the warnings of damaged blocks to `damaged`. Other warnings are issued again."""
     from vibrodrive.store.reader import DamagedBlock
 

@@ -41,7 +41,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     from vibrodrive.batch.trajectory import follow
     from vibrodrive.figures.curves import FIRST, trajectory_figure
     from vibrodrive.figures.style import save
-    from vibrodrive.jobs.tables import write_table
+    from vibrodrive.jobs.tables import rows_of, write_table
 
     with working(config.stem):
         motion = follow(plan)
@@ -53,7 +53,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     click.echo(words)
     if table:
         columns = motion.columns("switches")
-        write_table(table, list(columns), zip(*(values.tolist() for values in columns.values()), strict=True))
+        write_table(table, columns, rows_of(columns))
         say(f"{table} written: {len(motion.switches)} switches")
     if picture and figure:
         save(figure, picture)

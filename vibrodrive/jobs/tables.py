@@ -3,25 +3,42 @@
 The names of quantities are those of `column` in model/physical.py.
 """
 
+from __future__ import annotations
+
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from vibrodrive.store.draft import drafted
+
+if TYPE_CHECKING:
+    import numpy as np
 
 ENDING = ".csv"
 
 
-def write_table(path: Path, names: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+def write_table(path: Path, names: Iterable[str], rows: Iterable[Sequence[Any]]) -> None:
     """Write a table. Numbers are written so that they read back the same. An older file is replaced at the end."""
     try:
         with drafted(path) as draft, open(draft, "w", encoding="utf-8", newline="") as file:
-            table = csv.writer(file, lineterminator="\n")
-            table.writerow(names)
-            table.writerows(rows)
+            write_lines(file, names, rows)
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from None
+
+
+def write_lines(file: TextIO, names: Iterable[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write the lines of a table."""
+    table = csv.writer(file, lineterminator="\n")
+    table.writerow(names)
+    table.writerows(rows)
+
+
+def rows_of(columns: Mapping[str, np.ndarray]) -> Iterator[tuple[Any, ...]]:
+    """Yield the rows of a table of columns."""
+    few = 1 << 14  # as lists, all rows would take ten times the memory of the columns
+    for start in range(0, len(next(iter(columns.values()))), few):
+        yield from zip(*(values[start : start + few].tolist() for values in columns.values()), strict=True)
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
