@@ -126,8 +126,9 @@ def drawn(found: Found) -> Figure:
 
 def read_bifurcations(path: Path) -> list[Exact]:
     """Return the bifurcations in a table of `vibrodrive orbits -o FILE.csv`. Raises ConfigError for another file."""
+    table = read_table(path)
     try:
-        known = [row for row in read_table(path) if row["kind"] in BIFURCATIONS]
+        known = [row for row in table if row["kind"] in BIFURCATIONS]
         return [
             Exact(row["kind"], int(row["period"]), int(row["impacts"]), float(row["A"]), float(row["B"]))
             for row in known

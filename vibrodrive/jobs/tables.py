@@ -6,10 +6,13 @@ The names of quantities are those of `column` in model/physical.py.
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from vibrodrive.errors import ConfigError
+from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import drafted
 
 if TYPE_CHECKING:
@@ -42,6 +45,24 @@ def rows_of(columns: Mapping[str, np.ndarray]) -> Iterator[tuple[Any, ...]]:
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table, by the names of its columns. Raises OSError, and ValueError for other bytes."""
-    with open(path, encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+    """Return the rows of a table, by the names of its columns. Item k is line k + 2.
+
+    Raises OSError, and ConfigError for a file that is no table.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:  # spreadsheets begin a file with a byte order mark
+            lines = list(csv.reader(file))
+    except (UnicodeDecodeError, csv.Error):
+        lines = []
+    while lines and not lines[-1]:
+        lines.pop()
+    if not lines:
+        raise ConfigError(f"{path}: must be a table (CSV in UTF-8)")
+    names = [name.strip() for name in lines[0]]
+    if len(names) == 1 and (other := re.search(r"[;\t ]", names[0])):
+        raise ConfigError(f"{path}: {bad('separator', other[0], 'a comma')}")
+    for k, line in enumerate(lines, 1):
+        if len(line) != len(names):
+            allowed = f"{len(names)} cells, as in the first line"
+            raise ConfigError(f"{path}: {bad(f'line {k}', ','.join(line), allowed)}")
+    return [dict(zip(names, line, strict=True)) for line in lines[1:]]
