@@ -1,28 +1,47 @@
 """Check the switching times of your own program: compare each switch with the certified switch from the same state.
 
-    python -m examples.audit mine.csv --A 3.04   # in the root of a clone
+    python -m examples.audit mine.csv --A 3.04            # in the root of a clone
+    python -m examples.audit mine.csv --scene scene.toml  # a configuration, of which [physical] gives A, B and units
 
-The first line of `mine.csv` has the names of the columns: tau, xi, dxi, state. Each further line has one switch.
-`state` is the state that begins at this switch (UP, DOWN, STICK or REST). `xi` and `dxi` are ξ and ξ' at the beginning
-of this state; after an impact both are 0. Each line is judged separately: the certified motion starts from the state of
-the previous line. So an error counts only at the line at which it occurs.
+The first line of `mine.csv` has the names of the columns, separated by commas: tau, xi, dxi, state or, in s, m and m/s,
+t_s, x_m, v_m_per_s, state. Each further line has one switch. `state` is the state that begins at this switch: UP, DOWN,
+STICK or REST. `xi` and `dxi` are ξ and ξ' at the beginning of this state; after an impact both are 0. A line with the
+state IMPACT is left out, because an impact takes no time. A table of `vibrodrive trajectory` is read, too. Each line is
+judged separately: the certified motion starts from the state of the previous line. So an error counts only at the line
+at which it occurs.
 """
 
 import argparse
-import csv
+import math
+import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
 import vibrodrive as vd
 from vibrodrive import State
+from vibrodrive.jobs.tables import read_table
+from vibrodrive.model import config
+from vibrodrive.model.names import PARAMETERS
+from vibrodrive.model.parameters import bad, bad_axes
+from vibrodrive.model.physical import UNIT_OF, UNITS, column, measure
 
 RIGHT, MISSED, OTHER = "right", "missed", "another state"
 """Verdicts: the right switch (possibly late or early); an earlier switch was missed; a different state begins or
 ends."""
+
+MODEL = ("A", "B", "eps", "eta")
+IN_SI = {name: column(name, UNITS[UNIT_OF[name]].si) for name in ("tau", "xi", "dxi")}
+"""Columns of a table: the names of dimensionless numbers, and of numbers in SI units."""
+COLUMNS = f"{', '.join(IN_SI)} or, in SI units with --scene, {', '.join(IN_SI.values())}"
+
+FEW, MANY = 5, 20.0
+"""Switches that are too few to judge their units, and switches in a period, more than an undisturbed motion has. Each
+wave of a disturbance adds up to four."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +52,9 @@ class Switch:
     xi: float
     dxi: float
     state: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "state", _state("state", self.state))
 
 
 @dataclass(frozen=True)
@@ -45,8 +67,9 @@ class Judged:
 
 
 def audit(switches: Sequence[Switch], A: float, B: float = 0.1, eps: float = 0.0, eta: float = vd.ETA) -> list[Judged]:
-    """Judge every switch except the first, from the state that begins at the previous switch."""
-    return [_judge(a, b, {"A": A, "B": B, "eps": eps, "eta": eta}) for a, b in pairwise(switches)]
+    """Judge every switch except the first, from the state that begins at the previous switch. Impacts are left out."""
+    lasting = [switch for switch in switches if switch.state != State.IMPACT.name]
+    return [_judge(a, b, {"A": A, "B": B, "eps": eps, "eta": eta}) for a, b in pairwise(lasting)]
 
 
 def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
@@ -73,13 +96,56 @@ def _judge(start: Switch, found: Switch, model: dict[str, float]) -> Judged:
     return Judged(found, RIGHT, found.tau - times[0])
 
 
-def read(path: str) -> list[Switch]:
-    """Read the switches of a file. Raises OSError, KeyError (a missing column) and ValueError (an invalid number)."""
-    with open(path, newline="") as file:
-        return [
-            Switch(float(row["tau"]), float(row["xi"]), float(row["dxi"]), row["state"].strip())
-            for row in csv.DictReader(file)
-        ]
+def read(path: str, scene: Mapping[str, float] | None = None) -> list[Switch]:
+    """Read the switches of a file. Columns in SI units need `scene`, the quantities of a scene (`Scene.given`).
+
+    Raises OSError, and ValueError with one sentence for a file that is not understood.
+    """
+    rows = read_table(Path(path))
+    there = {_spelled(name): name for row in rows[:1] for name in row}
+    state, found = there.get("state", there.get("after")), {}
+    for name in IN_SI:
+        unit = measure(name, scene or {})
+        for wanted, one in ((column(name, unit.si), unit.one), (name, 1.0)):
+            if own := there.get(_spelled(wanted)):
+                found[name] = own, one
+    if rows and (state is None or len(found) < len(IN_SI)):
+        raise ValueError(f"{path}: {bad('columns', ', '.join(rows[0]), f'state, and {COLUMNS}')}")
+    if len(rows) < 2:
+        raise ValueError(f"{path}: {len(rows)} switches: must be at least 2, below the names of the columns")
+    switches: list[Switch] = []
+    for line, row in enumerate(rows, 2):
+        name = _state(f"{path}: {state} in line {line}", row[state])
+        tau, xi, dxi = (_number(f"{path}: {own} in line {line}", row[own]) / one for own, one in found.values())
+        if switches and tau < switches[-1].tau:
+            own = found["tau"][0]
+            raise ValueError(f"{path}: {bad(f'{own} in line {line}', row[own], 'at least that of the line before')}")
+        if "state" not in there:  # a table of `vibrodrive trajectory` has the velocity before the switch
+            dxi = 0.0
+        switches.append(Switch(tau, xi, dxi, name))
+    return switches
+
+
+def _spelled(name: str) -> str:
+    """Return the letters that tell the name of a column with its unit: v_m_per_s, v_m_s and "v [m/s]" are equal."""
+    return re.sub(r"\W|_|per", "", name.strip().lower())
+
+
+def _state(key: str, text: object) -> str:
+    name = str(text).strip().upper()
+    if name not in State.__members__:
+        raise ValueError(bad(key, text, "one of " + ", ".join(State.__members__)))
+    return name
+
+
+def _number(key: str, text: str) -> float:
+    try:
+        x = float(text)
+    except ValueError:
+        x = math.nan
+    if not math.isfinite(x):
+        raise ValueError(bad(key, text, "a finite number"))
+    return x
 
 
 def report(judged: Iterable[Judged]) -> str:
@@ -96,15 +162,40 @@ def report(judged: Iterable[Judged]) -> str:
     return "\n".join(lines)
 
 
+def suspect(switches: Sequence[Switch], eps: float, eta: float) -> list[str]:
+    """Return a line about the units if the switches follow each other so fast that τ is perhaps in seconds."""
+    periods = (switches[-1].tau - switches[0].tau) / (2.0 * np.pi)
+    if len(switches) <= FEW + periods * (MANY + (4.0 * eta if eps else 0.0)):
+        return []
+    return [f"{len(switches)} switches in {periods:.2g} periods: is τ in seconds? Columns: {COLUMNS}"]
+
+
+def model_of(arguments: argparse.Namespace) -> dict[str, float]:
+    """Return the values by name of the configuration and of the options. Raises ValueError with one sentence."""
+    options = [f"{name}={value}" for name in MODEL if (value := getattr(arguments, name)) is not None]
+    settings = config.read(Path(arguments.scene), options) if arguments.scene else config.parse("", options)
+    plan = settings.plan()
+    if plan.n_points > 1:
+        raise ValueError(f"{arguments.scene}: {bad_axes(plan.axes, 'of one value each')}")
+    return plan.single(0).scalars
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description="Compare your switching times with certified switching times.")
     parser.add_argument("file", help="CSV file with the columns tau, xi, dxi, state, and one line per switch")
-    parser.add_argument("--A", type=float, required=True)
-    parser.add_argument("--B", type=float, default=0.1)
-    parser.add_argument("--eps", type=float, default=0.0)
-    parser.add_argument("--eta", type=float, default=vd.ETA)
+    parser.add_argument("--scene", help="configuration of a machine, for A, B and columns t_s, x_m, v_m_per_s")
+    for name in MODEL:
+        parser.add_argument(f"--{name}", help=PARAMETERS[name].meaning)
     arguments = parser.parse_args()
-    print(report(audit(read(arguments.file), arguments.A, arguments.B, arguments.eps, arguments.eta)))
+    try:
+        known = model_of(arguments)
+        switches = read(arguments.file, known)
+        told = [report(audit(switches, **{name: known[name] for name in MODEL}))]
+        print("\n".join([*told, *suspect(switches, known["eps"], known["eta"])]))
+    except OSError as error:
+        parser.exit(2, f"audit: {error.filename}: {error.strerror}\n")
+    except ValueError as error:
+        parser.exit(2, f"audit: {error}\n")
 
 
 if __name__ == "__main__":
