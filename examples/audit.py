@@ -28,14 +28,15 @@ from vibrodrive.jobs.tables import read_table
 from vibrodrive.model import config
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, bad_axes
-from vibrodrive.model.physical import UNIT_OF, UNITS, column, measure
+from vibrodrive.model.physical import UNITS, column, measure
+from vibrodrive.model.quantities import QUANTITIES
 
 RIGHT, MISSED, OTHER = "right", "missed", "another state"
 """Verdicts: the right switch (possibly late or early); an earlier switch was missed; a different state begins or
 ends."""
 
 MODEL = ("A", "B", "eps", "eta")
-IN_SI = {name: column(name, UNITS[UNIT_OF[name]].si) for name in ("tau", "xi", "dxi")}
+IN_SI = {name: column(name, UNITS[QUANTITIES[name].scales].si) for name in ("tau", "xi", "dxi")}
 """Columns of a table: the names of dimensionless numbers, and of numbers in SI units."""
 COLUMNS = f"{', '.join(IN_SI)} or, in SI units with --scene, {', '.join(IN_SI.values())}"
 

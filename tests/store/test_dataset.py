@@ -161,6 +161,7 @@ def test_a_column_in_si_units_has_its_unit_in_its_name(tmp_path):
 def test_section_and_impacts_are_tables_in_long_form(path):
     results = load(path)
     section = results.to_xarray()[["section_xi", "section_dxi"]].to_dataframe().reset_index()
+    section = section.rename(columns={"section_xi": "xi", "section_dxi": "dxi"})  # the names in tables of a motion
     pd.testing.assert_frame_equal(results.to_dataframe("section"), section)
     results.impact_phase[1, 0, 2:] = np.nan  # this motion has two main impacts
     impacts = results.to_dataframe("impacts")

@@ -415,8 +415,8 @@ class Results:
         0  1.50     OK       1      1.0
         1  3.04     OK       2      0.5
         >>> r.to_dataframe("section").tail(1).round(4)
-                A  period  section_xi  section_dxi
-        127  3.04      64      1.2155      -2.8904
+                A  period      xi     dxi
+        127  3.04      64  1.2155 -2.8904
         """
         return above("a table of results")(self, of)
 
