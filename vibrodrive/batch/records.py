@@ -11,7 +11,7 @@ from vibrodrive.kernels.summary import OUT
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import ERROR, IMPACTS, SECTION, SUMMARY
+from vibrodrive.model.records import ERROR, IMPACTS, SUMMARY
 
 Rows = tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]
 
@@ -32,12 +32,12 @@ class Arrays(NamedTuple):
         """Allocate the arrays for n points of a plan. `rows` may give the first four (`Results.rows`)."""
         periods = plan.settings.periods
         if rows is None:
-            section = np.empty((n, periods, 2)) if SECTION in plan.record else None
+            section = np.empty((n, periods, 2)) if plan.sectioned else None
             rows = section, np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64)
         section, status, margin, counts = rows
         impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
-        summary = np.empty((n, OUT)) if SUMMARY in plan.record else None
-        errors = new_errors(plan.settings.method, n, 1) if ERROR in plan.record else None
+        summary = np.empty((n, OUT)) if plan.summarised else None
+        errors = new_errors(plan.settings.method, n, 1) if plan.bounded else None
         return cls(section, status, margin, counts, impacts, summary, errors)
 
     def block(self, span: tuple[int, int, int], at: int) -> Block:

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 from vibrodrive.jit.slices import Halt, Halted
-from vibrodrive.model import records, size
+from vibrodrive.model import size
 from vibrodrive.model.plan import Plan
 
 WARMING = -1  # belongs to no page, because pages are numbered from 0
@@ -128,7 +128,7 @@ class Pace:
     @staticmethod
     def _kind(plan: Plan) -> tuple[int, bool, bool]:
         disturbed = "eps" in plan.axes or plan.scalars["eps"] > 0.0
-        return plan.settings.method, disturbed, records.SECTION in plan.record
+        return plan.settings.method, disturbed, plan.sectioned
 
 
 def length(plan: Plan) -> int:

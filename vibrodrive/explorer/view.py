@@ -332,7 +332,7 @@ def view_of(settings: config.Config) -> View:
     along = [name for name in along if len(plan.axes[name]) > 1]
     if along:
         values |= {"x": along[0]} | dict(zip(("low", "high", "columns", "scale"), _span(plan, along[0]), strict=True))
-    if records.SUMMARY in plan.record and len(along) > 1:
+    if plan.summarised and len(along) > 1:
         y = settings.figure.get("y", along[1])
         values |= {"mode": MAP, "y": y} | dict(zip(("y_low", "y_high", "rows", "y_scale"), _span(plan, y), strict=True))
     quantity = settings.figure.get("quantity")

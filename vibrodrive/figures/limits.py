@@ -95,7 +95,7 @@ def limits_figure(
 
 def check_limits(one: Results, first: Results) -> None:
     """Raise ValueError if results are not limits over one axis, or if this is not the axis of the first results."""
-    if LIMIT not in one.record:
+    if not one.plan.seeks:
         raise ValueError(bad("record", ", ".join(one.record), f'"{LIMIT}"'))
     if len(one.axes) != 1:
         raise ValueError(bad_axes(one.axes, "one axis (limits over two axes are drawn as a map)"))

@@ -11,7 +11,7 @@ from vibrodrive.model.choices import Method
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import LIMIT, SUMMARY
+from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.results import Results
 
 NONE = {"eps": 0.0, "dtau": np.nan}  # values without a disturbance
@@ -47,7 +47,7 @@ def read_overlays(files: Sequence[Path]) -> list[Any]:
             found += read_bifurcations(file)
             continue
         results = load(file)
-        if LIMIT not in results.record:
+        if not results.plan.seeks:
             raise ConfigError(
                 bad("--over", str(file), 'a sweep with record = "limit", or a table of bifurcations (.csv)')
             )

@@ -95,6 +95,11 @@ class Plan:
         return any(one.seeks for one in self.record)
 
     @property
+    def sectioned(self) -> bool:
+        """True if sections are recorded."""
+        return any(q.along == "period" for one in self.record for q in one.quantities)
+
+    @property
     def bounded(self) -> bool:
         """True if error bounds are recorded."""
         return any(one.bounded for one in self.record)

@@ -173,7 +173,7 @@ class Results:
             "margin": np.full(shape, np.nan),
             "switches": np.full((*shape, 5), -1, np.int64),
         }
-        if SECTION in plan.record:
+        if plan.sectioned:
             arrays["section"] = np.empty((*shape, periods, 2))
         return cls.of(plan, arrays)
 

@@ -77,7 +77,7 @@ def _empty(plan: Plan, index: int, start: int, stop: int) -> Block:
     """Return a block without results."""
     n = stop - start
     return Block(
-        index, start, stop, np.full((n, plan.settings.periods, 2), np.nan) if SECTION in plan.record else None,
+        index, start, stop, np.full((n, plan.settings.periods, 2), np.nan) if plan.sectioned else None,
         np.full(n, int(Status.OK), np.int8), np.full(n, np.nan), np.full((n, len(State)), -1),
         {q.name: np.full(n, q.fill, q.dtype) for q in plan.quantities if not q.along},
     )  # fmt: skip

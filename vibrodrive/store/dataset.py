@@ -13,7 +13,7 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import column
 from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import CHECKSUM, IMPACT_POWER, SECTIONS, Quantity
-from vibrodrive.model.records import IMPACTS, SECTION, SUMMARY
+from vibrodrive.model.records import IMPACTS, SECTION
 from vibrodrive.model.results import Results
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
@@ -87,7 +87,7 @@ def _variables(
     With `wanted`, only variables with these dimensions are read.
     """
     flags = layout.flags_of(results.plan)
-    power = [IMPACT_POWER] if SUMMARY in results.record and results.measure("energy").si != "1" else []
+    power = [IMPACT_POWER] if results.plan.summarised and results.measure("energy").si != "1" else []
     for q in (*layout.variables_of(results.plan), *power):
         extra = (q.along,) if q.along else ()
         if q is not CHECKSUM and wanted in (None, extra):
