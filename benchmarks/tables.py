@@ -1,4 +1,4 @@
-"""Write the measured tables into README.md and pages of docs, between their markers.
+"""Write the measured tables, and that of all quantities, into README.md and pages of docs, between their markers.
 
 The markers are `<!-- benchmark:NAME -->` and `<!-- /benchmark:NAME -->`. If a table has no measured results or no
 markers, its page is not changed and a note is printed.
@@ -15,6 +15,9 @@ from typing import Any, NamedTuple
 
 from benchmarks import passes
 from benchmarks.common import RESULTS, plt, say
+from vibrodrive.model.physical import UNITS
+from vibrodrive.model.quantities import MARGIN, QUANTITIES, STATUS
+from vibrodrive.model.records import RECORDS
 
 ROOT = Path(__file__).parents[1]
 
@@ -255,6 +258,18 @@ def first_differences(data: dict[str, Any]) -> str:
     return table(head, rows).replace("](#", f"]({EXAMPLES}#")
 
 
+def quantities(_: dict[str, Any]) -> str:
+    """Return the table of all quantities with a number for each point, from their rows."""
+    of = {name: f"`{one}`" for one in RECORDS.values() for name in (*(q.name for q in one.quantities), *one.maps)}
+    rows = []
+    for q in QUANTITIES.values():
+        if not q.along and (q.name in of or q is MARGIN or q is STATUS):
+            meaning = q.meaning.replace("|", r"\|")
+            unit = UNITS[q.scales].si if q.scales else "" if q.unit == "1" else q.unit
+            rows.append([f"`{q.name}`", of.get(q.name, "every"), meaning, unit])
+    return table(["quantity", "record", "meaning", "unit with a scene"], rows)
+
+
 class Place(NamedTuple):
     """A table: its page, the name of its JSON file ("" if it has none), and the function that makes the table."""
 
@@ -276,6 +291,7 @@ TABLES = {
     "explorer": Place(ROOT / "docs" / "explorer.md", "explorer", explorer),
     "first_picture": Place(ROOT / "docs" / "explorer.md", "first_picture", first_picture),
     "failures": Place(FAILURES, "failures", failures),
+    "quantities": Place(ROOT / "docs" / "maps.md", "", quantities),
     "first_difference": Place(RATES, "first_difference", first_differences),
     "switches_pairs": Place(FAILURES, "", close_pairs),
     "switches_measured": Place(RATES, "", measured_switches),

@@ -106,7 +106,7 @@ def read(path: str, scene: Mapping[str, float] | None = None) -> list[Switch]:
     there = {_spelled(name): name for row in rows[:1] for name in row}
     state, found = there.get("state", there.get("after")), {}
     for name in IN_SI:
-        unit = measure(name, scene or {})
+        unit = measure(QUANTITIES[name], scene or {})
         for wanted, one in ((column(name, unit.si), unit.one), (name, 1.0)):
             if own := there.get(_spelled(wanted)):
                 found[name] = own, one

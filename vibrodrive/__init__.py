@@ -26,6 +26,7 @@ __all__ = [
     "limit",
     "load",
     "orbits",
+    "own",
     "plot",
     "simulate",
     "sweep",
@@ -44,6 +45,7 @@ _HOMES = {
     "impact_map": "periodic.impact_map",
     "load": "store.load",
     "orbits": "periodic.search",
+    "own": "model.own",
     "sweep": "jobs.call",
 }
 """Module of every public name."""
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from vibrodrive.jobs.call import sweep
     from vibrodrive.model.choices import Method, Status
     from vibrodrive.model.names import ETA
+    from vibrodrive.model.own import own
     from vibrodrive.model.physical import Scene
     from vibrodrive.model.results import Results
     from vibrodrive.model.states import State

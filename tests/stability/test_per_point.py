@@ -224,6 +224,42 @@ def test_a_file_of_a_version_that_knew_the_source_only_is_continued(tmp_path):
         vd.sweep(A=[1.5, 3.04], record=another(), **SHORT, path=path)
 
 
+SCENE = {"a0": 8e-4, "mu": 0.6, "alpha": 3.4, "frequency": [22.0, 24.0]}
+
+
+def test_a_function_has_units_and_labels_in_tables_files_and_figures(tmp_path):
+    units = {"last": "degree", "total": "velocity"}
+    record = vd.own(settling, unit=units, label={"total": "speed of it all"})
+    for r in (
+        vd.sweep(**SCENE, record=record, **SHORT),
+        vd.sweep(**SCENE, record=record, **SHORT, path=tmp_path / "x.h5"),
+    ):
+        r.plot(quantity="total")
+        data = r.to_xarray()
+        assert (data.total.attrs["units"], data.total.attrs["long_name"]) == ("m s-1", "speed of it all")
+        assert data["last"].attrs["units"] == "degree"
+        scenes = [vd.Scene(**SCENE | {"frequency": f}) for f in SCENE["frequency"]]
+        assert data.total.values == pytest.approx([s.velocity(n) for s, n in zip(scenes, r.total, strict=True)])
+        assert r.to_dataframe().columns.tolist()[1:3] == ["last_degree", "total_m_per_s"]
+        assert r.plot(quantity="total").axes[0].get_ylabel() == "speed of it all in m/s"
+        assert r.plot(quantity="last").axes[0].get_ylabel() == "last of the function settling in degree"
+        assert r.dimensionless().plot(quantity="total").axes[0].get_ylabel() == "speed of it all, dimensionless"
+    assert vd.sweep(**SCENE, record=settling, **SHORT, path=tmp_path / "x.h5").computed == 1.0, "a label is no number"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((3,), "function = 3: must be a function of a motion"),
+        (("summary",), "function = 'summary': must be a function of a motion"),
+        ((settling, 3), "unit = 3: must be a text of one line"),
+    ],
+)
+def test_units_that_are_none_are_refused(arguments, words):
+    with pytest.raises(TypeError, match=words):
+        vd.own(arguments[0], unit=arguments[1] if arguments[1:] else "")
+
+
 @pytest.mark.slow("8 s: processes that load the kernels")
 def test_functions_on_an_executor_of_processes():
     arguments = {"A": np.linspace(1.2, 3.1, 70), **SHORT}

@@ -12,8 +12,9 @@ import numpy as np
 
 from vibrodrive.model.block import Block
 from vibrodrive.model.config import parse
-from vibrodrive.model.physical import Measure
+from vibrodrive.model.physical import measure
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.quantities import row_of
 from vibrodrive.model.records import SECTION, quantities
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.writer import open_writer
@@ -64,5 +65,5 @@ def write(
     return todo
 
 
-UNITLESS = {"measure": lambda quantity: Measure(), "scene": None}
+UNITLESS = {"measure": lambda quantity: measure(row_of((), quantity), {}), "scene": None}
 """What figures ask of results or a motion without a scene."""

@@ -26,6 +26,7 @@ from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, check_count
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
+from vibrodrive.model.quantities import row_of
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
 from vibrodrive.model.slips import forgotten, unlikely, warn
 
@@ -210,7 +211,7 @@ class Trajectory:
 
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units; one that changes nothing without a scene."""
-        return measure(quantity, self._plan.scalars)
+        return measure(row_of((), quantity), self._plan.scalars)
 
     def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
         """Return the switches, the main impacts or the section points as a table.

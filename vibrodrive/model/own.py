@@ -10,14 +10,18 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from vibrodrive.errors import Failed
-from vibrodrive.model.parameters import bad, real_number
-from vibrodrive.model.quantities import Quantity, number
+from vibrodrive.model.parameters import bad, has_control, real_number
+from vibrodrive.model.quantities import SCALES, Quantity, number
 from vibrodrive.model.record import OfMotion, Record
 
 _TEXT = re.compile(r"(?P<name>[^:,]+): (?P<numbers>.*) \((?P<of>source|function) (?P<sha256>[0-9a-f]{64})\)")
 
 SOURCE, FUNCTION = "source", "function"
 """What a SHA-256 is of: of the source alone, as in older files, or of all that the function depends on (identity.py)"""
+
+
+Row = tuple[str, str, str]
+PLAIN: Mapping[str, Row] = {}
 
 
 class Own(OfMotion):
@@ -29,6 +33,7 @@ class Own(OfMotion):
     sha256 : SHA-256 of what its numbers depend on (identity.py), or of its source alone in older files.
     of : FUNCTION or SOURCE, what `sha256` is of.
     function : the function; None if the record was read from a file.
+    rows : (unit, key of UNITS, label) of its numbers by name, from `own`; those of the name "" hold for all others.
     uses : names of the values outside of its source that it depends on.
     unknown : why two calls of the function cannot be compared, so that no file can be resumed; "" if they can.
     """
@@ -37,6 +42,7 @@ class Own(OfMotion):
     sha256: str
     of: str
     function: Callable[[Any], Any] | None
+    rows: Mapping[str, Row]
     uses: tuple[str, ...]
     unknown: str
 
@@ -47,20 +53,27 @@ class Own(OfMotion):
         sha256: str,
         of: str = FUNCTION,
         function: Callable[[Any], Any] | None = None,
+        rows: Mapping[str, Row] = PLAIN,
         uses: tuple[str, ...] = (),
         unknown: str = "",
     ) -> Own:
         self = super().__new__(cls, name)
         self.returned, self.sha256, self.of, self.function = returned, sha256, of, function
-        self.uses, self.unknown = uses, unknown
+        self.rows, self.uses, self.unknown = rows, uses, unknown
         return self
 
     def __reduce__(self) -> tuple[type[Own], tuple[Any, ...]]:
-        return Own, (str(self), self.returned, self.sha256, self.of, self.function, self.uses, self.unknown)
+        kept = self.returned, self.sha256, self.of, self.function, self.rows, self.uses, self.unknown
+        return Own, (str(self), *kept)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:  # type: ignore[override]
-        return tuple(number(n, n if n == self else f"{n} of the function {self}") for n in self.returned)
+        found = []
+        for name in self.returned:
+            unit, scales, label = self.rows.get(name) or self.rows.get("") or ("1", "", "")
+            meaning = name if name == self else f"{name} of the function {self}"
+            found.append(number(name, label or meaning, unit=unit, scales=scales, label=label))
+        return tuple(found)
 
     @property
     def outline(self) -> str:
@@ -98,9 +111,13 @@ class Own(OfMotion):
         name = name if name.isidentifier() else "function"  # "<lambda>"
         try:
             sha256, uses = digest_of(function)
-            return cls(name, (), sha256, FUNCTION, function, uses)
+            return cls(name, (), sha256, FUNCTION, function, uses=uses)
         except Unknown as error:
             return cls(name, (), "0" * 64, FUNCTION, function, unknown=str(error))
+
+    def with_rows(self, rows: Mapping[str, Row]) -> Own:
+        """Return the same record with units and labels of its numbers."""
+        return Own(str(self), self.returned, self.sha256, self.of, self.function, rows, self.uses, self.unknown)
 
     def returning(self, names: Sequence[str]) -> Own:
         """Return the same record with the names of its numbers."""
@@ -119,7 +136,59 @@ class Own(OfMotion):
         from vibrodrive.model.identity import source_of
 
         sha256 = hashlib.sha256(source_of(_plain(self.function)).encode()).hexdigest()
-        return Own(str(self), self.returned, sha256, SOURCE, self.function, self.uses)
+        return Own(str(self), self.returned, sha256, SOURCE, self.function, self.rows, self.uses)
+
+
+def own(
+    function: Callable[[Any], Any], *, unit: str | Mapping[str, str] = "", label: str | Mapping[str, str] = ""
+) -> Own:
+    """Return a function of a motion as a record of `sweep`, with a unit and a label of its numbers.
+
+    Parameters
+    ----------
+    function : function of a Trajectory
+        that returns a number, or a dict of numbers by name.
+    unit : str, or dict of str by name of a number, optional
+        "length", "velocity", "time", "rate", "force", "momentum", "energy" or "power" for a dimensionless number that
+        figures and tables convert to SI units if there is a scene ("rate": per excitation period; "power": an energy
+        per excitation period). Any other text is the unit of the numbers as they are, such as "m s-1" or "degree".
+    label : str, or dict of str by name of a number, optional
+        words for figures, tables and files; by default the name.
+
+    Returns
+    -------
+    Own
+        for the argument `record` of `sweep`.
+
+    Raises
+    ------
+    TypeError
+        if an argument has another type. The message is one line.
+
+    Examples
+    --------
+    >>> import vibrodrive as vd
+    >>> def rise(motion):
+    ...     return motion.sample(50).xi.max() - motion.section[:, 0].mean()
+    >>> scene = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+    >>> record = vd.own(rise, unit="length", label="rise above the mean of the section")
+    >>> r = vd.sweep(scene=scene, frequency=[22.0, 24.0], transient=50, periods=64, record=record)
+    >>> r.to_dataframe().columns.tolist()
+    ['frequency', 'rise_m', 'margin', 'status']
+    """
+    if not callable(function) or isinstance(function, str):
+        raise TypeError(bad("function", function, "a function of a motion"))
+    rows = {}
+    for name in {"", *(unit if isinstance(unit, Mapping) else ()), *(label if isinstance(label, Mapping) else ())}:
+        texts = []
+        for key, given in (("unit", unit), ("label", label)):
+            text = given.get(name, "") if isinstance(given, Mapping) else given
+            if not isinstance(text, str) or has_control(text):
+                raise TypeError(bad(key, given, "a text of one line, or a dict of them by the names of the numbers"))
+            texts.append(text)
+        scales = texts[0] if texts[0] in SCALES else ""
+        rows[name] = ("1" if scales else texts[0] or "1", scales, texts[1])
+    return Own.from_function(function).with_rows(rows)
 
 
 def _plain(function: Callable[..., Any]) -> Any:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from vibrodrive.model.described import html_table
 from vibrodrive.model.names import SCENE, TURN
 from vibrodrive.model.parameters import bad, real_array, real_number
-from vibrodrive.model.quantities import QUANTITIES
+from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.slips import OfScene, slip, warn
 
 if TYPE_CHECKING:
@@ -164,15 +164,14 @@ def column(quantity: str, si: str) -> str:
     return "_".join([name, *re.sub(r"([a-z]+)-1?", r"per_\1", si).split()])
 
 
-def measure(quantity: str, known: Mapping[str, Any], dimensionless: bool = False) -> Measure:
+def measure(row: Quantity, known: Mapping[str, Any], dimensionless: bool = False) -> Measure:
     """Return the conversion of a quantity, if the values `known` by name contain a scene.
 
     If `dimensionless`, only a power, which is no other quantity without a scene, is converted.
     """
-    key = QUANTITIES[quantity].scales if quantity in QUANTITIES else ""
-    if not key or not has_units(known):
-        return Measure()
-    return Measure(apart=True) if dimensionless and key != "power" else _measure(key, known)
+    if not row.scales or not has_units(known):
+        return Measure(shown="" if row.unit == "1" else row.unit)
+    return Measure(apart=True) if dimensionless and row.scales != "power" else _measure(row.scales, known)
 
 
 def _measure(key: str, known: Mapping[str, Any]) -> Measure:

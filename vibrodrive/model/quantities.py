@@ -104,6 +104,10 @@ class Quantity(NamedTuple):
         return self.shown not in SHADED
 
 
+SCALES = ("length", "velocity", "time", "rate", "force", "momentum", "energy", "power")
+"""Ways in which quantities scale with a scene, the keys of UNITS (physical.py)."""
+
+
 def digits(number: int) -> str:
     """Return the digits of a number as text: 122 -> "1, 2, 2". Each digit is one gap."""
     return ", ".join(str(number))
@@ -138,7 +142,7 @@ MAIN_IMPACTS = (
     Quantity("impact_period", "<i8", -1, "number of completed excitation periods since τ = 0 at a main impact",
              along="impact"),
     number("impact_phase", "phase of the excitation at a main impact", unit="rad", along="impact",
-           label=r"phase $\varphi$ of the main impacts in rad"),
+           label=r"phase $\varphi$ of the main impacts"),
     number("impact_speed", "speed of a main impact", scales="velocity", along="impact",
            label=r"speed $|\xi\mathrm{′}|$ of the main impacts"),
     Quantity("impact_states", "<i4", -1, "states between the previous main impact and this one", along="impact"),
@@ -253,8 +257,11 @@ QUANTITIES = {
 
 
 def row_of(quantities: Iterable[Quantity], name: str) -> Quantity:
-    """Return the row of a quantity: that of results, which may be a number of the user's own, or that of this table."""
-    return next((q for q in quantities if q.name == name), None) or QUANTITIES[name]
+    """Return the row of a quantity: that of results, which may be a number of the user's own, or that of this table.
+
+    A column without a row, such as a phase, is a number without a unit.
+    """
+    return next((q for q in quantities if q.name == name), None) or QUANTITIES.get(name) or number(name, name)
 
 
 def length_along(dimension: str, periods: int) -> tuple[int, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,7 +18,7 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.quantities import Quantity, length_along
+from vibrodrive.model.quantities import Quantity, length_along, row_of
 from vibrodrive.model.records import ERROR, RECORDS, SECTION, Records, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.slips import warn
@@ -46,18 +47,15 @@ class Results:
 
     Each of these records adds arrays:
 
-    - "summary" adds arrays over the axes: period, sequence, gaps; impacts, impact_speed_max, impact_speed_mean,
-      momentum, energy; friction_loss, drive_work; xi_max, dxi_min, dxi_max; lyapunov; share_up, share_down,
-      share_stick, share_rest. The arrays impacts, momentum, energy, friction_loss, drive_work and lyapunov are per
-      excitation period. If `period` is positive, a summary is taken over one period of the motion. Otherwise it is an
-      estimate from the record: extremes are those between the first and the last recorded switch, and all other
-      numbers are means from the first to the last main impact with recorded switches more than half an excitation
-      period before and after it, NaN without two of these. `period` is 0 if the motion does not repeat within 64
-      periods, and -2 if the recorded switches span less than 64 periods, so that the period and `lyapunov` are unknown.
-      At ε = 0 and B < 1 a record of 66 periods suffices.
-    - "impacts" adds arrays over (axes…, impact): impact_period, impact_phase, impact_speed, impact_states. After the
-      last impact they are filled with NaN or -1.
-    - "error" adds arrays over the axes: error_xi and error_dxi (both together as `error`), and certain_until.
+    (the records and their arrays)
+
+    After the last impact the arrays over `impact` are filled with NaN or -1. The error bounds are also one array,
+    `error`. If `period` is positive, a summary is taken over one period of the motion. Otherwise it is an estimate from
+    the record: extremes are those between the first and the last recorded switch, and all other numbers are means from
+    the first to the last main impact with recorded switches more than half an excitation period before and after it,
+    NaN without two of these. `period` is 0 if the motion does not repeat within 64 periods, and -2 if the recorded
+    switches span less than 64 periods, so that the period and `lyapunov` are unknown. At ε = 0 and B < 1 a record of 66
+    periods suffices.
 
     Files and `to_xarray` describe each array. In them `period` has the name `motion_period`.
 
@@ -354,7 +352,7 @@ class Results:
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units over the axes; one that changes nothing without a scene."""
         known = self.scalars | dict(zip(self.axes, np.ix_(*self.axes.values()), strict=True))
-        return measure(quantity, known, self._dimensionless)
+        return measure(row_of(self.quantities, quantity), known, self._dimensionless)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all arrays as an `xarray.Dataset`, named as in the files. This needs the extra `data`.
@@ -541,6 +539,20 @@ class Results:
         rows = [("title", self.title), *self._described().items(), ("fixed", fixed)]
         return html_table(type(self).__name__, rows)
 
+
+def _records_in_words() -> str:
+    """Return the records and their arrays as a list for the docstring of Results."""
+    lines = []
+    for one in RECORDS.values():
+        if known := quantities((one,)):
+            along = f"(axes…, {known[0].along})" if known[0].along else "the axes"
+            text = f'- "{one}" adds arrays over {along}: {", ".join(q.name for q in known)}.'
+            lines += textwrap.wrap(text, 116, initial_indent="    ", subsequent_indent="      ")
+    return "\n".join(lines)
+
+
+if Results.__doc__:  # not with -OO
+    Results.__doc__ = Results.__doc__.replace("    (the records and their arrays)", _records_in_words())
 
 ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "title")
 """Attributes of each object of Results, which `dir(Results)` does not contain."""

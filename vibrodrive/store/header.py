@@ -19,6 +19,7 @@ import numpy as np
 
 from vibrodrive.errors import Busy, Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.names import AXES, Settings
+from vibrodrive.model.own import Own
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
@@ -269,6 +270,8 @@ def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
     for text in outline.get("record", (SECTION,)):
         if (one := read_record(text)) is None:
             raise of_another_version(file, f"record {text!r}: unknown")
+        if isinstance(one, Own) and one in outline.get("rows", {}):
+            one = one.with_rows({name: tuple(row) for name, row in outline["rows"][one].items()})
         record.append(one)
     return tuple(record)
 

@@ -27,7 +27,7 @@ from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.quantities import POINTS, SWITCHES, Quantity, length_along
-from vibrodrive.model.records import SECTION
+from vibrodrive.model.records import SECTION, functions
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import comment, plain
@@ -195,6 +195,8 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     if plan.record != (SECTION,):
         parts["record"] = [one.outline for one in plan.record]
+    if rows := {one: one.rows for one in functions(plan.record) if one.rows}:
+        parts["rows"] = rows
     if plan.quantities:
         parts["quantities"] = {q.name: q.dtype for q in plan.quantities}
     if plan.together:
