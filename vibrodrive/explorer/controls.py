@@ -7,13 +7,10 @@ from typing import Any, NamedTuple
 from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
 from vibrodrive.model import choices, drawing, names, physical, records
 
+QUANTITIES = records.QUANTITIES
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
 
 WORDS = {
-    "dxi": "Velocity ξ′ of the mass, once per shake",
-    "xi": "Gap ξ between mass and obstacle, once per shake",
-    "impact_phase": "Phase of the shaking when the mass hits the obstacle",
-    "impact_speed": "Speed at which the mass hits the obstacle",
     "A": "how hard it is shaken",
     "B": "slope",
     "eps": "ripple",
@@ -33,7 +30,7 @@ WORDS = {
     "alpha": "incline",
     "mass": "",
 }
-"""Quantities and parameters in the words of titles."""
+"""Parameters in the words of titles."""
 
 
 class Control(NamedTuple):
@@ -54,12 +51,13 @@ class Control(NamedTuple):
 
 def symbol(name: str, si: bool = False) -> str:
     """Return the symbol of the paper and the unit of a parameter or quantity, or if `si` words and the unit in SI."""
-    if si and name in records.QUANTITIES and records.QUANTITIES[name].scales:
-        of = physical.UNITS[records.QUANTITIES[name].scales]
-        words = {"xi": "gap x", "dxi": "velocity dx/dt"}.get(name, name.replace("_", " "))
+    if si and name in QUANTITIES and QUANTITIES[name].scales:
+        of = physical.UNITS[QUANTITIES[name].scales]
+        words = QUANTITIES[name].latin or name.replace("_", " ")
         return f"{words} ({of.si if of.scale != 1.0 else of.shown or '1/s'})"
     if name not in names.NAMES:
-        return {"impact_phase": "impact phase (rad)", "impact_speed": "impact speed"}.get(name, name.replace("_", " "))
+        unit = QUANTITIES[name].unit
+        return name.replace("_", " ") + ("" if unit == "1" else f" ({unit})")
     return _letter(name) + (f" ({names.NAMES[name].shown})" if names.NAMES[name].shown else "")
 
 
@@ -71,7 +69,7 @@ def title_of(view: View) -> tuple[str, str]:
     """Return (title of the picture in words, conditions common to all its motions)."""
     shown = view.shade if view.mode == MAP else view.quantity
     named = symbol(shown, si=view.scene == SI)
-    title = WORDS.get(shown, named[0].upper() + named[1:])
+    title = QUANTITIES[shown].title or named[0].upper() + named[1:]
     title += ", against " + " and ".join(f"{WORDS[name]} ({_letter(name)})" for name in view.axes)
     given = [name for name in view.machine if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
     given += ["eps"]

@@ -57,6 +57,8 @@ class Quantity(NamedTuple):
     unit : unit in files, in the notation of UDUNITS.
     scales : how it scales with a scene, a key of UNITS (physical.py); "" if it has no unit in SI.
     along : name of a dimension in addition to the axes of the sweep, or "".
+    title : title of its pictures in the explorer; by default from its name.
+    latin : words for it in SI in the explorer; by default its name.
     label : words for figures, with the mathtext of Matplotlib; by default `meaning` up to its first semicolon.
     shown : how maps show it: NUMBER, SIGNED, or one of the kinds of classes.
     special : values that are no numbers of a scale, such as −∞, each with words.
@@ -80,6 +82,8 @@ class Quantity(NamedTuple):
     lacking: str = "no such value"
     names: Callable[[int], str] | None = None
     codes: type[How] | None = None
+    title: str = ""
+    latin: str = ""
     stored: str = ""
     source: str = ""
 
@@ -124,9 +128,11 @@ NO_PERIOD = "no periodic motion, or record too short"
 
 SECTIONS = (
     number("xi", "gap ξ at the instants of the Poincaré section", scales="length", along="period",
-           label=r"gap $\xi$", stored="section_xi"),
+           label=r"gap $\xi$", title="Gap ξ between mass and obstacle, once per shake", latin="gap x",
+           stored="section_xi"),
     number("dxi", "velocity ξ' at the instants of the Poincaré section", scales="velocity", along="period",
-           label=r"velocity $\xi\mathrm{′}$", stored="section_dxi"),
+           label=r"velocity $\xi\mathrm{′}$", title="Velocity ξ′ of the mass, once per shake",
+           latin="velocity dx/dt", stored="section_dxi"),
 )  # fmt: skip
 """Coordinates of the section points, the last dimension of the array `section`."""
 
@@ -142,9 +148,10 @@ MAIN_IMPACTS = (
     Quantity("impact_period", "<i8", -1, "number of completed excitation periods since τ = 0 at a main impact",
              along="impact"),
     number("impact_phase", "phase of the excitation at a main impact", unit="rad", along="impact",
-           label=r"phase $\varphi$ of the main impacts"),
+           label=r"phase $\varphi$ of the main impacts",
+           title="Phase of the shaking when the mass hits the obstacle"),
     number("impact_speed", "speed of a main impact", scales="velocity", along="impact",
-           label=r"speed $|\xi\mathrm{′}|$ of the main impacts"),
+           label=r"speed $|\xi\mathrm{′}|$ of the main impacts", title="Speed at which the mass hits the obstacle"),
     Quantity("impact_states", "<i4", -1, "states between the previous main impact and this one", along="impact"),
 )  # fmt: skip
 """Quantities of the main impacts of a point. The impacts are in order of time, at most two per period."""
@@ -266,7 +273,9 @@ def row_of(quantities: Iterable[Quantity], name: str) -> Quantity:
 
 def length_along(dimension: str, periods: int) -> tuple[int, ...]:
     """Return the length of the dimension `along` of a quantity for this number of recorded periods; () for ""."""
-    return {"": (), "period": (periods,), "impact": (2 * periods,), "state": (len(State),)}[dimension]
+    if not dimension:  # nearly always
+        return ()
+    return {"period": (periods,), "impact": (2 * periods,), "state": (len(State),)}[dimension]
 
 
 def period_words(period: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 from vibrodrive.model.quantities import Quantity, length_along
@@ -50,7 +51,14 @@ class Record(str):
 
     def point_bytes(self, periods: int) -> int:
         """Return the number of bytes of one point."""
-        return sum(q.itemsize * math.prod(length_along(q.along, periods)) for q in self.quantities)
+        fixed, of_period = self._bytes
+        return fixed + of_period * periods
+
+    @cached_property
+    def _bytes(self) -> tuple[int, int]:
+        """Bytes of one point, and in addition for each recorded period."""
+        sizes = [sum(q.itemsize * math.prod(length_along(q.along, n)) for q in self.quantities) for n in (0, 1)]
+        return sizes[0], sizes[1] - sizes[0]
 
     def refuse(self, plan: Any) -> None:
         """Raise ValueError for what has no meaning for this record."""
