@@ -80,7 +80,7 @@ class Own(OfMotion):
         return f"{self}: {', '.join(self.returned)} ({self.of} {self.sha256})"
 
     def text(self, sought: str = "") -> str:
-        return self.outline
+        return self.outline if self.of == SOURCE else str(self)  # as the older files have it
 
     def numbers(self, motion: Any) -> dict[str, float] | Exception:
         """Return the numbers of a motion, or the exception that the function raised, also for a result without numbers.

@@ -66,7 +66,7 @@ class Record(str):
     # a file contains the text of each record, which decides whether it is resumed
 
     def text(self, sought: str = "") -> str:
-        """Return the record as the attributes of a file describe it; `sought` is that of the plan."""
+        """Return the record in words, as an attribute of a file has it; `sought` is that of the plan."""
         return str(self)
 
     @property

@@ -59,7 +59,8 @@ def _continued(stored: Plan, plan: Plan) -> Records:
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
     scalars = {k: np.asarray(v) for k, v in plan.scalars.items() if k not in plan.axes}
     together = {f"points.{name}": values for name, values in plan.together.items()}
-    return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings_in_words(plan).items()}
+    settings = settings_in_words(plan) | {"record": ", ".join(one.outline for one in plan.record)}
+    return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings.items()}
 
 
 def _other_functions(stored: Plan, plan: Plan) -> str:
