@@ -2,7 +2,7 @@
 
 import hashlib
 import inspect
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import h5py
@@ -13,7 +13,6 @@ import vibrodrive as vd
 from vibrodrive.model.own import Own
 from vibrodrive.model.quantities import How
 from vibrodrive.stability.failures import count_failures
-from vibrodrive.stability.per_point import run_blocks
 from vibrodrive.store.reader import verify
 
 SHORT = {"transient": 50, "periods": 40}
@@ -111,35 +110,12 @@ def test_what_cannot_be_recorded_is_refused(arguments, words):
         vd.sweep(A=1.5, **(SHORT | arguments))
 
 
-def test_blocks_threads_and_executors_give_the_same_bits():
+def test_a_point_alone_has_the_limit_that_it_has_among_others():
     arguments = {"A": np.linspace(1.2, 3.1, 35), "record": "limit", "transient": 10, "periods": 10}
-    alone = vd.sweep(**arguments, threads=1)
-    for options in ({"threads": 2}, {"executor": ThreadPoolExecutor(2)}):
-        assert same(alone, vd.sweep(**arguments, **options), LIMIT_COLUMNS)
-    assert len(alone.plan.blocks()) > 1
+    together = vd.sweep(**arguments)
+    assert len(together.plan.blocks()) > 1
     single = [vd.sweep(**(arguments | {"A": A})) for A in arguments["A"][[0, 17, 34]]]
-    assert np.array_equal([r.k2.item() for r in single], alone.k2[[0, 17, 34]], equal_nan=True)
-
-
-def test_a_resumed_file_equals_an_uninterrupted_one(tmp_path):
-    arguments = {"A": np.linspace(1.2, 3.1, 40), "record": "limit", "transient": 10, "periods": 10}
-    whole = vd.sweep(**arguments, path=tmp_path / "whole.h5")
-    part = tmp_path / "part.h5"
-    with pytest.MonkeyPatch.context() as patch:
-
-        def interrupted(plan, which, **options):
-            yield next(run_blocks(plan, which, **options))
-            raise KeyboardInterrupt
-
-        patch.setattr("vibrodrive.stability.per_point.run_blocks", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            vd.sweep(**arguments, path=part)
-    assert 0.0 < vd.load(part).computed < 1.0
-    vd.sweep(**arguments, path=part)
-    assert part.read_bytes() == (tmp_path / "whole.h5").read_bytes()
-    with h5py.File(part) as file:
-        assert file["how"].attrs["flag_meanings"].split()[:2] == ["kept", "order"]
-    assert whole.to_xarray().how.attrs["flag_values"].tolist() == [int(how) for how in How]
+    assert np.array_equal([r.k2.item() for r in single], together.k2[[0, 17, 34]], equal_nan=True)
 
 
 def test_record_failures_counts_the_failures_of_each_motion():
@@ -260,11 +236,10 @@ def test_units_that_are_none_are_refused(arguments, words):
         vd.own(arguments[0], unit=arguments[1] if arguments[1:] else "")
 
 
-@pytest.mark.slow("8 s: processes that load the kernels")
-def test_functions_on_an_executor_of_processes():
-    arguments = {"A": np.linspace(1.2, 3.1, 70), **SHORT}
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
-        remote = vd.sweep(**arguments, record=settling, executor=executor)
-        with pytest.raises(TypeError, match="record = 'function': must be a function at the top of a module"):
-            vd.sweep(**arguments, record=lambda motion: 1.0, executor=executor)
-    assert same(remote, vd.sweep(**arguments, record=settling), ("last", "total", "status", "margin"))
+@pytest.mark.slow("6 s: a process that loads the kernels")
+def test_a_function_that_cannot_be_sent_to_processes_is_refused():
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor,
+        pytest.raises(TypeError, match="record = 'function': must be a function at the top of a module"),
+    ):
+        vd.sweep(A=[1.2, 1.3], **SHORT, record=lambda motion: 1.0, executor=executor)
