@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from numba.core.event import trigger_event
 
-import vibrodrive
+import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import python
 from vibrodrive.jit import compile as _jit
@@ -28,7 +28,7 @@ from vibrodrive.jobs.sweep import Job, run
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store.layout import Origin
 
-ROOT = Path(vibrodrive.__file__).parent
+ROOT = Path(vd.__file__).parent
 
 
 def fingerprint(root: Path) -> str:
@@ -241,13 +241,23 @@ def test_disk_that_fails_costs_the_cache_only(computing, monkeypatch, step):
         assert "No space left on device" in said
 
 
-PIECES = """
-import gc, sys
-import numba.core.codegen
+OTHER_NUMBA = """
+import builtins, sys
+import numba
+found = builtins.__import__
+def hide(name, globals=None, locals=None, wanted=(), level=0):
+    if wanted and name.startswith(sys.argv[1]) and globals["__name__"].startswith("vibrodrive."):
+        raise ImportError(name)
+    return found(name, globals, locals, wanted, level)
+builtins.__import__ = hide
+"""
+"""Let no module of the package import anything from the modules of Numba whose names begin with the first argument."""
 
-if sys.argv[1] == "changed":
-    del numba.core.codegen.JITCodeLibrary
-from vibrodrive.jit.compile import inline, jit, part
+PIECES = (
+    OTHER_NUMBA
+    + """
+import gc
+from vibrodrive.jit.compile import compilation, inline, jit, part
 
 @inline
 def square(x, up):
@@ -261,18 +271,50 @@ def both(x):
 def kernel(x):
     return both(x)
 
-print("vibrodrive.jit.pieces" in sys.modules, kernel(3.0), square(2.0, True), gc.isenabled())
+used = [name for name in ("caching", "pieces") if f"vibrodrive.jit.{name}" in sys.modules]
+print(used, kernel(3.0), square(2.0, True), gc.isenabled(), sum(kernel.stats.cache_hits.values()))
 """
+)
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize(("numba", "private"), [("as it is", "True"), ("changed", "False")])
-def test_kernels_compile_without_private_interfaces_of_numba(tmp_path, numba, private):
-    """Without Numba's private interfaces kernels give the same results, and Python can still call inlined functions."""
+@pytest.mark.parametrize(
+    ("hidden", "used"),
+    [
+        ("nothing", ["caching", "pieces"]),
+        ("numba.core.event", ["caching", "pieces"]),
+        ("numba.core.caching", ["pieces"]),
+        ("numba.core.codegen", ["caching"]),
+        ("numba.core.registry", ["caching"]),
+        ("numba.core", []),
+    ],
+)
+def test_kernels_compile_without_private_interfaces_of_numba(tmp_path, hidden, used):
+    """Results are the same, Python can call inlined functions, and a second process loads the kernel from the disk."""
     (tmp_path / "pieces.py").write_text(PIECES)
     run = "import runpy, sys; runpy.run_path(sys.argv.pop(1))"
-    found = python(run, tmp_path / "pieces.py", numba, NUMBA_CACHE_DIR=str(tmp_path))
-    assert found.split() == [private, "6.0", "4.0", "True"]
+    for loaded in (0, 1):
+        found = python(run, tmp_path / "pieces.py", hidden, NUMBA_CACHE_DIR=str(tmp_path))
+        assert found == f"{used} 6.0 4.0 True {loaded}\n"
+
+
+WITHOUT = (
+    OTHER_NUMBA
+    + """
+import vibrodrive as vd
+r = vd.sweep(A=[3.0, 3.04, 3.1], eps=[0.0, 2e-4], transient=50, periods=20, method="fixed", dtau=0.02)
+print([name for name in sys.modules if name in ("vibrodrive.jit.caching", "vibrodrive.jit.pieces")])
+print((r.section.tobytes() + r.margin.tobytes()).hex())
+"""
+)
+
+
+@pytest.mark.jit
+@pytest.mark.slow("100 s: all parts of a sweep are compiled without the private interfaces of Numba")
+def test_a_sweep_without_private_interfaces_of_numba_has_the_same_bits(tmp_path):
+    r = vd.sweep(A=[3.0, 3.04, 3.1], eps=[0.0, 2e-4], transient=50, periods=20, method="fixed", dtau=0.02)
+    found = python(WITHOUT, "numba.core", NUMBA_CACHE_DIR=str(tmp_path))
+    assert found == f"[]\n{(r.section.tobytes() + r.margin.tobytes()).hex()}\n"
 
 
 @pytest.mark.parametrize(

@@ -11,16 +11,15 @@ from typing import Any
 
 from llvmlite import ir
 from numba import config, types
-from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
-from vibrodrive.jit.compile import inline
+from vibrodrive.jit.compile import inline, processor
 
 _INT = ir.IntType(64)
 
 COMPILED = not config.DISABLE_JIT  # type: ignore[attr-defined]
 
-AVX512 = "+avx512dq" in cpu_target.target_context.codegen().magic_tuple()[2]
+AVX512 = "+avx512dq" in processor()[2]
 """True if kernels are compiled for a processor with AVX-512: registers of eight lanes, and masks for stores."""
 
 ROUND = 6755399441055744.0  # 1.5 * 2**52: (x + ROUND) - ROUND is x rounded to the nearest integer

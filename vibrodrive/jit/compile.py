@@ -13,13 +13,14 @@ formulas are inlined.
   calls. Without the sources in the hash, old machine code could be used after an equation is edited. Without the
   processor in the hash, two different machines with the same home directory would share one index, and one machine
   could load the code of the other.
+
+Another version of Numba may lack private names that this folder uses. What needs them is then left out: kernels are
+loaded and compiled more slowly, and the numbers are the same.
 """
 
 import hashlib
-import inspect
 import json
 import os
-import pickle
 import sys
 import tempfile
 import threading
@@ -34,19 +35,35 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba.core import event, externals, types
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
-from numba.core.registry import cpu_target
-from numba.core.runtime import rtsys
 
 from vibrodrive.jit.sources import PACKAGE, fingerprints
+
+try:
+    from numba.core.event import Listener, register
+except ImportError:  # nobody is told of compilations
+    Listener, register = object, lambda kind, listener: None  # type: ignore[assignment, misc]
+
+OTHER_NUMBA = ImportError, AttributeError, TypeError
+"""Errors of the use of private names that another version of Numba does not have."""
+
+
+def processor() -> tuple[str, ...]:
+    """Return the kind, the name and the features of the processor for which Numba compiles."""
+    try:
+        from numba.core.registry import cpu_target
+
+        return cpu_target.target_context.codegen().magic_tuple()
+    except OTHER_NUMBA:
+        from llvmlite import binding
+
+        return binding.get_process_triple(), binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
 
 
 def _target() -> str:
     """Return the versions and the processor on which machine code depends in addition to its sources."""
     versions = [numba.__version__, llvmlite.__version__, np.__version__]
     python = [sys.implementation.cache_tag or sys.version, getattr(sys, "abiflags", "")]
-    return " ".join([*python, *versions, *map(str, cpu_target.target_context.codegen().magic_tuple())])
+    return " ".join([*python, *versions, *map(str, processor())])
 
 
 def _cache_directory() -> Path:
@@ -114,7 +131,7 @@ def _times(folders: str) -> dict[str, float]:
     found: dict[str, float] = {}
     for path in CACHE.parent.glob(f"{folders}/{TIMES}") if CACHE is not None else ():
         with suppress(Exception):
-            times = json.loads(path.read_text()) if path.is_file() else {}
+            times = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
             found |= {name: t for name, t in times.items() if isinstance(t, float) and 0.0 < t < 1e6}
     return found
 
@@ -126,7 +143,7 @@ def _name(event: Any) -> str:
     return f"{module}.{function.__qualname__}" if module.startswith(f"{PACKAGE}.") else ""
 
 
-class Compilation(event.Listener):
+class Compilation(Listener):
     """Measurement of the time that this process has spent on compilation.
 
     Numba reports the beginning and the end of each compilation. The files of the cache do not show whether a kernel
@@ -152,7 +169,8 @@ class Compilation(event.Listener):
             self._spent += seconds
             if seconds > SAID_AFTER and CACHE is not None and (name := _name(event)):
                 with suppress(OSError):
-                    (CACHE / TIMES).write_text(json.dumps({**_times(CACHE.name), name: seconds}))
+                    text = json.dumps({**_times(CACHE.name), name: seconds})
+                    (CACHE / TIMES).write_text(text, encoding="utf-8")
 
     @property
     def progress(self) -> str:
@@ -172,89 +190,39 @@ class Compilation(event.Listener):
 
 
 compilation = Compilation()
-event.register("numba:compile", compilation)
+register("numba:compile", compilation)
+
+try:
+    from vibrodrive.jit.caching import store
+except OTHER_NUMBA:
+
+    def store(dispatcher, folder, attempt):
+        """Let a kernel be stored by Numba itself."""
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+        try:
+            dispatcher.enable_caching()
+        finally:
+            numba.config.CACHE_DIR = before
 
 
-class _Place:
-    """Place of the files of one kernel in the cache, an interface that Numba calls a locator.
-
-    Numba would choose the place by the folder of the source, which archives and frozen programs do not have. If that
-    place cannot be written, it would choose another, whose name does not contain the hash of the sources.
-    """
-
-    def __init__(self, function, path):
-        self._py_file = path
-        self._function = function
-
-    @classmethod
-    def from_function(cls, function, path):
-        return cls(function, path)
-
-    def get_cache_path(self):
-        return str(CACHE / self._function.__module__)
-
-    def ensure_cache_path(self):
-        os.makedirs(self.get_cache_path(), exist_ok=True)
-
-    def get_disambiguator(self):
-        return str(self._function.__code__.co_firstlineno)
-
-    def get_source_stamp(self):
-        """Return a hash of the source of a kernel outside the package. CACHE covers the sources of the package."""
-        if self._function.__module__.startswith(f"{PACKAGE}."):
-            return ""
-        return hashlib.sha256(Path(self._py_file).read_bytes()).hexdigest()
+try:
+    from vibrodrive.jit.pieces import OPTIONS, compiling, once
+except OTHER_NUMBA:
+    OPTIONS, compiling, once = {}, nullcontext, lambda dispatcher, *more: dispatcher  # type: ignore[assignment]
 
 
-class _Kernel(CompileResultCacheImpl):
-    def __init__(self, function):
-        self._locator_classes = [_Place]
-        super().__init__(function)
+_UNKNOWN = {"_nrt", "forceinline", "no_cfunc_wrapper", "no_cpython_wrapper"}
+"""Options that Numba does not document and that this version does not know."""
+
+with suppress(*OTHER_NUMBA):
+    from numba.core.registry import cpu_target
+
+    _UNKNOWN = {name for name in _UNKNOWN if not hasattr(cpu_target.options, name)}
 
 
-class _Files(IndexDataCacheFile):
-    """Files of one kernel. Machine code is stored with its checksum, because damaged code would run, or crash."""
-
-    def _save_data(self, name, data):
-        content = self._dump(data)
-        with self._open_for_write(self._data_path(name)) as file:
-            file.write(content + hashlib.sha256(content).digest())
-
-    def _load_data(self, name):
-        path = Path(self._data_path(name))
-        content = path.read_bytes()
-        if hashlib.sha256(content[:-32]).digest() != content[-32:]:
-            raise ValueError(f"{path} is damaged")
-        return pickle.loads(content)
-
-
-class _Cache(FunctionCache):
-    """Numba's cache on disk, read without Numba's compiler. A process that compiles nothing then takes half the time.
-
-    Numba imports its compiler modules (0.2 s) before it reads a kernel. This class omits this import. Numba imports
-    these modules anyway before it compiles a kernel. Errors of files end in a compilation, and not in an exception.
-    """
-
-    _impl_class = _Kernel
-
-    def __init__(self, function):
-        super().__init__(function)
-        self._cache_file = _Files(self.cache_path, self._impl.filename_base, self._cache_file._source_stamp)
-
-    def load_overload(self, sig, target_context):
-        rtsys.initialize(target_context)  # symbols that machine code may call: reference counts, libm
-        externals.c_math_functions.install(target_context)
-        with _or_without_cache():
-            try:
-                return self._load_overload(sig, target_context)
-            except Exception:
-                with suppress(OSError):
-                    self.flush()  # so that the kernel can be stored again
-                raise
-
-    def save_overload(self, sig, data):
-        with _or_without_cache():
-            self._save_overload(sig, data)
+def _njit(function, **options):
+    options = {name: value for name, value in options.items() if name not in _UNKNOWN}
+    return numba.njit(error_model="numpy", nogil=True, **options)(function)
 
 
 def jit(function=None, **options):
@@ -272,28 +240,19 @@ def jit(function=None, **options):
         # the values in the closure
         values = "_".join(str(cell.cell_contents) for cell in function.__closure__)
         function.__qualname__ = f"{function.__qualname__}_{values}"
-    dispatcher = numba.njit(error_model="numpy", nogil=True, **options)(function)
+    dispatcher = _njit(function, **options)
     if CACHE is not None:
         with _or_without_cache():
-            dispatcher._cache = _Cache(function)
+            store(dispatcher, CACHE, _or_without_cache)
     return _compiled_in_thread(dispatcher)
 
 
 _INNER = {
-    "error_model": "numpy",
-    "nogil": True,
     "_nrt": False,
     "no_cfunc_wrapper": True,  # a wrapper for calls from C is not needed, and takes long to compile
 }
 
-
-try:
-    from vibrodrive.jit.pieces import Piece, compiling
-except (ImportError, AttributeError, TypeError):  # another version of Numba: slower to compile, the same numbers
-    _ENCLOSED = _INNER
-    compiling = nullcontext  # type: ignore[assignment]
-else:
-    _ENCLOSED = {"no_cpython_wrapper": True, "pipeline_class": Piece, **_INNER}
+_ENCLOSED = {**OPTIONS, **_INNER}
 """Options of formulas and parts. They need no wrapper for calls from Python, which would double the compile time."""
 
 
@@ -307,11 +266,6 @@ def _print_compiling(function):
             print(
                 f"vibrodrive: compiling {name}, once for this version, Python and processor, {takes}", file=sys.stderr
             )
-
-
-_APART = {"forceinline": False, **_ENCLOSED}
-"""Options of parts. `forceinline` is explicit, because Numba would otherwise inherit its value from the first caller. A
-part whose first caller is a formula would then be inlined everywhere."""
 
 
 def _in_thread(work, function):
@@ -341,7 +295,9 @@ def _in_thread(work, function):
 
 def _compiled_in_thread(dispatcher):
     """Change a dispatcher so that it compiles and loads through `_in_thread`."""
-    compile_for = dispatcher._compile_for_args
+    compile_for = getattr(dispatcher, "_compile_for_args", None)
+    if compile_for is None:  # another version of Numba: Ctrl-C waits for the end of a compilation
+        return dispatcher
     dispatcher._compile_for_args = lambda *args, **kwargs: _in_thread(
         lambda: compile_for(*args, **kwargs), dispatcher.py_func
     )
@@ -354,31 +310,21 @@ def prepare(kernel, *signature):
         _in_thread(lambda: kernel.compile(signature), kernel.py_func)
 
 
-def _once(dispatcher, *constant):
-    """Compile a dispatcher once for each set of argument types.
+def _enclosed(function, *constant, **options):
+    """Compile a formula or a part once for each set of argument types, and of values of the arguments in `constant`.
 
-    For the arguments named in `constant`, compile the dispatcher once for each value. Other literal arguments do not
-    need this, because LLVM inserts constants when it inlines a formula.
+    Other literal arguments need no version of their own, because LLVM inserts constants when it inlines a formula.
     """
-    if isinstance(dispatcher, numba.core.dispatcher.Dispatcher):
-        names = inspect.getfullargspec(dispatcher.py_func).args
-        template = dispatcher.get_call_template
-
-        def for_types(args, kws):
-            kept = [a if name in constant else types.unliteral(a) for name, a in zip(names, args, strict=True)]
-            return template(kept, kws)
-
-        dispatcher.get_call_template = for_types
-        dispatcher.add_overload = lambda result: dispatcher.overloads.update({tuple(result.signature.args): result})
-        # Python cannot call this machine code, so a call from Python compiles another version
-        entry = cache(lambda: _compiled_in_thread(numba.njit(**_INNER)(dispatcher.py_func)))
-        dispatcher._compile_for_args = lambda *args, **kwargs: entry()
-    return dispatcher
+    dispatcher = _njit(function, **options, **_ENCLOSED)
+    if numba.config.DISABLE_JIT:
+        return dispatcher
+    # Python cannot call this machine code, so a call from Python compiles another version
+    return once(dispatcher, cache(lambda: _compiled_in_thread(_njit(function, **_INNER))), *constant)
 
 
 def inline(function):
     """Compile a formula that is inlined in every caller, so that loops over it vectorise."""
-    return _once(numba.njit(forceinline=True, **_ENCLOSED)(function))
+    return _enclosed(function, forceinline=True)
 
 
 def inline_each(*constant):
@@ -386,12 +332,16 @@ def inline_each(*constant):
 
     Callers must pass literals for these arguments.
     """
-    return lambda function: _once(numba.njit(forceinline=True, **_ENCLOSED)(function), *constant)
+    return lambda function: _enclosed(function, *constant, forceinline=True)
+
+
+# `forceinline` is explicit, because Numba would otherwise inherit its value from the first caller. A part whose first
+# caller is a formula would then be inlined everywhere
 
 
 def part(function):
     """Compile a part of a kernel, which is called and not inlined. This shortens the compilation of its callers."""
-    return _once(numba.njit(**_APART)(function))
+    return _enclosed(function, forceinline=False)
 
 
 def part_each(*constant):
@@ -399,4 +349,4 @@ def part_each(*constant):
 
     Callers must pass literals for these arguments.
     """
-    return lambda function: _once(numba.njit(**_APART)(function), *constant)
+    return lambda function: _enclosed(function, *constant, forceinline=False)

@@ -9,8 +9,9 @@ imported. Therefore all private names are used at import, so that a missing name
 from __future__ import annotations
 
 import gc
+import inspect
 import operator
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -22,7 +23,9 @@ from numba.core.compiler import CompilerBase
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
 from numba.core.datamodel.models import BooleanModel
+from numba.core.dispatcher import Dispatcher
 from numba.core.ir_utils import build_definitions
+from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
 
 
@@ -102,7 +105,12 @@ class Piece(CompilerBase):
         return [_Passes("part")]
 
 
+OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "pipeline_class": Piece}
+"""Options of Numba that functions for `Piece` need."""
+
 _overridden = JITCodeLibrary._optimize_final_module, JITCodeLibrary._finalize_final_module, BooleanModel.from_data
+_needed = Dispatcher.get_call_template, Dispatcher.add_overload, types.unliteral
+_known_options = cpu_target.options.no_cpython_wrapper
 _typing = BaseFunction.get_call_type
 
 
@@ -124,6 +132,24 @@ def _type_once(self: Any, context: Any, args: Any, kws: Any) -> Any:
         _known[key] = found, self._impl_keys[found.args]
     signature, self._impl_keys[signature.args] = _known[key]
     return signature
+
+
+def once(dispatcher: Any, from_python: Callable[[], Callable[..., Any]], *constant: str) -> Any:
+    """Let a dispatcher compile once for each set of argument types, and of values of the arguments in `constant`.
+
+    Numba lets Python call the function that `from_python` returns, because this machine code cannot be called.
+    """
+    names = inspect.getfullargspec(dispatcher.py_func).args
+    template = dispatcher.get_call_template
+
+    def for_types(args: Any, kws: Any) -> Any:
+        kept = [a if name in constant else types.unliteral(a) for name, a in zip(names, args, strict=True)]
+        return template(kept, kws)
+
+    dispatcher.get_call_template = for_types
+    dispatcher.add_overload = lambda result: dispatcher.overloads.update({tuple(result.signature.args): result})
+    dispatcher._compile_for_args = lambda *args, **kwargs: from_python()
+    return dispatcher
 
 
 @contextmanager
