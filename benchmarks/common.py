@@ -91,7 +91,8 @@ def environment() -> dict[str, Any]:
     model = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
-        names = [line.split(":", 1)[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
+        lines = cpuinfo.read_text(encoding="utf-8").splitlines()
+        names = [line.split(":", 1)[1].strip() for line in lines if "model name" in line]
         model = names[0] if names else model
     versions = dict.fromkeys(("vibrodrive", "numpy", "numba", "scipy", "heyoka", "diffrax", "scikit-sundae", "mpmath"))
     for package in versions:

@@ -114,7 +114,7 @@ def click(tab: Tab) -> dict[str, float]:
 
 def resident(pid: int) -> float:
     """Return the memory of a process in MiB (Linux)."""
-    with open(f"/proc/{pid}/statm") as file:
+    with open(f"/proc/{pid}/statm", encoding="utf-8") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 

@@ -41,7 +41,8 @@ except SystemExit as stop:
         raise
 status = Path("/proc/self/status")
 if status.exists():
-    peak = next(float(line.split()[1]) / 1024 for line in status.read_text().splitlines() if "VmHWM" in line)
+    lines = status.read_text(encoding="utf-8").splitlines()
+    peak = next(float(line.split()[1]) / 1024 for line in lines if "VmHWM" in line)
 else:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
 print(peak)

@@ -124,7 +124,8 @@ def same_command() -> str:
 def leave(code: int, message: str) -> NoReturn:
     """Exit immediately, without waiting for other threads. Committed results are already on the disk."""
     try:
-        os.write(2, f"vibrodrive: {message}\n".encode())  # in a signal handler sys.stderr may be in use
+        text = f"vibrodrive: {message}\n".encode(sys.getfilesystemencoding(), "replace")
+        os.write(2, text)  # in a signal handler sys.stderr may be in use
     finally:
         os._exit(code)
 

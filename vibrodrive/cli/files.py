@@ -57,7 +57,7 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
 
         about = {"file": str(file), "title": title, "computed": found.share, **found.facts(), "versions": versions}
         about |= {"damaged": faults, "bytes": size, "written": written}
-        click.echo(json.dumps(plain(about), indent=1, ensure_ascii=False, allow_nan=False))  # NaN and ∞ as null
+        click.echo(json.dumps(plain(about), indent=1, allow_nan=False))  # ASCII, in any locale; NaN and ∞ as null
     else:
         lines = [
             ("computed", f"{100 * found.share:.1f} %"),

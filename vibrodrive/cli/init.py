@@ -33,7 +33,7 @@ def init(name: str | None) -> None:
     # comments contain the paths of configurations in a checkout
     text = text.replace(f"configs/{name}.toml", str(target)).replace("configs/", "")
     try:
-        with open(target, "x") as file:
+        with open(target, "x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
         raise click.ClickException(bad("output", str(target), "a new file, because this file exists")) from None

@@ -55,7 +55,8 @@ HEADERS = {
 def build(view: View, refused: str) -> str:
     """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
     is not the view of the address, or ""."""
-    text, style, *scripts = ((Path(__file__).parent / name).read_text() for name in ("page.html", "page.css", *SCRIPTS))
+    names = "page.html", "page.css", *SCRIPTS
+    text, style, *scripts = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
     told = json.dumps({**known(), "view": view.state(), "refused": refused}).replace("</", "<\\/")
     for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
         text = text.replace("{{ " + name + " }}", part)

@@ -105,7 +105,7 @@ def _limit(name: str) -> int | None:
 def _lines(path: str) -> list[str]:
     """Return the lines of a file of the system; [] if there is no such file."""
     try:
-        return (SYSTEM / path).read_text(errors="replace").splitlines()
+        return (SYSTEM / path).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         return []
 
