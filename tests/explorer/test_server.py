@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.error
 import urllib.request
 from contextlib import closing
@@ -146,18 +147,59 @@ def test_each_message_is_answered_or_refused_in_one_line(explorer):
     asyncio.run(ask(*wrong, '{"seq": 1, "view": {"low": "<b>"}}'))
 
 
-def started(*arguments):
+@pytest.mark.parametrize("body", ["Content-Length: 90000000\r\n\r\n", "Transfer-Encoding: chunked\r\n\r\n55d4a80\r\n"])
+@pytest.mark.parametrize("token", ["x", "{token}"])
+def test_no_body_of_a_request_is_read(explorer, token, body):
+    """The connection ends although the body of 90 MB has not been sent."""
+    path = f"/?token={token.format(token=explorer.address.partition('token=')[2])}"
+    with socket.create_connection(("127.0.0.1", port_of(explorer)), timeout=60) as connection:
+        connection.sendall(f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{port_of(explorer)}\r\n{body}".encode())
+        told = b"".join(iter(lambda: connection.recv(4096), b""))
+    assert told.startswith(b"HTTP/1.1 400 ")
+
+
+def started(*arguments, **environment):
     """Return the process of `vibrodrive explore` and the address that it prints."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "vibrodrive", "explore", "--no-browser", *arguments],
+        [sys.executable, "-m", "vibrodrive", "explore", *arguments], env=os.environ | environment,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     return process, process.stdout.readline().strip()
 
 
+BROWSER = """
+import os, sys, time, urllib.request
+command = os.getppid()
+print(urllib.request.urlopen(sys.argv[2]).status, file=open(sys.argv[1], "w"), flush=True)
+while os.getppid() == command:
+    time.sleep(0.05)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="displays of Linux")
+@pytest.mark.parametrize("display", ["DISPLAY", "WAYLAND_DISPLAY", ""])
+def test_browser_in_the_foreground_shows_the_page_if_there_is_a_display(display, tmp_path, monkeypatch):
+    """The server serves while the command of BROWSER runs. Without a display no browser is started."""
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "browser.py").write_text(BROWSER)
+    (tmp_path / "shown").touch()
+    browser = f"{sys.executable} {tmp_path / 'browser.py'} {tmp_path / 'shown'} %s"
+    process, address = started("--port", "0", BROWSER=browser, **({display: ":0"} if display else {}))
+    try:
+        assert answer(address)[0] == 200
+        while display and (tmp_path / "shown").read_text() != "200\n":
+            assert process.poll() is None
+            time.sleep(0.05)
+    finally:
+        process.kill()
+        process.communicate()
+    assert display or (tmp_path / "shown").read_text() == ""
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_signal_ends_the_command_and_a_port_in_use_is_refused(explorer):
-    process, address = started()
+    process, address = started("--no-browser")
     try:
         assert answer(address)[0] == 200
         process.send_signal(signal.SIGINT)
@@ -166,7 +208,7 @@ def test_signal_ends_the_command_and_a_port_in_use_is_refused(explorer):
     finally:
         process.kill()
         process.wait()
-    process, address = started("--port", str(port_of(explorer)))
+    process, address = started("--no-browser", "--port", str(port_of(explorer)))
     _, complaint = process.communicate(timeout=LIMIT)
     assert (process.returncode, address, complaint.count("\n")) == (2, "", 1)
     assert complaint.startswith(f"vibrodrive: --port {port_of(explorer)}: ")

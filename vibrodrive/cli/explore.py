@@ -1,5 +1,9 @@
 """`vibrodrive explore`: interactive diagrams in the browser."""
 
+import os
+import sys
+import threading
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -22,7 +26,8 @@ def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
     CONFIG is a configuration, or a link that the page has saved. The page then begins with the view of CONFIG. This
     command needs the extra `explore`: pip install 'vibrodrive[explore]'.
 
-    Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server.
+    Output: the address of the page on stdout. The page is reachable from this machine only. Ctrl-C stops the server. On
+    Linux without a display no browser is opened.
     """
     if find_spec("tornado") is None:
         raise click.ClickException("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
@@ -48,8 +53,14 @@ def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
     click.echo(explorer.address)
     if explorer.hub:
         say(f"open this path on the hub; {explorer.advice}")
-    elif not no_browser:
-        import webbrowser
-
-        webbrowser.open(explorer.address)
+    elif not no_browser and (sys.platform != "linux" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
+        explorer.loop.add_callback(threading.Thread(target=_show, args=(explorer.address,), daemon=True).start)
     explorer.run()
+
+
+def _show(address: str) -> None:
+    """Open a browser. This takes as long as the browser runs, if it runs in the foreground (BROWSER=command)."""
+    import webbrowser
+
+    with suppress(Exception):  # the address is printed
+        webbrowser.open(address)

@@ -8,6 +8,8 @@ This server checks every request before any handler sees it:
 - On a JupyterHub these two headers must agree, because the name of the hub is unknown. The requests come from the hub,
   which has asked for the login of the user.
 - Every request must contain the token.
+
+A request with a body is answered with status 400 before its body is read, because the page sends none.
 """
 
 from __future__ import annotations
@@ -164,7 +166,7 @@ class Explorer:
         self.port: int = listening.getsockname()[1]
         common = {"engine": self.engine, "base": view}
         handlers = [("/", Page, common), ("/ws", Session, common)]
-        self.http = HTTPServer(Guarded(handlers, self.token, self.port, self.hub))
+        self.http = HTTPServer(Guarded(handlers, self.token, self.port, self.hub), max_body_size=0)
         self.http.add_sockets([listening])
         self.loop = IOLoop.current()
         self.telling = PeriodicCallback(self._tell, TELLING)
