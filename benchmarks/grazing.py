@@ -284,6 +284,11 @@ def worst(row: dict[str, Any], key: str, largest: float) -> str:
     return f"{min(found):.2f} … {max(found):.2f}" if found else "–"
 
 
+def spread(found: list[float]) -> str:
+    """Return the least and the largest number of a list as text."""
+    return f"{min(found):.2f} to {max(found):.2f}"
+
+
 def near(rows: list[dict[str, Any]], key: str, largest: float) -> int:
     """Return at how many grazings all measured limits up to a distance are CLOSE to the predictions `key`."""
     return sum(all(abs(x - 1) <= CLOSE for x in ratios(row, key, largest)) for row in rows)
@@ -305,10 +310,14 @@ def markdown(rows: list[dict[str, Any]]) -> str:
         eps = [worst(r, "eps", 1e-4), worst(r, "eps", 1e-3), worst(r, "predicted", 1e-2)]
         body.append([*first, *eps, number(r["dtau"]), worst(r, "dtau", 1e-3)])
     straight, exact = ([near(rows, key, up_to) for up_to in (1e-4, 1e-3, 1e-2)] for key in ("eps", "predicted"))
+    measured = [ratio for r in rows for ratio in ratios(r, "dtau", 1e-3)]
+    near_by = [p for r in rows for p in r["points"] if p["distance"] <= 1.001e-3 and p["eps"] and p["dtau"]]
+    rates, slope_rates = [p["dtau"] / p["eps"] for p in near_by], [r["dtau"] / r["eps"] for r in rows]
     words = (
         f"All limits in ε up to 1e-4, 1e-3 and 1e-2 are within {100 * CLOSE:.0f} % of the slope at {straight[0]}, "
         f"{straight[1]} and {straight[2]} of {len(rows)} grazings, and of the prediction at the distance at "
-        f"{exact[0]}, {exact[1]} and {exact[2]}."
+        f"{exact[0]}, {exact[1]} and {exact[2]}. Up to 1e-3 the limits in Δτ are {spread(measured)} of the slope, and "
+        f"the exchange rate, k₂(Δτ)/(k₂(ε)ηA), is {spread(rates)}; that of the slopes is {spread(slope_rates)}."
     )
     return f"{table(head, body)}\n\n{words}"
 
