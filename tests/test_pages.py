@@ -214,6 +214,14 @@ def test_citation_names_this_version():
     assert "An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions" in text
 
 
+def test_citation_gives_an_author_and_a_year_in_bibtex():
+    """BibTeX takes the words of a name that has no braces, as of cffconvert, for a first and a last name."""
+    about = (ROOT / "CITATION.cff").read_text().partition("\nreferences:")[0]
+    (author,) = re.findall(r'^  - name: "(.*)"', about, re.MULTILINE)
+    assert re.search(r"^date-released: 20\d\d-\d\d-\d\d\b", about, re.MULTILINE)
+    assert author.replace(r"\_", "\N{NO-BREAK SPACE}").lower().split(" ") == ["the\xa0vibrodrive\xa0authors"]
+
+
 @pytest.mark.parametrize("chart", draw.charts(), ids=lambda chart: chart.picture.stem)
 def test_chart_shows_the_stored_data_and_is_not_redrawn(chart, capsys):
     before = chart.picture.read_bytes()
