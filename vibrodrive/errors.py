@@ -68,4 +68,4 @@ class Unwritable(VibrodriveError, OSError):
     """
 
     def __str__(self) -> str:
-        return f"{self.filename}: {self.strerror}"
+        return super().__str__() if self.filename is None else f"{self.filename}: {self.strerror}"
