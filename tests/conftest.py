@@ -16,6 +16,8 @@ import numpy.testing  # noqa: F401  NumPy 1.26 starts a process when it is impor
 import pytest
 from hypothesis import settings
 
+from vibrodrive.jobs.signals import SIGNALS
+
 settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples in every run
 settings.load_profile("tests")
 
@@ -184,7 +186,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-HANDLERS = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+HANDLERS = {s: signal.getsignal(s) for s in SIGNALS}
 
 
 @pytest.fixture(autouse=True)

@@ -119,10 +119,17 @@ def undisturbed(tmp_path_factory):
     return contents(path)
 
 
-def test_ignored_hangup_stays_ignored():
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup; a fixture restores it
+ANNOUNCED = signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2, signal.SIGXCPU
+"""A closed terminal, and what batch systems (SGE, LSF, Slurm, limits of the CPU time) send before they kill a job."""
+
+
+@pytest.mark.parametrize("ignored", ANNOUNCED)
+def test_ignored_announcement_stays_ignored(ignored):
+    signal.signal(ignored, signal.SIG_IGN)  # as under nohup, or by `trap '' USR1`; a fixture restores it
     catch(signal.default_int_handler)
-    assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    handled = [s for s in ANNOUNCED if signal.getsignal(s) is signal.default_int_handler]
+    assert handled == [s for s in ANNOUNCED if s != ignored]
+    assert signal.getsignal(ignored) is signal.SIG_IGN
     assert signal.getsignal(signal.SIGTERM) is signal.default_int_handler
 
 
@@ -162,13 +169,14 @@ def test_kill_at_a_random_time_leaves_a_file_that_resumes(scene, undisturbed):
     assert contents(scene.file) == undisturbed
 
 
-def test_signal_ends_a_sweep_with_the_command_to_resume(scene, undisturbed):
+@pytest.mark.parametrize("announced", ANNOUNCED[:2])
+def test_signal_ends_a_sweep_with_the_command_to_resume(scene, undisturbed, announced):
     process = scene.start("--overwrite", delay=0.3)
     scene.wait_for_blocks(process)
-    process.send_signal(signal.SIGHUP)
+    process.send_signal(announced)
     _, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
-    assert_one_line(err, "SIGHUP", "of 60 blocks", "resume with: vibrodrive sweep c.toml")
+    assert_one_line(err, announced.name, "of 60 blocks", "resume with: vibrodrive sweep c.toml")
     assert "--overwrite" not in err
     report = verify(scene.file)
     assert report.sound

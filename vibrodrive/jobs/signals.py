@@ -4,13 +4,17 @@ import signal
 from collections.abc import Callable
 from typing import Any
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # the last one if the terminal is closed
+ANNOUNCED = (signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2, signal.SIGXCPU)
+"""A closed terminal, and the signals by which batch systems announce that a job reaches its limits. A process that is
+started with one of them ignored, as by nohup, ignores it."""
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, *ANNOUNCED)
 
 
 def catch(handler: Callable[[int, Any], None]) -> dict[int, Any]:
-    """Install `handler` for all SIGNALS except an ignored SIGHUP (nohup), and return the previous handlers."""
+    """Install `handler` for all SIGNALS except an ignored one of ANNOUNCED, and return the previous handlers."""
     before: dict[int, Any] = {s: signal.getsignal(s) for s in SIGNALS}
     for s, was in before.items():
-        if not (s == signal.SIGHUP and was == signal.SIG_IGN):
+        if not (s in ANNOUNCED and was == signal.SIG_IGN):
             signal.signal(s, handler)
     return before
