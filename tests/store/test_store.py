@@ -312,6 +312,29 @@ def test_two_runs_give_the_same_bytes(path, tmp_path):
     assert path.read_bytes() == other.read_bytes()
 
 
+@pytest.mark.parametrize("record", RECORDED, ids="+".join)
+@pytest.mark.parametrize("group_seconds", [0.0, np.inf], ids=["every block committed", "no block committed"])
+def test_file_of_a_killed_run_ends_as_that_of_an_undisturbed_one(path, tmp_path, monkeypatch, record, group_seconds):
+    """In every byte. A process that is killed leaves what the system has of its file."""
+    plan = make(record=record)
+    monkeypatch.setattr(writer_module, "GROUP_SECONDS", group_seconds)
+    writer = open_writer(path, plan, Origin(TEXT))
+    left = [path.read_bytes()]
+    for block in fake.run_blocks(plan):
+        writer.write(block)
+        left.append(path.read_bytes())
+    writer.close()
+    killed = tmp_path / "killed.h5"
+    for content in left:
+        killed.write_bytes(content)
+        resumed = open_writer(killed, plan, Origin(TEXT))
+        resumed.check()
+        for block in fake.run_blocks(plan, resumed.missing()):
+            resumed.write(block)
+        resumed.close()
+        assert killed.read_bytes() == path.read_bytes()
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -249,8 +249,8 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
                 old = Lock(path)
             file = netcdf.create(draft, locking=False, rdcc_nbytes=0)
             layout.lay_out(file, plan, origin, progress)
-            file.flush()
-        return Writer(file, lock, path, plan)
+            file.close()  # HDF5 ends a file at its last byte only here, and the process may be killed at any time
+        return Writer(open_to_write(path), lock, path, plan)
     except BaseException as error:
         if file is not None:
             with contextlib.suppress(OSError, RuntimeError):  # the close may write
