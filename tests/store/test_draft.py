@@ -1,6 +1,7 @@
 """Every writer makes a complete file, or no file."""
 
 import os
+import stat
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,7 @@ def a_table(path):
 
 
 def a_sweep(path):
-    open_writer(path, make_plan({"A": [1.0], "periods": 1}), Origin("")).close()
+    open_writer(path, make_plan({"A": [1.0], "periods": 1}), Origin(""), overwrite=True).close()
 
 
 def a_figure(path):
@@ -71,6 +72,22 @@ def test_failure_keeps_the_older_file_and_links(tmp_path):
         draft.write_text("new")
     assert (there.read_text(), link.is_symlink()) == ("new", True)
     assert {p.name for p in tmp_path.iterdir()} == {"there.txt", "link.txt"}
+
+
+@pytest.mark.parametrize(("write", "name"), [(a_table, "x.csv"), (a_sweep, "x.h5"), (a_figure, "x.png")])
+def test_replaced_file_leaves_its_permissions(write, name, tmp_path):
+    """A group that could read and write the older file can do so with the new one, whatever the umask."""
+    path = tmp_path / name
+    write(path)
+    path.chmod(0o664)
+    before = os.umask(0o077)
+    try:
+        write(path)
+        assert stat.S_IMODE(path.stat().st_mode) == 0o664
+        write(tmp_path / f"new{name}")
+        assert stat.S_IMODE((tmp_path / f"new{name}").stat().st_mode) == 0o600
+    finally:
+        os.umask(before)
 
 
 def test_lock_may_be_released_twice(tmp_path):

@@ -3,6 +3,7 @@
 import contextlib
 import hashlib
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -30,11 +31,14 @@ def draft_of(path: Path) -> Path:
 def drafted(path: Path) -> Iterator[Path]:
     """Yield the path of a temporary file, which replaces any file at `path` if the block ends without an error.
 
-    After an error no temporary file remains, and an existing file is unchanged. A link remains a link.
+    A replaced file leaves its permissions to the new one. After an error no temporary file remains, and an existing
+    file is unchanged. A link remains a link.
     """
     target, draft = target_of(path), draft_of(path)
     try:
         yield draft
+        with contextlib.suppress(OSError):  # there is no file to replace, or a file system without permissions
+            shutil.copymode(target, draft)
         os.replace(draft, target)
     except BaseException:
         with contextlib.suppress(OSError):
