@@ -546,15 +546,27 @@ def test_points_of_parameters_that_change_together(run):
     assert run("trajectory", "p.toml") == (2, "", told)
 
 
-def test_moving_the_file_ends_a_sweep(run, quick, monkeypatch):
+LOSSES = {
+    "moved": lambda: os.rename("small.h5", "elsewhere.h5"),
+    "deleted": lambda: os.remove("small.h5"),
+    "replaced": lambda: os.rename("b.h5", "small.h5"),
+}
+
+
+@pytest.mark.parametrize("group_seconds", [np.inf, 0.0], ids=["before the commit", "after the commit"])
+@pytest.mark.parametrize("lose", LOSSES.values(), ids=LOSSES)
+def test_losing_the_file_ends_a_sweep(run, quick, monkeypatch, lose, group_seconds):
+    """A file of this name, of the same sweep and complete, is not the file that is written."""
+    run("sweep", "small.toml", "-o", "b.h5")
+    other = Path("b.h5").read_bytes()
+
     def blocks(plan, which=None, **options):
-        for block in fake.run_blocks(plan, which):
-            yield block
-            if Path("small.h5").exists():
-                os.rename("small.h5", "elsewhere.h5")
+        yield from fake.run_blocks(plan, which)
+        lose()
 
     monkeypatch.setattr(import_module("vibrodrive.batch.sweep"), "run_blocks", blocks)
-    # so that the block is written at the end of the sweep, after the rename
-    monkeypatch.setattr(import_module("vibrodrive.store.writer"), "GROUP_SECONDS", np.inf)
+    monkeypatch.setattr(import_module("vibrodrive.store.writer"), "GROUP_SECONDS", group_seconds)
     code, _, err = run("sweep", "small.toml")
-    assert (code, err.splitlines()[-1]) == (1, "vibrodrive: small.h5: moved or deleted while it was written")
+    told = "vibrodrive: small.h5: moved, deleted or replaced while it was written"
+    assert (code, err.splitlines()[-1]) == (1, told)
+    assert not Path("small.h5").exists() or Path("small.h5").read_bytes() == other

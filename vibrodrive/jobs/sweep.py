@@ -173,7 +173,10 @@ class _Work:
                 writer.abandon()
                 raise
             except BaseException as error:
-                writer.close()
+                try:
+                    writer.close()
+                except Unwritable:  # the first error is the reason
+                    writer.abandon()
                 if not isinstance(error, Exception):  # KeyboardInterrupt in the main thread
                     raise
                 raise Failed(f"{path}: {_one_line(error)}; {_held(writer)}") from error

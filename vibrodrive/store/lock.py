@@ -36,7 +36,7 @@ class Lock:
         OSError if the system refuses. Warns (Unlocked) if the system knows no locks.
         """
         name, self._fd = name or path, -1
-        while not self._is_file(path):  # the file may be renamed between opening and locking
+        while not self.holds(path):  # the file may be renamed between opening and locking
             self.release()
             try:
                 self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)
@@ -51,7 +51,8 @@ class Lock:
             told = f"{name}: this file system has no locks; let only one process write this file"
             warnings.warn(told, Unlocked, stacklevel=2)
 
-    def _is_file(self, path: Path) -> bool:
+    def holds(self, path: Path) -> bool:
+        """Return True if `path` leads to the locked file, and False if this file was moved, deleted or replaced."""
         try:
             return self._fd >= 0 and os.path.samestat(os.fstat(self._fd), os.stat(path))
         except FileNotFoundError:

@@ -178,8 +178,8 @@ class Writer:
             raise self._refused(error) from None
 
     def _commit(self) -> None:
-        if self._pending and not self.path.exists():  # further data would be lost
-            raise Unwritable(errno.ENOENT, "moved or deleted while it was written", str(self.path))
+        if not self._lock.holds(self.path):  # the data would be lost, or be in a file of another name
+            raise Unwritable(errno.ENOENT, "moved, deleted or replaced while it was written", str(self.path))
         self._flush()
         for k, status in self._pending.items():
             self._put(k, "status", status)
