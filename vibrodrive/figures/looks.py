@@ -38,7 +38,7 @@ class Look(NamedTuple):
 
 def ramp(*colours: Any) -> Colormap:
     """Return a colour map through the colours, which are evenly spaced unless each is given with its place, 0 to 1."""
-    return LinearSegmentedColormap.from_list("ink", colours)
+    return LinearSegmentedColormap.from_list("ink", list(colours))  # Matplotlib 3.8.0: a pair is (colour, opacity)
 
 
 def _greys(count: int, light: float, dark: float) -> tuple[str, ...]:
