@@ -1,10 +1,12 @@
 """Figures fit the columns of a journal, in its black ink, and equal figures are equal files."""
 
+import itertools
 import math
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from tests.figures.made import results
 from vibrodrive.figures import diagrams as figures
@@ -12,6 +14,7 @@ from vibrodrive.figures.curves import periods_ticks
 from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.style import FORMATS, INCHES, drawn_as, equation, explain, look, new, note, number, save
 from vibrodrive.model.drawing import WIDTHS
+from vibrodrive.model.records import How
 
 
 @pytest.fixture
@@ -46,6 +49,53 @@ def test_note_and_legend_fit_the_width_of_a_column(width):
         assert 0 <= box.x0 < box.x1 <= fig.bbox.width
     assert len({round(t.get_window_extent().x0) for t in legend.get_texts()}) > 1, "there must be several columns"
     assert not said.get_window_extent().overlaps(axes[0, 0]._left_title.get_window_extent())
+
+
+def long_label(width, ax=None):
+    """Draw a map whose colour bar has a long label, and return its figure."""
+    swept = results({"A": [1.0, 2.0], "B": [0.1, 0.2]}, ("summary",), drive_work=np.array([[1.0, 2.0], [3.0, 4.0]]))
+    return figures.map_figure(swept, "drive_work", width=width, ax=ax)
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda: long_label("single"),
+        lambda: long_label("double"),
+        lambda: long_label(None, Figure(figsize=(3.4, 2.6)).subplots()),
+        lambda: figures.bifurcation(
+            results({"eps": [0.0, 1e-4, 1e-3], "A": [3.0, 3.1]}, ("impacts",), impact_speed=np.ones((3, 2, 4))),
+            "impact_speed", x="A", width="single",
+        ),
+    ],
+    ids=["single", "double", "of the user", "panels"],
+)  # fmt: skip
+def test_label_is_not_longer_than_its_axes(draw):
+    figure = draw()
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        label, box = ax.yaxis.label.get_window_extent(), ax.get_window_extent()
+        assert label.height <= box.height
+        assert label.y0 >= 0
+        assert label.y1 <= figure.bbox.height
+    assert len(figure.axes[-1].get_ylabel()) > 30, "nothing may be left out"
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("axes", [{"A": [1.0, 2.0]}, {"A": [1.0, 2.0], "B": [0.1, 0.2]}], ids=["line", "map"])
+def test_names_of_classes_leave_room(axes, width):
+    """The names of the ways in which a structure is lost have up to 62 letters."""
+    swept = results(axes, ("limit",), how=np.full([2] * len(axes), How.GAPS, np.int8))
+    figure = figures.map_figure(swept, "how", width=width)
+    figure.draw_without_rendering()
+    assert figure.axes[0].get_window_extent().width > 0.25 * figure.bbox.width
+    boxes = [text.get_window_extent() for text in figure.axes[-1].get_yticklabels()]
+    assert len(boxes) == len(How)
+    assert not any(a.overlaps(b) for a, b in itertools.pairwise(boxes))
+    assert min(box.x0 for box in boxes) >= 0
+    assert max(box.x1 for box in boxes) <= figure.bbox.width
+    said = figure.axes[0]._right_title if len(axes) == 1 else figure.axes[0]._left_title
+    assert 0 <= said.get_window_extent().x0 < said.get_window_extent().x1 <= figure.bbox.width
 
 
 def test_style_applies_within_its_context_only(swept):

@@ -3,8 +3,10 @@ several results with the same quantities share one Axes."""
 
 from __future__ import annotations
 
+import itertools
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -126,17 +128,35 @@ def named_in(axes: Sequence[Axes]) -> dict[str, Artist]:
     return named
 
 
-def in_lines(phrases: Sequence[str], letters: int) -> str:
-    """Join phrases with commas, in lines of at most `letters` letters."""
+def in_lines(phrases: Iterable[str], letters: int, between: str = ", ") -> str:
+    """Join phrases, or words, in lines of at most `letters` letters."""
     lines = [""]
     for phrase in filter(None, phrases):
-        longer = f"{lines[-1]}, {phrase}" if lines[-1] else phrase
+        longer = f"{lines[-1]}{between}{phrase}" if lines[-1] else phrase
         if lines[-1] and length(longer) > letters:
-            lines[-1] += ","
+            lines[-1] += between.rstrip()
             lines.append(phrase)
         else:
             lines[-1] = longer
     return "\n".join(lines)
+
+
+def label_share(ax: Axes) -> float:
+    """Return the extent of the label of the ordinate, or of a colour bar, as a share of the height of its axes."""
+    return ax.yaxis.label.get_window_extent().height / ax.get_window_extent().height
+
+
+def fit_label(ax: Axes) -> None:
+    """Break the label of the ordinate, or of a colour bar, into lines that are not longer than its axes."""
+    ax.yaxis.label.set_text(in_short_lines(ax.get_ylabel(), math.ceil(label_share(ax))))
+
+
+def in_short_lines(text: str, count: int) -> str:
+    """Break a text into at most `count` lines that are as short as possible."""
+    if count < 2:
+        return text
+    broken = (in_lines(text.split(), letters, " ") for letters in itertools.count(length(text) // count))
+    return next(lines for lines in broken if lines.count("\n") < count)
 
 
 def length(text: str) -> int:

@@ -7,6 +7,7 @@ depends on the number of pixels of the figure, not on the number of cells.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from matplotlib.patches import Patch, Rectangle
 from vibrodrive.figures.bifurcation import add_image, is_geometric
 from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
+from vibrodrive.figures.given import fit_label, in_short_lines
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed
 from vibrodrive.figures.style import (
@@ -52,6 +54,7 @@ def label_of(results: Results, row: Quantity) -> str:
 
 
 WIDTH = 4.7
+CLASS = 34  # largest number of letters in a line of the name of a class
 TALLER = 0.6
 FINEST = 4000  # largest number of columns, and of rows, of the image of cells with unequal widths
 
@@ -147,7 +150,7 @@ def map_figure(
     for value, words in row.special if row.classes else ():
         found = np.count_nonzero(values[index] == value)
         said += [f"{words}: {found} of {status.size} points"] if found else []
-    note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left")
+    note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left" if y else "right")
     if lines:
         draw_lines(ax, lines)
     for limit in limited:
@@ -246,7 +249,7 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, la
     dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": look().main}
     if n:
         ax.plot(x[order], np.where((kind >= 0) & (kind < n), kind, np.nan), ".", **dots)
-        ax.set_yticks(range(n), painted.labels)
+        ax.set_yticks(range(n), _broken(painted.labels))
         ax.set_ylim(-0.5, n - 0.5)
     else:
         ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", **dots)
@@ -264,13 +267,19 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, la
     label_axes(ax, None, label)
 
 
+def _broken(labels: Sequence[str]) -> list[str]:
+    """Break the names of classes into lines, so that they leave room for the map."""
+    return [in_short_lines(label, math.ceil(len(label) / CLASS)) for label in labels]
+
+
 def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
     shown = ListedColormap(painted.colours[: len(painted.labels) or SHADES])
     under, over = look().beyond
     scale = ScalarMappable(painted.norm, shown.with_extremes(under=under, over=over))
     bar = fig.colorbar(scale, ax=ax, extend=painted.extend)
     bar.set_label(label, size=mpl.rcParams["font.size"])
+    fit_label(bar.ax)
     if painted.labels:
-        bar.set_ticks(range(len(painted.labels)), labels=painted.labels)
+        bar.set_ticks(range(len(painted.labels)), labels=_broken(painted.labels))
         small = max(map(len, painted.labels)) > 13
         bar.ax.tick_params(which="both", length=0, labelsize=7 if small else mpl.rcParams["ytick.labelsize"])

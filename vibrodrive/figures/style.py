@@ -25,7 +25,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.given import LETTER, Given, Shows, in_lines, length, named_in
+from vibrodrive.figures.given import LETTER, Given, Shows, fit_label, in_lines, label_share, length, named_in
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.drawing import FORMATS, STYLES, WIDTHS, Style, Width
 from vibrodrive.model.names import NAMES, SCENE_AXES
@@ -330,6 +330,7 @@ def label_axes(ax: Axes, x: str | None, y: str | None, upright: float = 0.0) -> 
         ax.set_xlabel(x)
     if y is not None and _is_outer(ax.yaxis, "left", "right") and (mine or not ax.get_ylabel()):
         ax.set_ylabel(y, **turned)
+        fit_label(ax)
 
 
 def _is_outer(axis: Axis, *sides: str) -> bool:
@@ -375,8 +376,8 @@ def note(ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Lite
 
 
 def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
-    """Draw a legend of all labels, each once, and of the entries `more`, below a new figure; for axes of the user see
-    `Given.explain`."""
+    """Draw a legend of all labels, each once, and of the entries `more`, below a new figure, and break what is too long
+    for the height that remains; for axes of the user see `Given.explain`."""
     given = _GIVEN.get()
     if given is not None:
         given.explain(more)
@@ -386,6 +387,10 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
         room = 72 * fig.get_figwidth() / (LETTER * LETTERS[_CHOSEN.get()[1]][2])
         columns = max(1, int(room / (BESIDE + max(map(length, named)))))
         fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
+    if max(map(label_share, fig.axes)) > 0.4:  # notes and legend take up to about half of the height
+        fig.get_layout_engine().execute(fig)
+        for ax in fig.axes:
+            fit_label(ax)
 
 
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:

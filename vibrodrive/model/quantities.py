@@ -220,7 +220,8 @@ LIMITS = (
     number("half_kept", "largest value kept at which at least half of the values around are kept", **_OF_LIMIT),
     Quantity("orbit_period", "<i1", -1, "period of the undisturbed orbit in excitation periods, 0: none",
              shown=PERIODS, lacking=NO_PERIOD),
-    number("velocity", "k2 as a velocity amplitude: k2 eta A in eps, k2 in dtau", scales="velocity", **_OF_LIMIT),
+    number("velocity", "k2 as a velocity amplitude: k2 eta A in eps, k2 in dtau", scales="velocity",
+           label="limit $k_2$ as a velocity amplitude", **_OF_LIMIT),
     Quantity("how", "<i1", -1, "how the structure is lost at k2; -1: see status", shown=CODES, lacking=NO_PERIOD,
              codes=How),
 )  # fmt: skip
