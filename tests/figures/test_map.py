@@ -92,7 +92,7 @@ def test_points_without_a_value_have_no_class_and_are_counted(plane, style):
     colours = cells(fig)[2]
     unseen = GREY if style == "screen" else "none"
     assert (colours[0][0], colours[1][1], colours[0][2]) == ("none", to_hex(APART), unseen)
-    for text in ("record too short: 1 of 6", "at rest permanently: 1 of 6 points, not computed: 1"):
+    for text in ("record too short at 1 point,", "at rest permanently: 1 of 6 points, not computed: 1"):
         assert text in note(fig)
     grey = {"record too short", "not computed"} if style == "screen" else {"record too short or not computed"}
     assert set(key(fig)) == {"rests"} | grey
@@ -152,7 +152,7 @@ def test_exponent_has_its_zero_in_the_middle(plane):
     plane.lyapunov = np.array([[-np.inf, -2.0], [-1.0, 0.1], [0.5, -0.2]])
     fig = map_figure(plane, "lyapunov")
     assert fig.axes[1].get_ylim() == (-2.0, 2.0)
-    assert key(fig) == ["rests"]
+    assert key(fig) == ["−∞: the mass rests from time to time"]
 
 
 @pytest.mark.parametrize("dpi", [40, 120])
@@ -199,6 +199,35 @@ def test_one_axis_has_marks_and_a_third_is_named():
     fig = map_figure(results(axes, period=np.where(np.arange(24).reshape(4, 3, 2) % 2, 2, 1)))
     assert r"$\tau_0 = 0.5$ (first of 2)" in note(fig)
     assert cells(fig)[2] == [[PALETTE[0]] * 4] * 3, "the motions must be those of the first value"
+
+
+@pytest.mark.parametrize(
+    ("quantity", "values", "told"),
+    [
+        ("lyapunov", [-np.inf, -np.inf, -0.5, 0.1, np.nan, -np.inf, -1.0, np.nan],
+         ["−∞ at 3 points", "no such value at 1 point,"]),
+        ("energy", [0.0, 1e-9, 1e-3, 1.0, np.nan, 0.0, 1.0, np.nan],
+         ["rests, or 0 at 2 points", "no such value at 1 point,"]),
+        ("period", [1, 1, 2, UNSEEN, UNSEEN, 1, 0, -1], ["record too short at 2 points"]),
+        ("k2", [np.inf, 1e-3, np.nan, 2e-3, 1e-3, np.inf, 1e-3, np.nan],
+         ["no limit found at 2 points", "record too short at 1 point,"]),
+    ],
+)  # fmt: skip
+def test_no_point_over_one_axis_is_left_out(quantity, values, told):
+    """Each computed point has a mark, at an edge if it is outside the scale, and the abscissa has the swept range."""
+    A, status = np.linspace(1.0, 4.5, 8), np.array([0, 0, 0, 0, 0, Status.NEVER_LEAVES, 0, Status.NOT_COMPUTED])
+    record = "limit" if quantity == "k2" else "summary"
+    swept = made.results({"A": A}, (record,), status=status, **{quantity: np.array(values)})
+    swept.plan = SimpleNamespace(sought="eps")
+    figure = map_figure(swept, quantity)
+    (ax,) = figure.axes
+    marked = [x for line in ax.lines for x, y in line.get_xydata() if np.isfinite(y)]
+    assert sorted(marked) == A[:-1].tolist()
+    assert ax.get_xlim()[0] < A[0] < A[-1] < ax.get_xlim()[1]
+    assert all(text in note_of(ax) for text in told), note_of(ax)
+    for line in ax.lines[1:]:
+        edge = line.get_transform() == ax.get_xaxis_transform()
+        assert not edge or line.get_label() in key(figure)
 
 
 def test_only_neighbours_of_one_orbit_are_joined():
@@ -313,6 +342,7 @@ def test_limits_over_two_axes_are_a_map_of_k2():
 def test_limits_over_one_axis_are_bands_of_velocities():
     same = {"A": [1.5, 1.0, 2.0]}
     certified, fixed = limits_over([1e-3, 1e-4, np.inf], **same), limits_over([0.2, 0.1, 0.3], **same, method="fixed")
+    assert vd.plot.limits(certified).axes[0].get_xlim() == (1.0, 2.0), "where a limit is missing, too"
     ax = (fig := vd.plot.limits([certified, fixed])).axes[0]
     first, last = ax.lines[:2]
     assert first.get_xdata().tolist() == [1.0, 1.5, 2.0]
@@ -320,7 +350,7 @@ def test_limits_over_one_axis_are_bands_of_velocities():
     assert last.get_ydata()[:2] == pytest.approx([2e-2, 2e-1])
     assert np.isnan(first.get_ydata()[2])
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_yscale()) == ("$A$", "limit as a velocity $V$", "log")
-    assert "missing points: no limit found" in note_of(ax)
+    assert "missing points: no limit found (1)" in note_of(ax)
     assert len([text for text in key(fig) if "k_2" in text]) == 2
     with pytest.raises(ValueError, match="axes = A: must be A with the same values in all results"):
         vd.plot.limits([certified, limits_over([1e-3], A=[1.5])])

@@ -270,6 +270,12 @@ def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
     return image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
 
 
+def keep_range(ax: Axes, x: np.ndarray) -> None:
+    """Make the abscissa contain all values of an axis, also those at which nothing is drawn."""
+    ax.update_datalim(np.column_stack([x, x]), updatey=False)
+    ax.autoscale_view()
+
+
 def is_geometric(x: np.ndarray) -> bool:
     """Return True if ascending values have a constant ratio and span a factor of 5 or more (for a logarithmic axis)."""
     if len(x) < 3 or x[0] <= 0 or x[-1] / x[0] < 5:

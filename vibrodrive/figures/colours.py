@@ -38,23 +38,40 @@ LEAST = 1e-9
 below the scale. An example is the energy of an impact that exists only because of rounding."""
 
 SHOWN = (Status.OK, Status.NEVER_LEAVES, Status.TOO_CLOSE, Status.BUDGET)  # in the order of `Look.statuses`
+RESTS = "rests"  # name of the motions that rest permanently
 
 
 class Painted(NamedTuple):
     """Colours of the cells of a map."""
 
-    cells: np.ma.MaskedArray  # indices of `colours`, masked where nothing is drawn
+    cells: np.ma.MaskedArray  # indices of `colours`, masked where nothing is computed
     colours: np.ndarray  # red, green, blue and opacity, 0 to 1, of each colour: float64 (n, 4)
     labels: tuple[str, ...]  # names of the classes, in the order of the first colours; () for a continuous quantity
     norm: Normalize  # scale of the first SHADES colours, for a continuous quantity
-    apart: tuple[tuple[str, str], ...]  # (name, colour) of each group of points outside the scale
+    apart: tuple[tuple[str, str], ...]  # (name, colour) of each group of points outside the scale, the last colours
     extend: str = "neither"  # ends of the scale beyond which there are values: "neither", "min", "max" or "both"
-    blank: str = ""  # legend entry for the masked points
 
     @property
     def counts(self) -> np.ndarray:
         """Number of points of each colour: int64 (n,)."""
         return np.bincount(self.cells.compressed(), minlength=len(self.colours))
+
+    @property
+    def first_apart(self) -> int:
+        """Index of the colour of the first group of points outside the scale."""
+        return len(self.colours) - len(self.apart)
+
+    @property
+    def blank(self) -> str:
+        """Legend entry for the hatched points, "" if there are none."""
+        hatched = [name for name, colour in self.apart if colour == "none"]
+        return " or ".join([*hatched, *([STATUS_WORDS[Status.NOT_COMPUTED]] if np.ma.is_masked(self.cells) else [])])
+
+    def phrases(self) -> list[str]:
+        """Return the number of points in each group outside the scale, except those that their status counts."""
+        groups = zip(self.apart, self.counts[self.first_apart :].tolist(), strict=True)
+        said = ((name.partition(":")[0], count) for (name, _), count in groups if name != RESTS)
+        return [f"{name} at {count} point{'s' * (count > 1)}" for name, count in said]
 
 
 def paint(row: Quantity, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
@@ -71,23 +88,20 @@ def paint(row: Quantity, values: np.ndarray, status: np.ndarray, limits: tuple[f
         norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
         apart: list[tuple[str, str]] = []
         if row is not STATUS and rests.any():  # the period of a motion at rest is 1, but its colour is another one
-            apart.append(("rests", APART))
+            apart.append((RESTS, APART))
             kind = np.where(rests, len(colours), kind)
             colours = [*colours, APART]
     else:
         values, rests = np.where(done, values, np.nan), rests & (row is not MARGIN)
         kind, norm, shades, apart, extend = _shade(row, values, rests, limits)
         labels, colours = [], [*shades, *look().beyond, *(colour for _, colour in apart)]
-    none, grey = done & (kind < 0), look().lacking
-    if grey is not None and none.any():
-        apart.append((lacking, grey))
+    none = done & (kind < 0)
+    if none.any():
+        apart.append((lacking, look().lacking))
         kind = np.where(none, len(colours), kind)
-        colours = [*colours, grey]
-    blank = [lacking] if grey is None and none.any() else []
-    blank += [] if done.all() else [STATUS_WORDS[Status.NOT_COMPUTED]]
-    cells = np.ma.masked_array(kind, ~done | (kind < 0))
+        colours = [*colours, look().lacking]
     table = np.array([to_rgba(c) for c in colours])
-    return Painted(cells, table, tuple(labels), norm, tuple(apart), extend, " or ".join(blank))
+    return Painted(np.ma.masked_array(kind, ~done), table, tuple(labels), norm, tuple(apart), extend)
 
 
 Classes = tuple[np.ndarray, list[str], list[Any]]
@@ -158,11 +172,11 @@ def _shade(
         norm = Normalize(*(limits or (-most, most)))
     else:
         norm = _scale(finite, limits)
-    name = "rests"
+    name = RESTS
     for value, words in row.special:  # a search for a limit says nothing of rests
         name, outside = words, (outside & (value < 0.0)) | (values == value)
     if isinstance(norm, LogNorm) and (finite == 0).any():
-        name, outside = "rests, or 0" if rests.any() else "0", rests | (values == 0)
+        name, outside = f"{RESTS}, or 0" if rests.any() else "0", rests | (values == 0)
     below, above = (np.isfinite(values) & ~outside & beyond for beyond in (values < norm.vmin, values > norm.vmax))
     inside = np.isfinite(values) & ~outside & ~below & ~above
     kind = np.full(values.shape, -1)

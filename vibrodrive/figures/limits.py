@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.bifurcation import is_geometric
+from vibrodrive.figures.bifurcation import is_geometric, keep_range
 from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.style import as_shown, explain, label_axes, look, name_axes, new, note, styled
 from vibrodrive.model.choices import Method, Status
@@ -83,6 +83,7 @@ def limits_figure(
         first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
         _draw(ax, along, first, last, number, f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}")
     ax.margins(x=0.0)
+    keep_range(ax, along)
     name_axes(ax, x, None)
     label_axes(ax, None, unit.label("limit as a velocity $V$"))
     _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
@@ -123,9 +124,10 @@ def _draw(ax: Axes, x: np.ndarray, first: np.ndarray, last: np.ndarray, number: 
 
 
 def _gaps(several: Sequence[Results]) -> str:
-    """Return a phrase with the reasons why computed points are not drawn."""
-    there = [text for status, text in MISSING.items() if any((one.status == status).any() for one in several)]
-    there += ["no limit found"] if any(np.isposinf(one.k2).any() for one in several) else []
+    """Return a phrase with the reasons why computed points are not drawn, and their numbers."""
+    counts = {text: sum(int((one.status == status).sum()) for one in several) for status, text in MISSING.items()}
+    counts["no limit found"] = sum(int(np.isposinf(one.k2).sum()) for one in several)
+    there = [f"{text} ({count})" for text, count in counts.items() if count]
     return f"missing points: {', '.join(there)}" if there else ""
 
 

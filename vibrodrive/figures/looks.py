@@ -33,7 +33,7 @@ class Look(NamedTuple):
     beyond: tuple[str, str]  # values below and above a continuous scale
     kept: tuple[str, str]  # structure kept and lost
     statuses: tuple[str, str, str, str]  # statuses, in the order of SHOWN in figures/colours.py
-    lacking: str | None  # computed points without a value; None if these points are hatched
+    lacking: str  # computed points without a value; "none" if these points are hatched
 
 
 def ramp(*colours: Any) -> Colormap:
@@ -89,6 +89,6 @@ LOOKS: dict[Style, Look] = {
         beyond=("0.94", "black"),
         kept=("0.9", "0.3"),
         statuses=("0.95", "0.75", "black", "0.45"),
-        lacking=None,  # no further grey could be distinguished
+        lacking="none",  # no further grey could be distinguished
     ),
 }

@@ -19,8 +19,8 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from vibrodrive.figures.bifurcation import add_image, is_geometric
-from vibrodrive.figures.colours import SHADES, Painted, paint
+from vibrodrive.figures.bifurcation import add_image, is_geometric, keep_range
+from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
 from vibrodrive.figures.given import fit_label, in_short_lines
 from vibrodrive.figures.looks import HATCHED
@@ -147,15 +147,13 @@ def map_figure(
         _add_bar(fig, ax, painted, label)
     name_axes(ax, x, y)
     said += rest_phrases(values[index], status) if row is LAST[1] else []
-    for value, words in row.special if row.classes else ():
-        found = np.count_nonzero(values[index] == value)
-        said += [f"{words}: {found} of {status.size} points"] if found else []
+    said += painted.phrases() if y is None or (row.classes and row.special) else []
     note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left" if y else "right")
     if lines:
         draw_lines(ax, lines)
     for limit in limited:
         draw_limits(ax, limit, results, x, y)
-    outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart]
+    outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
     blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
     explain(fig, outside + blank if y is not None else [])
     return fig
@@ -243,27 +241,35 @@ def _evenly(values: np.ndarray) -> np.ndarray:
 
 def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
     """Draw marks over the only axis. Each class has a separate level. A quantity without classes has a scale, and
-    arrows show the values beyond its ends."""
+    arrows show the values beyond its ends. Points outside the scale have marks at the edge, so that none is missing."""
     order = np.argsort(x, kind="stable")
+    x, values = x[order], values[order]
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
     dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": look().main}
+    shown = kind < (n or SHADES)
+    ax.plot(x, np.where((kind >= 0) & shown, kind if n else values, np.nan), ".", **dots)
     if n:
-        ax.plot(x[order], np.where((kind >= 0) & (kind < n), kind, np.nan), ".", **dots)
         ax.set_yticks(range(n), _broken(painted.labels))
         ax.set_ylim(-0.5, n - 0.5)
     else:
-        ax.plot(x[order], np.where((kind >= 0) & (kind < SHADES), values[order], np.nan), ".", **dots)
         if isinstance(painted.norm, LogNorm):
             ax.set_yscale("log")
         low, high = painted.norm.vmin, painted.norm.vmax
-        beyond: Any = ((SHADES, "v", low), (SHADES + 1, "^", high))
-        for number, mark, end in beyond:
+        beyond: Any = ((SHADES, "v", low, "below the range"), (SHADES + 1, "^", high, "above the range"))
+        for number, mark, end, name in beyond:
             if (kind == number).any():
                 there = np.where(kind == number, end, np.nan)
-                ax.plot(x[order], there, mark, ms=4, mew=0, color=look().other, clip_on=False)
+                ax.plot(x, there, mark, ms=4, mew=0, color=look().other, clip_on=False, label=name)
                 ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
-    if is_geometric(x[order]):
+    for number, (name, _) in enumerate(painted.apart, painted.first_apart):
+        there, low = kind == number, not n and bool((values[kind == number] <= 0).all())
+        mark = "v" if low else "^" if np.isposinf(values[there]).all() else "." if name == RESTS else "x"
+        thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": look().support, "mfc": "none", "label": name}
+        at = np.full(there.sum(), 0.025 if low else 0.975)
+        ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)
+    if is_geometric(x):
         ax.set_xscale("log")
+    keep_range(ax, x)
     label_axes(ax, None, label)
 
 

@@ -124,6 +124,7 @@ def number(name: str, meaning: str, **others: Any) -> Quantity:
 
 SHORT = ((UNSEEN, "record too short"),)
 UNLIMITED = ((math.inf, "no limit found"),)
+RESTING = ((-math.inf, "−∞: the mass rests from time to time"),)
 NO_PERIOD = "no periodic motion, or record too short"
 
 SECTIONS = (
@@ -184,7 +185,7 @@ SUMMARIES = (
     number("friction_loss", "energy lost to friction per excitation period", scales="energy"),
     number("drive_work", "work of the excitation per excitation period", scales="energy"),
     number("lyapunov", "Lyapunov exponent per excitation period, at ε = 0; -inf: rests", scales="rate",
-           label="Lyapunov exponent per period", shown=SIGNED, special=((-math.inf, "rests"),)),
+           label="Lyapunov exponent per period", shown=SIGNED, special=RESTING),
     number("share_up", "share of time sliding up"),
     number("share_down", "share of time sliding down"),
     number("share_stick", "share of time sticking in the air"),
