@@ -59,6 +59,19 @@ def test_periodic_motion_is_black_lines_and_an_irregular_one_is_grey(two_regimes
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_ylim()) == ("$A$", r"$\xi$", (0, 15))
 
 
+@pytest.mark.parametrize(("cmap", "word"), [("viridis", "lighter"), ("magma_r", "darker")])
+def test_colours_of_ones_own_are_those_of_the_ink(two_regimes, cmap, word):
+    own = mpl.colormaps[cmap]
+    named, later = figures.bifurcation(two_regimes, cmap=cmap), figures.bifurcation(two_regimes)
+    later.axes[0].images[0].set_cmap(cmap)
+    for figure in (named, later):
+        (drawn,) = figure.axes[0].images
+        shown = drawn.to_rgba(drawn.get_array())
+        assert np.array_equal(shown[..., 3] == 0, image(figure.axes[0])[0] == 0), "spots without values have no colour"
+        assert np.array_equal(shown[image(figure.axes[0])[0] == 1.0][0], own(1.0))
+    assert f"{word}: more values" in note(named.axes[0])
+
+
 def test_impact_diagram_shows_each_impact_and_no_padding():
     phase = np.full((len(A), 8), np.nan)
     phase[:, 0] = 1.5

@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgba_array
 
 import vibrodrive as vd
 from tests.figures import made
@@ -49,7 +49,8 @@ def cells(fig):
     """Return (ends of the abscissa, ends of the ordinate, colours) of the map; a colour is hexadecimal or "none"."""
     (image,) = fig.axes[0].images
     left, right, low, high = image.get_extent()
-    colours = [["none" if v[3] == 0 else to_hex(v) for v in row] for row in image.to_rgba(image.get_array())]
+    shown = image.reduced(image.get_array(), image.get_array().shape) / 255.0
+    colours = [["none" if v[3] == 0 else to_hex(v) for v in row] for row in shown]
     return [left, right], [low, high], colours
 
 
@@ -136,6 +137,51 @@ def test_scale_is_logarithmic_over_decades_and_its_ends_have_colours(plane):
     _, below, above = map_figure(line, "energy", limits=(0.5, 1.0)).axes[0].lines
     assert (np.flatnonzero(np.isfinite(below.get_ydata())), below.get_marker()) == (0, "v")
     assert (np.flatnonzero(np.isfinite(above.get_ydata())), above.get_marker()) == (3, "^")
+
+
+ENERGY = np.array([[1e-3, 0.5], [1.0, 2.0], [9.0, np.nan]])
+
+
+def test_colours_are_those_of_a_map_of_ones_own(plane):
+    """A name, a Colormap and `set_cmap` color the values; the image holds them, and the bar and the key follow."""
+    plane.energy, plane.status[0, 0] = ENERGY, Status.NEVER_LEAVES
+    magma = matplotlib.colormaps["magma"]
+    norm = matplotlib.colors.Normalize(0.4, 3.0)
+    shade = to_hex(magma(norm(2.0)))
+    named, given, later = (map_figure(plane, "energy", limits=(0.4, 3.0), cmap=c) for c in ("magma", magma, None))
+    later.axes[0].images[0].set_cmap("magma")
+    for fig, above in ((named, OVER), (given, to_hex(magma(1.0))), (later, to_hex(magma(1.0)))):
+        image, colours = fig.axes[0].images[0], cells(fig)[2]
+        assert np.array_equal(image.get_array().filled(np.nan).T, [[np.nan, 0.5], *ENERGY[1:]], equal_nan=True)
+        shown = [colours[1][1], colours[0][0], colours[1][2], colours[0][2]]
+        assert np.allclose(to_rgba_array(shown), to_rgba_array([shade, APART, GREY, above]), atol=0.02)
+        assert key(fig) == ["rests", "no such value"]
+        fig.draw_without_rendering()
+        bar = fig.axes[1].collections[-1]
+        assert np.allclose(bar.cmap(bar.norm(2.0)), magma(norm(2.0)), atol=0.02)
+
+
+def test_classes_have_the_colours_of_a_map_of_ones_own(plane):
+    named, later = map_figure(plane, cmap="viridis"), map_figure(plane)
+    names = [t.get_text() for t in later.axes[1].get_yticklabels()]
+    later.axes[0].images[0].set_cmap("viridis")
+    for fig in (named, later):
+        image, colours = fig.axes[0].images[0], cells(fig)[2]
+        assert image.get_array().tolist() == [[0, 2, 8], [1, 7, 9]]
+        assert len({c for row in colours for c in row}) == 6
+        assert [t.get_text() for t in fig.axes[1].get_yticklabels()] == names
+    ends = [to_hex(c) for c in matplotlib.colormaps["viridis"]([0.0, 1.0])]
+    assert [cells(named)[2][0][0], cells(named)[2][1][2]] == ends
+
+
+def test_cursor_reads_the_value_of_a_cell(plane):
+    plane.energy = ENERGY
+    fig = map_figure(plane, "energy")
+    fig.draw_without_rendering()
+    ax = fig.axes[0]
+    for (k, m), value in np.ndenumerate(ENERGY[:2]):
+        x, y = ax.transData.transform((plane.axes["A"][k], plane.axes["B"][m]))
+        assert ax.images[0].get_cursor_data(SimpleNamespace(x=x, y=y)) == value
 
 
 @pytest.mark.parametrize("quantity", ["friction_loss", "lyapunov"])

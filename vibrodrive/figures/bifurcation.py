@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, rest_phrases, some, status_phrases
-from vibrodrive.figures.ink import ink_of
+from vibrodrive.figures.ink import FAINTEST, ink_of
 from vibrodrive.figures.style import (
     as_shown,
     equation,
@@ -53,6 +53,7 @@ def bifurcation(
     quantity: str = "dxi",
     x: str | None = None,
     limits: tuple[float, float] | None = None,
+    cmap: str | Colormap | None = None,
     *,
     ax: Any = None,
     style: Style | None = None,
@@ -74,11 +75,15 @@ def bifurcation(
         along the axis `point`.
     limits : (float, float), optional
         range of the ordinate, with a scene in SI units; by default the range of all values.
+    cmap : str or Colormap, optional
+        colour map of Matplotlib, from spots with few values to spots with many; by default that of `style`. Spots
+        without values have no colour. `ax.images[0].set_cmap` changes it later.
 
     Raises
     ------
     ValueError
-        if the quantity or the axis is unknown, or if the sweep has no axis or has not recorded main impacts.
+        if the quantity, the axis or the colour map is unknown, or if the sweep has no axis or has not recorded main
+        impacts.
 
     Examples
     --------
@@ -112,9 +117,10 @@ def bifurcation(
     shared = conditions(of_sweep(results), results.axes)
     grid: dict[str, Any] = {"height": min(9.0, 0.7 + 2.5 * len(rows)), "sharex": True, "sharey": True}
     fig, axes = new(len(rows), 1, shows=[(x, quantity)] * len(rows), said=shared, **grid)
+    colours = look().with_map(cmap).density
     grey = False
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
-        inks = density(ax, values, np.where(done[index][:, None], section[index], np.nan), reach)
+        inks = density(ax, values, np.where(done[index][:, None], section[index], np.nan), reach, colours)
         if limits is not None:
             ax.set_ylim(limits)
         mark_statuses(ax, values, status[index])
@@ -124,7 +130,7 @@ def bifurcation(
             letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
         chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
         rests = rest_phrases(section[index], status[index]) if quantity == "dxi" else []
-        darker, grey = ["darker: more values"] if inks and not grey else [], grey or inks
+        darker, grey = [f"{_brighter(colours)}: more values"] if inks and not grey else [], grey or inks
         note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *darker])
     explain(fig)
     return fig
@@ -160,8 +166,8 @@ def name_quantities(ax: Axes, source: Any, x: str | None, y: str | None) -> None
             label_axes(ax, *((words, None) if across else (None, words)))
 
 
-def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float]) -> bool:
-    """Draw `values` (n, k) over `x` (n,) as an image. Return True if the ink of its spots differs.
+def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float], cmap: Colormap) -> bool:
+    """Draw `values` (n, k) over `x` (n,) as an image of their ink. Return True if the ink of its spots differs.
 
     `ink_of` computes the ink of a spot from the number of the k values in the spot. If several x share a column of the
     image, each spot has the largest of their inks. `limits` is the range of the ordinate.
@@ -194,8 +200,14 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     shown = column[nearest]
     shown[column] = column
     image = np.where((np.abs(pixel - u[nearest]) > reach * step)[:, None], 0.0, image[shown]).T
-    add_image(ax, image, (start, stop, low, high))
+    add_image(FullestImage(ax, (start, stop, low, high), cmap, Normalize(0, 1)), np.ma.masked_equal(image, 0.0))
     return bool(((image > 0) & (image < 1)).any())
+
+
+def _brighter(cmap: Colormap) -> str:
+    """Return how the colours of full ink differ from those of the least ink: "darker" or "lighter"."""
+    luminance = cmap([FAINTEST, 1.0]) @ (0.2126, 0.7152, 0.0722, 0.0) + 1.0 - cmap([FAINTEST, 1.0])[:, 3]
+    return "darker" if luminance[1] < luminance[0] else "lighter"
 
 
 def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
@@ -230,44 +242,50 @@ def _ink(values: np.ndarray, low: float, high: float) -> np.ndarray:
     return ink
 
 
-def add_image(ax: Axes, image: np.ndarray, extent: Any, **options: Any) -> None:
-    """Draw a FullestImage with its first row at the bottom. The values are ink unless `cmap` and `norm` are given.
-
-    `extent` is (left, right, bottom, top), in decimal logarithms along a logarithmic axis. The ranges of the axes are
-    enlarged to contain it.
-    """
-    look_of: dict[str, Any] = {"cmap": look().density, "norm": Normalize(0, 1), "origin": "lower"}
-    look_of["interpolation"] = "nearest"  # other interpolations would spread a mark over more pixels
-    drawn = FullestImage(ax, extent=extent, transform=ax.transLimits + ax.transAxes, **(look_of | options))
-    drawn.set_data(image)
+def add_image(drawn: FullestImage, values: np.ndarray) -> None:
+    """Draw `values` as an image with its first row at the bottom, and enlarge the ranges of its axes to contain it."""
+    ax: Any = drawn.axes
+    drawn.set_data(values)
     drawn.set_clip_path(ax.patch)
     ax.add_image(drawn)
-    corners = ax.transScale.inverted().transform(np.reshape(extent, (2, 2)).T)
+    corners = ax.transScale.inverted().transform(np.reshape(drawn.get_extent(), (2, 2)).T)
     drawn.sticky_edges.x[:], drawn.sticky_edges.y[:] = corners.T.tolist()
     ax.update_datalim(corners)
     ax.autoscale_view()
 
 
 class FullestImage(AxesImage):
-    """Image that shows in each pixel the largest of the values that fall on it.
+    """Image that shows in each pixel the largest of the values > 0 that fall on it.
 
-    The nearest value would drop isolated marks, and an average would make them invisible.
+    The nearest value would drop isolated marks, and an average would make them invisible. `extent` is (left, right,
+    bottom, top), in decimal logarithms along a logarithmic axis.
     """
 
+    def __init__(self, ax: Axes, extent: Any, cmap: Colormap, norm: Normalize) -> None:
+        # other interpolations would spread a mark over more pixels
+        how: dict[str, Any] = {"cmap": cmap, "norm": norm, "origin": "lower", "interpolation": "nearest"}
+        super().__init__(ax, extent=extent, transform=ax.transLimits + ax.transAxes, **how)
+
     def make_image(self, renderer: Any, magnification: float = 1.0, unsampled: bool = False) -> Any:
-        whole, box = self.get_array(), self.get_window_extent(renderer)
-        pixels = (int(box.height * magnification), int(box.width * magnification))
+        whole: Any = self.get_array()
+        box = self.get_window_extent(renderer)
         try:
-            self.set_data(_pooled(_pooled(np.asarray(whole), 0, pixels[0]), 1, pixels[1]))
+            self.set_data(self.reduced(whole, (int(box.height * magnification), int(box.width * magnification))))
             return super().make_image(renderer, magnification, unsampled)
         finally:
             self.set_data(whole)
 
+    def reduced(self, whole: Any, shape: tuple[int, int]) -> np.ndarray:
+        """Return an image, a masked array, with at most this number of rows and columns."""
+        return np.ma.masked_equal(pooled(whole.filled(0.0), shape), 0.0)
 
-def _pooled(image: np.ndarray, axis: int, count: int) -> np.ndarray:
-    """Return the maxima of neighbouring rows (axis 0) or columns (axis 1), so that at most `count` remain."""
-    n, count = image.shape[axis], max(1, count)
-    return image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
+
+def pooled(image: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Return the maxima of neighbouring rows and columns, so that at most the numbers in `shape` remain."""
+    for axis, count in enumerate(shape):
+        n, count = image.shape[axis], max(1, count)
+        image = image if n <= count else np.maximum.reduceat(image, np.arange(count) * n // count, axis)
+    return image
 
 
 def keep_range(ax: Axes, x: np.ndarray) -> None:

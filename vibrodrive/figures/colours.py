@@ -8,10 +8,10 @@ without a value of the quantity, and values beyond the ends of the scale. Points
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_rgba
+from matplotlib.colors import LogNorm, Normalize, to_rgba
 
 from vibrodrive.figures.conditions import STATUS_WORDS
-from vibrodrive.figures.style import look
+from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.choices import LONGEST, Status
 from vibrodrive.model.drawing import check_range
 from vibrodrive.model.quantities import (
@@ -47,7 +47,7 @@ class Painted(NamedTuple):
     cells: np.ma.MaskedArray  # indices of `colours`, masked where nothing is computed
     colours: np.ndarray  # red, green, blue and opacity, 0 to 1, of each colour: float64 (n, 4)
     labels: tuple[str, ...]  # names of the classes, in the order of the first colours; () for a continuous quantity
-    norm: Normalize  # scale of the first SHADES colours, for a continuous quantity
+    norm: Normalize  # scale of the first SHADES colours, or of the numbers of the classes
     apart: tuple[tuple[str, str], ...]  # (name, colour) of each group of points outside the scale, the last colours
     extend: str = "neither"  # ends of the scale beyond which there are values: "neither", "min", "max" or "both"
 
@@ -74,18 +74,21 @@ class Painted(NamedTuple):
         return [f"{name} at {count} point{'s' * (count > 1)}" for name, count in said]
 
 
-def paint(row: Quantity, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None) -> Painted:
-    """Return the colours of all points.
+def paint(
+    row: Quantity, values: np.ndarray, status: np.ndarray, limits: tuple[float, float] | None, look: Look | None = None
+) -> Painted:
+    """Return the colours of all points, by default those for the screen.
 
     `limits` is the range of the shades; by default it contains nearly all values (SCALED). Raises ValueError if
     `limits` is given for a quantity with classes.
     """
+    look = look or LOOKS["screen"]
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
     lacking, extend = row.lacking, "neither"
     check_range("limits", limits, row)
     if row.classes:
-        kind, labels, colours = _CLASSIFY[row.shown](values, done, row)
-        norm: Normalize = BoundaryNorm(np.arange(len(labels) + 1) - 0.5, len(labels))
+        kind, labels, colours = _CLASSIFY[row.shown](values, done, row, look)
+        norm = Normalize(-0.5, len(labels) - 0.5)
         apart: list[tuple[str, str]] = []
         if row is not STATUS and rests.any():  # the period of a motion at rest is 1, but its colour is another one
             apart.append((RESTS, APART))
@@ -93,13 +96,13 @@ def paint(row: Quantity, values: np.ndarray, status: np.ndarray, limits: tuple[f
             colours = [*colours, APART]
     else:
         values, rests = np.where(done, values, np.nan), rests & (row is not MARGIN)
-        kind, norm, shades, apart, extend = _shade(row, values, rests, limits)
-        labels, colours = [], [*shades, *look().beyond, *(colour for _, colour in apart)]
+        kind, norm, shades, apart, extend = _shade(row, values, rests, limits, look)
+        labels, colours = [], [*shades, *look.beyond, *(colour for _, colour in apart)]
     none = done & (kind < 0)
     if none.any():
-        apart.append((lacking, look().lacking))
+        apart.append((lacking, look.lacking))
         kind = np.where(none, len(colours), kind)
-        colours = [*colours, look().lacking]
+        colours = [*colours, look.lacking]
     table = np.array([to_rgba(c) for c in colours])
     return Painted(np.ma.masked_array(kind, ~done), table, tuple(labels), norm, tuple(apart), extend)
 
@@ -108,20 +111,20 @@ Classes = tuple[np.ndarray, list[str], list[Any]]
 """Class of each point (-1 without a class), names of the classes, and colours of the classes."""
 
 
-def _periods(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
-    colours = look().classes
+def _periods(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -> Classes:
+    colours = look.classes
     most = len(colours) - 2
     kind = np.where(values < 1, np.where(values == 0, most + 1, -1), np.minimum(values - 1, most))
     return kind, [*map(str, range(1, most + 1)), f"{most + 1} to {LONGEST}", f"none up to {LONGEST}"], list(colours)
 
 
-def _cycles(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
+def _cycles(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -> Classes:
     """Return the classes: one for each of the most frequent values, one for all other values, and one for 0.
 
     The most frequent value has the first class. `row.names` gives the name of the class of a value.
     """
     found, counts = np.unique(values[done & (values > 0)], return_counts=True)
-    *own, other, none = look().classes
+    *own, other, none = look.classes
     order = np.argsort(-counts, kind="stable")[: len(own)]
     shown = found[order]
     place = np.full(len(found), len(shown))
@@ -137,27 +140,27 @@ def _cycles(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
     return kind, [*labels, "none"], [*colours, none]
 
 
-def _statuses(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
+def _statuses(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -> Classes:
     kind = np.full(values.shape, -1)
     for k, status in enumerate(SHOWN):
         kind[values == status] = k
-    return kind, ["ok", *(STATUS_WORDS[s] for s in SHOWN[1:])], list(look().statuses)
+    return kind, ["ok", *(STATUS_WORDS[s] for s in SHOWN[1:])], list(look.statuses)
 
 
-def _codes(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
+def _codes(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -> Classes:
     meanings = [code.meaning for code in row.codes or ()]
-    return values.astype(int), meanings, list(look().classes[: len(meanings)])
+    return values.astype(int), meanings, list(look.classes[: len(meanings)])
 
 
-def _structure(values: np.ndarray, done: np.ndarray, row: Quantity) -> Classes:
-    return np.where(values < 0, -1, 1 - values), ["kept", "lost"], list(look().kept)
+def _structure(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -> Classes:
+    return np.where(values < 0, -1, 1 - values), ["kept", "lost"], list(look.kept)
 
 
 _CLASSIFY = {PERIODS: _periods, CYCLES: _cycles, CODES: _codes, STATUSES: _statuses, STRUCTURE: _structure}
 
 
 def _shade(
-    row: Quantity, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None
+    row: Quantity, values: np.ndarray, rests: np.ndarray, limits: tuple[float, float] | None, look: Look
 ) -> tuple[np.ndarray, Normalize, np.ndarray, list[tuple[str, str]], str]:
     """Return (number of the shade of each point, scale, shades of the scale, `Painted.apart`, `Painted.extend`).
 
@@ -165,9 +168,9 @@ def _shade(
     with the colour in `Painted.apart`, and -1 for a point without a value.
     """
     finite = values[np.isfinite(values) & ~rests]
-    shades, colour, outside = look().shades, APART, rests
+    shades, colour, outside = look.shades, APART, rests
     if row.shown == SIGNED:
-        shades, colour = look().signed, look().nil
+        shades, colour = look.signed, look.nil
         most = max(_ends(np.abs(finite))[1], 0.0) or 1.0
         norm = Normalize(*(limits or (-most, most)))
     else:

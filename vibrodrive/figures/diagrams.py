@@ -93,6 +93,7 @@ def from_results(
     x: str | None = None,
     y: str | None = None,
     limits: tuple[float, float] | None = None,
+    cmap: Any = None,
     *,
     ax: Any = None,
     **others: Any,
@@ -101,14 +102,14 @@ def from_results(
 
     The arguments are those of `Results.plot`. `others` contains the arguments `over` and `undisturbed` of `map_figure`.
     """
-    kind, quantity = choose_drawing(results, kind, quantity, x=x, y=y, limits=limits)
+    kind, quantity = choose_drawing(results, kind, quantity, x=x, y=y, limits=limits, cmap=cmap)
     if kind == MAP:
-        return map_figure(results, quantity, x, y, limits=limits, **others)
+        return map_figure(results, quantity, x, y, limits=limits, cmap=cmap, **others)
     if others.get("over"):
         raise ValueError(bad("kind", kind, f"{MAP}, because bifurcations and limits are drawn over a map"))
     if kind == BANDS:
         return limits_figure(results)
-    return bifurcation(results, quantity, x, limits) if kind == BIFURCATION else poincare(results)
+    return bifurcation(results, quantity, x, limits, cmap) if kind == BIFURCATION else poincare(results)
 
 
 def _sections(

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import Colormap, LinearSegmentedColormap
+from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex
 
 from vibrodrive.model.drawing import Style
+from vibrodrive.model.parameters import bad, did_you_mean
 
 INK = "black"
 HATCHED: dict[str, Any] = {"facecolor": "white", "hatch": "//////", "edgecolor": "0.6", "linewidth": 0}
@@ -34,6 +35,23 @@ class Look(NamedTuple):
     kept: tuple[str, str]  # structure kept and lost
     statuses: tuple[str, str, str, str]  # statuses, in the order of SHOWN in figures/colours.py
     lacking: str  # computed points without a value; "none" if these points are hatched
+
+    def with_map(self, cmap: str | Colormap | None) -> "Look":
+        """Return these colours with those of a colour map for all shades and classes. Only a Colormap, not its name,
+        also determines the colours of values beyond its ends. Raises ValueError with one sentence."""
+        if cmap is None:
+            return self
+        if not isinstance(cmap, Colormap) and not (isinstance(cmap, str) and cmap in colormaps):
+            allowed = "a Colormap of Matplotlib, or the name of one such as magma"
+            raise ValueError(bad("cmap", cmap, allowed) + did_you_mean(cmap, colormaps))
+        own: Any = colormaps[cmap] if isinstance(cmap, str) else cmap
+        beyond = self.beyond if isinstance(cmap, str) else (to_hex(own.get_under(), True), to_hex(own.get_over(), True))
+
+        def spread(known: tuple[str, ...]) -> Any:
+            return tuple(to_hex(colour, True) for colour in own(np.linspace(0.0, 1.0, len(known))))
+
+        shown = {name: spread(getattr(self, name)) for name in ("classes", "kept", "statuses")}
+        return self._replace(density=own, shades=own, signed=own, beyond=beyond, **shown)
 
 
 def ramp(*colours: Any) -> Colormap:

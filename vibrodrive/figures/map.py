@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.colors import Colormap, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from vibrodrive.figures.bifurcation import add_image, is_geometric, keep_range
+from vibrodrive.figures.bifurcation import FullestImage, add_image, is_geometric, keep_range, pooled
 from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
 from vibrodrive.figures.given import fit_label, in_short_lines
@@ -68,6 +68,7 @@ def map_figure(
     over: Sequence[Bifurcation | Results] | Results = (),
     limits: tuple[float, float] | None = None,
     undisturbed: np.ndarray | None = None,
+    cmap: str | Colormap | None = None,
     *,
     ax: Any = None,
     style: Style | None = None,
@@ -99,12 +100,16 @@ def map_figure(
     undisturbed : int array, optional
         `gaps` of the undisturbed motions, needed for "kept". The dimensions of the array are the axes of the sweep;
         along ε and Δτ its length is 1.
+    cmap : str or Colormap, optional
+        colour map of Matplotlib for the values or the classes; by default that of `style`. A Colormap, unlike a name,
+        also determines the colours of values beyond `limits`. The image has the values, or the numbers of the classes
+        from 0, and `ax.images[0].set_cmap` changes its colours and those of the bar later.
 
     Raises
     ------
     ValueError
-        if the quantity or an axis is unknown, if the sweep has not recorded the quantity or has no axis, or if the axes
-        of `over` are not those of the map.
+        if the quantity, an axis or the colour map is unknown, if the sweep has not recorded the quantity or has no
+        axis, or if the axes of `over` are not those of the map.
 
     Examples
     --------
@@ -129,7 +134,9 @@ def map_figure(
     limited = [one for one in several if isinstance(one, Results)]
     exact = [one if isinstance(one, Exact) else Exact.of(one) for one in several if not isinstance(one, Results)]
     lines = placed(exact, results, x, y) if exact else []
-    painted = paint(row, values[index], status, unit.ends(limits))
+    if y is None and cmap is not None:
+        raise ValueError(bad("cmap", cmap, "left out over one axis, where all points have one colour"))
+    painted = paint(row, values[index], status, unit.ends(limits), look().with_map(cmap))
     rest = [n for n in names if n not in (x, y)]
     counts = {n: len(results.axes[n]) for n in rest}
     said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
@@ -143,8 +150,10 @@ def map_figure(
     if y is None:
         _draw_line(ax, painted, values[index], across, label)
     else:
-        _draw_cells(ax, painted, across, as_shown(y, results.axes[y]), turned=names.index(x) < names.index(y))
-        _add_bar(fig, ax, painted, label)
+        cells = [values[index], painted.cells.filled(-1)]
+        cells = [one.T for one in cells] if names.index(x) < names.index(y) else cells
+        drawn = _draw_cells(ax, painted, across, as_shown(y, results.axes[y]), *cells)
+        _add_bar(fig, drawn, painted, label)
     name_axes(ax, x, y)
     said += rest_phrases(values[index], status) if row is LAST[1] else []
     said += painted.phrases() if y is None or (row.classes and row.special) else []
@@ -207,25 +216,48 @@ def borders_of(values: np.ndarray) -> np.ndarray:
     return np.concatenate([[u[0] - (inner[0] - u[0])], inner, [u[-1] + (u[-1] - inner[-1])]])
 
 
-def _draw_cells(ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, turned: bool) -> None:
-    across, up = np.argsort(x, kind="stable"), np.argsort(y, kind="stable")
-    index = (painted.cells.T if turned else painted.cells)[up][:, across]
-    rarest_last = np.argsort(-painted.counts, kind="stable")
-    rank = np.empty(len(rarest_last) + 1)
-    rank[rarest_last] = np.arange(1.0, len(rank))
-    rank[-1] = 0.0  # cells not computed have the lowest rank, so any other cell hides them
-    image = rank[index.filled(-1)]
+class RarestImage(FullestImage):
+    """Image of a map: each pixel shows the cell that has the rarest colour. A masked cell has the colour `kind` of the
+    table `colours`, and none if `kind` is -1; the other cells have the colours of their values."""
+
+    def __init__(self, ax: Axes, extent: Any, painted: Painted, kind: np.ndarray) -> None:
+        table = painted.colours
+        under, over = (table[SHADES : SHADES + 2]) if not painted.labels else (None, None)
+        shades = ListedColormap(table[: len(painted.labels) or SHADES]).with_extremes(under=under, over=over)
+        super().__init__(ax, extent, shades, painted.norm)
+        self.kind, self.colours = kind, (255 * table).round().astype(np.uint8)
+        rank = np.argsort(np.argsort(-painted.counts, kind="stable")) + 1
+        self.rank = np.append(rank, 0)  # cells not computed have the lowest rank, so any other cell hides them
+
+    def reduced(self, whole: Any, shape: tuple[int, int]) -> np.ndarray:
+        size = self.kind.size
+        cell = pooled(self.rank[self.kind] * size + np.arange(size).reshape(self.kind.shape), shape) % size
+        values, kind = whole.reshape(-1)[cell], self.kind.reshape(-1)[cell]
+        shown = self.to_rgba(values, bytes=True)
+        apart = np.ma.getmaskarray(values) & (kind >= 0)
+        shown[apart] = self.colours[kind[apart]]
+        return shown
+
+
+def _draw_cells(
+    ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, values: np.ndarray, kind: np.ndarray
+) -> RarestImage:
+    """Draw cells (y, x) as an image, with their values or, for classes, the numbers of these."""
     extent: Any = []
-    for values, axis, k in ((x[across], "x", 1), (y[up], "y", 0)):
-        extent += borders_of(values)[[0, -1]].tolist()
-        ax.set(**{f"{axis}scale": "log" if is_geometric(values) else "linear"})
-        image = np.take(image, _evenly(values), axis=k)
-    colours = ListedColormap(np.vstack([(1.0, 1.0, 1.0, 0.0), painted.colours[rarest_last]]))
-    add_image(ax, image, extent, cmap=colours, norm=Normalize(-0.5, len(rank) - 0.5))
+    for along, axis, k in ((x, "x", 1), (y, "y", 0)):
+        order = np.argsort(along, kind="stable")
+        extent += borders_of(along[order])[[0, -1]].tolist()
+        ax.set(**{f"{axis}scale": "log" if is_geometric(along[order]) else "linear"})
+        values, kind = (np.take(cells, order[_evenly(along[order])], axis=k) for cells in (values, kind))
+    values = kind if painted.labels else values
+    outside = (kind < 0) | (kind >= painted.first_apart) | (isinstance(painted.norm, LogNorm) & (values <= 0))
+    drawn = RarestImage(ax, extent, painted, kind)
+    add_image(drawn, np.ma.masked_array(values, outside))
     if painted.blank:
         ax.add_patch(Rectangle((0, 0), 1, 1, transform=ax.transAxes, zorder=-1, **HATCHED))
     if not given_axes():
         ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
+    return drawn
 
 
 def _evenly(values: np.ndarray) -> np.ndarray:
@@ -278,14 +310,12 @@ def _broken(labels: Sequence[str]) -> list[str]:
     return [in_short_lines(label, math.ceil(len(label) / CLASS)) for label in labels]
 
 
-def _add_bar(fig: Figure, ax: Axes, painted: Painted, label: str) -> None:
-    shown = ListedColormap(painted.colours[: len(painted.labels) or SHADES])
-    under, over = look().beyond
-    scale = ScalarMappable(painted.norm, shown.with_extremes(under=under, over=over))
-    bar = fig.colorbar(scale, ax=ax, extend=painted.extend)
+def _add_bar(fig: Figure, drawn: RarestImage, painted: Painted, label: str) -> None:
+    ticks: Any = [FixedLocator(range(len(painted.labels))), FixedFormatter(_broken(painted.labels))]
+    ticks = dict(zip(("ticks", "format"), ticks, strict=True)) if painted.labels else {}  # `set_cmap` keeps them
+    bar = fig.colorbar(drawn, ax=drawn.axes, extend=painted.extend, **ticks)
     bar.set_label(label, size=mpl.rcParams["font.size"])
     fit_label(bar.ax)
     if painted.labels:
-        bar.set_ticks(range(len(painted.labels)), labels=_broken(painted.labels))
         small = max(map(len, painted.labels)) > 13
         bar.ax.tick_params(which="both", length=0, labelsize=7 if small else mpl.rcParams["ytick.labelsize"])

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -24,6 +24,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import LayoutEngine
 
 from vibrodrive.figures.given import LETTER, Given, Shows, fit_label, in_lines, label_share, length, named_in
 from vibrodrive.figures.looks import LOOKS, Look
@@ -388,7 +389,7 @@ def explain(fig: Figure, more: Sequence[Artist] = ()) -> None:
         columns = max(1, int(room / (BESIDE + max(map(length, named)))))
         fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
     if max(map(label_share, fig.axes)) > 0.4:  # notes and legend take up to about half of the height
-        fig.get_layout_engine().execute(fig)
+        cast(LayoutEngine, fig.get_layout_engine()).execute(fig)
         for ax in fig.axes:
             fit_label(ax)
 

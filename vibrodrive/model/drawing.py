@@ -35,7 +35,10 @@ MAP_QUANTITIES = (*(name for one in RECORDS.values() for name in one.maps), *OF_
 """Quantities of maps over two axes, and of lines over one axis. The numbers of a function of the user are others."""
 
 
-OPTIONS = {BIFURCATION: ("quantity", "x", "limits"), POINCARE: (), MAP: ("quantity", "x", "y", "limits"), BANDS: ()}
+OPTIONS = {
+    BIFURCATION: ("quantity", "x", "limits", "cmap"), POINCARE: (), MAP: ("quantity", "x", "y", "limits", "cmap"),
+    BANDS: (),
+}  # fmt: skip
 """Arguments that have an effect on each kind of figure."""
 
 SUITS = {BIFURCATION: DIAGRAM_QUANTITIES, POINCARE: (), MAP: MAP_QUANTITIES, BANDS: ()}

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
     from vibrodrive.model.drawing import Style, Width
@@ -427,6 +428,7 @@ class Results:
         y: str | None = None,
         limits: tuple[float, float] | None = None,
         over: Sequence[Any] | Results | None = None,
+        cmap: str | Colormap | None = None,
         ax: Axes | Sequence[Axes] | None = None,
         style: Style | None = None,
         width: Width | None = None,
@@ -462,6 +464,8 @@ class Results:
             range of the quantity (diagram and map); by default that of the values (for a map see `vd.plot.map`).
         over : list of Bifurcation, Results with the record "limit", or a list with both, optional
             lines over a map (see `vd.plot.map`).
+        cmap : str or matplotlib Colormap, optional
+            colours of the values (diagram and map).
         ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
             your axes to draw into; by default those of a new figure. They keep their style: the data have the next
             colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second
@@ -489,7 +493,7 @@ class Results:
         """
         drawn = above("the figure of results")
         lines = {} if over is None else {"over": over}
-        return drawn(self, kind, quantity, x, y, limits, **lines, ax=ax, style=style, width=width, notes=notes)
+        return drawn(self, kind, quantity, x, y, limits, cmap, **lines, ax=ax, style=style, width=width, notes=notes)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
