@@ -10,6 +10,7 @@ import matplotlib.image
 import matplotlib.style
 import numpy as np
 import pytest
+from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -205,3 +206,17 @@ def test_settings_of_the_user_do_not_change_a_figure(name, swept, motion, tmp_pa
 def test_notebook_shows_a_figure(motion):
     png, size = motion.plot()._repr_png_()
     assert matplotlib.image.imread(io.BytesIO(png)).shape[1::-1] == (2 * size["width"], 2 * size["height"])
+
+
+def test_only_show_makes_a_figure_of_pyplot(motion, monkeypatch):
+    """pyplot keeps its figures, warns of many, and a notebook displays all of them at the end of a cell."""
+    shown = []
+    monkeypatch.setattr(pyplot, "show", lambda: shown.append([pyplot.figure(n) for n in pyplot.get_fignums()]))
+    with mpl.rc_context({"figure.max_open_warning": 1}):
+        for _ in range(3):
+            figure = motion.plot()
+            assert pyplot.get_fignums() == []
+            assert figure.show() is figure.show() is None
+    assert [len(figures) for figures in shown] == [1] * 6
+    assert shown[-1] == [figure]
+    assert pyplot.get_fignums() == []

@@ -287,7 +287,7 @@ class Trajectory:
         Returns
         -------
         Figure
-            the figure; a notebook displays it, and its method `savefig` writes it to a file.
+            the figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file.
 
         Raises
         ------

@@ -173,8 +173,8 @@ SHARED_RETURNS = """\
 Returns
 -------
 Figure
-    Matplotlib figure. A notebook displays it, and its method `savefig` writes it to a file. With `ax`, it is the figure
-    of these axes."""
+    Matplotlib figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file. With
+    `ax`, it is the figure of these axes."""
 
 SHARED_RAISES = """\
 ValueError
@@ -246,6 +246,9 @@ def as_shown(name: str, values: Any) -> Any:
 class ShownFigure(Figure):
     """Figure that a notebook displays as the value of a cell, like a figure of pyplot.
 
+    Only `show` makes it a figure of pyplot, which otherwise would keep all figures in memory and display each of them
+    again at the end of a cell.
+
     Matplotlib reads settings when a figure is made, but also when it is drawn (for ticks) and saved. So this figure
     keeps its style and width for all three.
     """
@@ -261,6 +264,18 @@ class ShownFigure(Figure):
     def savefig(self, *args: Any, **kwargs: Any) -> None:
         with drawn_as(*self._chosen):
             super().savefig(*args, **kwargs)
+
+    def show(self, warn: bool = True) -> None:
+        """Open a window. A script waits until all windows are closed, as in `pyplot.show`; then pyplot forgets them."""
+        from matplotlib import pyplot
+
+        size: Any = self.get_size_inches()
+        if self.canvas.manager is None or not pyplot.fignum_exists(self.canvas.manager.num):
+            pyplot.figure(FigureClass=lambda *_, **__: self)  # type: ignore[arg-type]
+        pyplot.show()
+        if not pyplot.isinteractive():
+            pyplot.close(self)
+            self.set_size_inches(size)  # a window changes it
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         """Return the image at twice the resolution, and the size in pixels at which to display it."""

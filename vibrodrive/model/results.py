@@ -482,7 +482,7 @@ class Results:
         Returns
         -------
         Figure
-            the figure. A notebook shows it, and its method `savefig` writes it to a file.
+            the figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file.
 
         Raises
         ------
