@@ -378,6 +378,7 @@ def test_limits_over_two_axes_are_a_map_of_k2():
     found = limits_over([[1e-6, 1e-3], [np.inf, np.nan], [1e-4, 1e-5]], A=[1.0, 2.0, 3.0], B=[0.1, 0.2])
     found.status[1, 1], found.status[2, 1] = Status.NO_ORBIT, Status.NOT_COMPUTED
     fig = found.plot()
+    assert fig.axes[1].get_ylabel() == r"limit $k_2$ in $\varepsilon$"
     colours = cells(fig)[2]
     assert (colours[0][1], colours[1][1], colours[1][2]) == (to_hex(APART), GREY, "none")
     assert len({c for row in colours for c in row}) == 6

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 def label_of(results: Results, row: Quantity) -> str:
     """Return the name of a quantity for its scale. The limit k₂ is named with its disturbance."""
-    return f"limit $k_2$ in ${NAMES[results.plan.sought].mathtext}$" if row is LIMITS[0] else row.words
+    return f"limit $k_2$ in ${NAMES[results.plan.sought].mathtext}$" if row.name == LIMITS[0].name else row.words
 
 
 WIDTH = 4.7
