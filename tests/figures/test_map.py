@@ -432,6 +432,8 @@ def note_of(ax):
         ("A xi0 tau0", ("section",), {}, ("bifurcation", "dxi")),
         ("xi0 tau0", ("section",), {}, ("map", "last_dxi")),
         ("A", ("summary",), {"kind": "bifurcation"}, "must be map, because this sweep recorded summary"),
+        ("A", ("summary",), {"quantity": "power"}, "quantity = 'power': must be one of period"),
+        ("A", ("summary",), {"quantity": "xi"}, "quantity = 'xi': must be one of period"),
         ("A", ("section",), {"quantity": "energy"}, 'and energy needs record = "summary"'),
         ("A", ("summary",), {"kind": "map", "quantity": "xi"}, "quantity = 'xi': must be one of period"),
         ("A", ("section",), {"quantity": "impact_speed"}, 'section, and impact_speed needs record = "impacts"'),

@@ -224,6 +224,9 @@ CALLS = [
     (lambda: recorded().sections, "'Results' object has no attribute 'sections'. Did you mean section?"),
     (lambda: recorded().k2, 'record = \'section\': must be extended by "limit", which contains k2'),
     (lambda: recorded().error, 'record = \'section\': must be extended by "error"'),
+    (lambda: recorded().plot(quantity="power"), "quantity = 'power': must be one of dxi, xi, …, because this sweep …"
+     " Did you mean impact_power?"),
+    (lambda: recorded().plot(quantity="energy"), "quantity = 'energy': must be one of … energy needs record = …"),
     (lambda: recorded().plot(cmap="magna"), "cmap = 'magna': must be a Colormap …, or … magma. Did you mean magma?"),
     (lambda: recorded().plot(cmap=3), "cmap = 3: must be a Colormap of Matplotlib, or the name of one such as magma"),
     (lambda: recorded().plot("poincare", cmap="magma"), "cmap = 'magma': must be left out for a figure of kind poin…"),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from numbers import Real
 from typing import Any, Literal, get_args
 
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, did_you_mean
 from vibrodrive.model.physical import has_units
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, Quantity
 from vibrodrive.model.records import RECORDS, SECTION
@@ -90,6 +90,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         if kind not in (None, POINCARE):
             raise ValueError(bad("kind", kind, f"{POINCARE} for one motion, which has no axis"))
     if kind is None:
+        if quantity is not None:
+            _known(swept, quantity, [*_diagrams(swept), *_maps(swept), *OF_EVERY_SWEEP])
         kind, quantity = _default(swept, quantity, others.get("y"))
     for name, value in given.items():
         if name not in OPTIONS[kind]:
@@ -150,7 +152,9 @@ def _known(swept: Any, quantity: str, known: Sequence[str]) -> str:
     if of in swept.record and quantity == IMPACT_POWER.name:
         raise ValueError(bad("quantity", quantity, f"energy, because {quantity} needs a scene in SI units"))
     needs = "" if of is None or of in swept.record else f', and {quantity} needs record = "{of}"'
-    raise ValueError(bad("quantity", quantity, f"one of {', '.join(known)}, because {_recorded(swept)}{needs}"))
+    allowed = f"one of {', '.join(known)}, because {_recorded(swept)}{needs}"
+    meant = "" if of else did_you_mean(quantity, [*known, *DIAGRAM_QUANTITIES, *MAP_QUANTITIES])
+    raise ValueError(bad("quantity", quantity, allowed) + meant)
 
 
 def _recorded(swept: Any) -> str:

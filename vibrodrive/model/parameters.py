@@ -48,9 +48,9 @@ def unknown(key: str, name: object, known: Iterable[str]) -> str:
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Return ". Did you mean NAME?" for the known name that is most similar, or "" if no name is similar."""
-    folded = {one.lower(): one for one in known}
-    near = difflib.get_close_matches(name.lower(), folded, 1) if isinstance(name, str) else []
+    """Return ". Did you mean NAME?" for the known name that is most similar or has this word, "" without one."""
+    folded, told = {one.lower(): one for one in known}, name.lower() if isinstance(name, str) else ""
+    near = difflib.get_close_matches(told, folded, 1) or [one for one in folded if told in one.split("_")]
     return f". Did you mean {folded[near[0]]}?" if near else ""
 
 
