@@ -22,6 +22,27 @@ def test_members_print_their_names_and_are_numbers():
     assert (Status.TOO_CLOSE + 1, np.int8(1) == Status.TOO_CLOSE, int(State.REST)) == (2, True, 3)
 
 
+def test_members_equal_their_names_and_keep_the_hash_of_their_numbers():
+    assert (Status.OK == "OK", Status.OK == "ok", Status.OK == "BUDGET", Status.OK == "") == (True, True, False, False)
+    assert (Status.OK != "OK", Status.OK != "ok", Status.OK != "BUDGET", Status.OK != 0) == (False, False, True, False)
+    assert (State.IMPACT == "IMPACT", Method.CERTIFIED == "certified") == (True, True)
+    for member in (*Status, *State, *Method):
+        assert hash(member) == hash(int(member))
+        assert {int(member): "found"}[member] == "found"
+        assert pickle.loads(pickle.dumps(member)) is member
+
+
+def test_arrays_equal_names(statuses):
+    assert (statuses == "OK").tolist() == (statuses == Status.OK).tolist() == [[True, False], [False, False]]
+    assert (statuses == "not_computed").tolist() == [[False, False], [False, True]]
+    assert (statuses != "BUDGET").tolist() == (statuses != Status.BUDGET).tolist()
+    assert not (statuses == "OKAY").any()
+    assert (statuses == ["OK", "NOT_COMPUTED"]).tolist() == [[True, False], [False, True]]
+    assert (statuses[0, 1] == "TOO_CLOSE", bool(statuses[0, :1].reshape(()) == "OK")) == (True, True)
+    for array in (statuses == "OK", statuses != np.array(["OK"])):
+        assert type(array) is np.ndarray
+
+
 def test_arrays_show_names(statuses):
     assert str(statuses) == "[[OK, TOO_CLOSE],\n [BUDGET, NOT_COMPUTED]]"
     assert repr(statuses[0]) == "Statuses([OK, TOO_CLOSE])"

@@ -19,10 +19,19 @@ UNSEEN = -2
 
 
 class Named(IntEnum):
-    """A choice that prints as its name: "OK", not 0."""
+    """A choice that prints as its name, "OK", not 0, and equals it, in upper or lower case. As a key of a dict or a
+    member of a set it is its number, because equal keys need equal hashes."""
 
     def __str__(self) -> str:
         return self.name
+
+    def __eq__(self, other: object) -> bool:
+        return self.name == other.upper() if isinstance(other, str) else int.__eq__(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return self.name != other.upper() if isinstance(other, str) else int.__ne__(self, other)
+
+    __hash__ = int.__hash__
 
 
 class Method(Named):
@@ -64,6 +73,8 @@ class Status(Named):
     >>> motion = vd.simulate(A=0.5, transient=0, periods=1)
     >>> print(motion.status)
     NEVER_LEAVES
+    >>> motion.status == "NEVER_LEAVES"
+    True
     >>> motion.status.advice.split(":")[0]
     'the mass comes to rest and the excitation is too weak to move it again'
     """

@@ -87,9 +87,9 @@ class Results:
     section : float64 (axes…, periods, 2)
         ξ and ξ' at τ = section_phase + 2πk.
     status : int8 (axes…)
-        `Status` of each point; it prints as names. With "error" in the record, OK guarantees the complete motion, as in
-        `Trajectory`. Without "error", OK guarantees each switch as if the computed state after the previous switch were
-        exact.
+        `Status` of each point; it prints as names and equals them: `r.status == "OK"`. With "error" in the record, OK
+        guarantees the complete motion, as in `Trajectory`. Without "error", OK guarantees each switch as if the
+        computed state after the previous switch were exact.
     margin : float64 (axes…)
         smallest distance of any decision of a motion from the opposite decision.
     error : float64 (axes…, 2)

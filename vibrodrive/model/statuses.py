@@ -6,10 +6,12 @@ import numpy as np
 
 from vibrodrive.model.choices import Status
 
+NO_STATUS = -128  # no version has such a status
+
 
 class Statuses(np.ndarray):
-    """int8 array with the status of each point. An element is a `Status`; results of NumPy's ufuncs are plain
-    arrays."""
+    """int8 array with the status of each point. An element is a `Status`, and equals its name; results of NumPy's
+    ufuncs are plain arrays."""
 
     def __getitem__(self, index: Any) -> Any:
         found = super().__getitem__(index)
@@ -17,6 +19,8 @@ class Statuses(np.ndarray):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, out: Any = (), **options: Any) -> Any:
         plain = [np.asarray(x) if isinstance(x, Statuses) else x for x in inputs]
+        if ufunc in (np.equal, np.not_equal):
+            plain = [_by_number(x) if np.asarray(x).dtype.kind == "U" else x for x in plain]
         if out:
             options["out"] = tuple(np.asarray(x) if isinstance(x, Statuses) else x for x in out)
         return getattr(ufunc, method)(*plain, **options)
@@ -32,6 +36,12 @@ class Statuses(np.ndarray):
             return str(as_status(int(self)))
         names = {"int": lambda value: str(as_status(int(value)))}
         return np.array2string(np.asarray(self), separator=", ", formatter=names)  # type: ignore[arg-type]
+
+
+def _by_number(names: Any) -> np.ndarray:
+    """Return names of statuses as int8 array; another text becomes NO_STATUS."""
+    known = {status.name: int(status) for status in Status}
+    return np.vectorize(lambda name: known.get(name.upper(), NO_STATUS), [np.int8])(names)
 
 
 def as_status(value: int) -> Status | str:
