@@ -217,6 +217,7 @@ def test_slide_with_tiny_speed(speed):
 # --- amplitudes on a boundary -------------------------------------------------------------------------------------
 
 
+@pytest.mark.filterwarnings("ignore:A = .*swapped")
 @pytest.mark.parametrize("B", [0.0, 0.1, 0.5, 1.0, math.nextafter(1.0, 2.0), 1.3])
 @pytest.mark.parametrize("eps", [0.0, 5e-4])
 def test_amplitude_on_a_boundary(B, eps):
@@ -248,6 +249,7 @@ def test_amplitude_just_above_the_onset():
         assert (under.section == 0).all()
 
 
+@pytest.mark.filterwarnings("ignore:A = .*swapped")
 @pytest.mark.parametrize("B", [1.0, 1.05, 1.7])
 def test_incline_too_steep_to_stick(B):
     """For B >= 1 gravity moves the mass down. If H stays below 1, STICK can only end in DOWN."""

@@ -11,7 +11,7 @@ from tests.exact.reference import ETA
 from tests.support import naive
 from vibrodrive import State, Status
 
-pytestmark = pytest.mark.jit
+pytestmark = [pytest.mark.jit, pytest.mark.filterwarnings("ignore:A = .*swapped")]  # any scene, likely or not
 
 
 def powers(low: float, high: float) -> st.SearchStrategy[float]:

@@ -105,17 +105,28 @@ ODD = [
     ({"method": "muller", "points": {"dtau": [0.1, 7.0]}}, "dtau = 7: the step"),
     ({"eps": 2}, "eps = 2: ε is a share of the excitation"),
     ({"eps": [1.5, 3.0]}, r"eps = 1\.5: ε is a share"),
+    ({"tau0": 180}, "tau0 = 180: a time τ is in radians of the excitation"),
+    ({"tau0": [0, -90]}, "tau0 = -90: a time"),
+    ({"A": 0.1, "B": 3.04}, r"A = 0\.1, B = 3\.04: the mass cannot leave the obstacle, .* swapped"),
+    ({"A": [0.1, 0.2], "points": {"B": [3.0, 4.0]}}, r"A = 0\.2, B = 3: the mass cannot leave the obstacle"),
+    ({"eta": [3.0, 100.0]}, "eta: no motion depends on it, because eps is 0 everywhere"),
+    ({"points": {"eta": [3.0, 100.0]}}, "eta: no motion"),
 ]
 USUAL = [
     {"section_phase": [-math.pi, 7.0]},
     {"A": (2, 5, 10)},
-    {"eta": [1.0, 10.0, 100.0]},
-    {"eta": [0.7, 40.0, 1500.0]},
+    {"eta": [1.0, 10.0, 100.0], "eps": 1e-4},
+    {"eta": [0.7, 40.0, 1500.0], "eps": 1e-4},
     {"A": np.linspace(2, 5, 300), "eps": [0.0, 1e-6, 1e-3]},
     {"points": {"A": [3.0, 3.0]}},
     {"method": "fixed", "dtau": np.geomspace(1e-3, 6.28, 9)},
     {"eps": np.geomspace(1e-6, 2.0, 9)},
     {"eps": 1.0, "eta": 2.0},  # two harmonics
+    {"tau0": 1000 * math.tau},  # the end of a motion
+    {"A": [0.1, 3.0], "B": 2.5},
+    {"A": 1.5, "B": 2.0},  # no motion, but none with A and B swapped either
+    {"eta": [3.0, 100.0], "eps": [0.0, 1e-4]},
+    {"eta": [3.0, 100.0], "record": "limit"},
 ]
 
 
@@ -128,6 +139,23 @@ def test_unlikely_values_of_a_plan_are_named_once(arguments, told):
 @pytest.mark.parametrize("arguments", USUAL, ids=str)
 def test_usual_values_of_a_plan_give_no_warning(arguments):
     assert unlikely(make_plan(({} if "points" in arguments else {"A": 3.0}) | arguments)) == []
+
+
+SCENE_ODD = [
+    ({"frequency": [0.02, 0.024]}, "A = .*: the mass cannot leave the obstacle, .* frequency in Hz"),
+    ({"a0": [0.5, 0.8]}, "A = .*: A is usually below 100 .*a0 in m"),
+    ({"alpha": 0.059}, r"alpha = 0\.059: an angle is in degrees \(is it in radians, for 3\.38 degrees"),
+    ({"alpha": [0.03, 0.059]}, r"alpha = 0\.059: an angle"),
+    ({"mu": [60.0, 80.0]}, "A = .*: the mass cannot leave"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "told"), SCENE_ODD, ids=str)
+def test_quantities_in_other_units_than_si_are_named_once(arguments, told):
+    plan = make_plan({"scene": Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)} | arguments)
+    (said,) = unlikely(plan, of_scene=True)
+    assert re.match(told, said), said
+    assert unlikely(plan) == []  # `Scene` has judged its own quantities
 
 
 @pytest.mark.integration
@@ -143,6 +171,9 @@ def test_warning_names_the_line_of_the_caller_once():
         "eps = 2: ": lambda: vd.limit(3.0, "dtau", eps=2.0, transient=5, periods=16),
         "A = 0.1, ": lambda: vd.orbits(0.1, 3.0),
         "A = 3064.54, ": lambda: vd.Scene(a0=0.8, omega0=150.0, mu=0.6, alpha=3.4),
+        "alpha = 0.059: ": lambda: vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=0.059),
+        "A = 0.00871692, ": lambda: vd.sweep(scene=scene, omega0=[8.0, 10.0], **short),
+        "A = 0.1, B = 3.04: ": lambda: vd.simulate(0.1, B=3.04, **short),
         "B = 0.1: ": lambda: vd.simulate(scene.A, **short),
         "B = 0.1: A ": lambda: vd.sweep(A=scene.A, eps=[0.0], **short),
         "B = 0.1: A is ": lambda: vd.impact_map(pickle.loads(pickle.dumps(scene.A))),

@@ -440,8 +440,8 @@ def simulate(
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: a section_phase in degrees; ε in per cent; a dtau above 2π; the default
-        B with the A of a `Scene` that has another B.
+        for values that are probably a mistake: a section_phase or tau0 in degrees; ε in per cent; a dtau above 2π; A
+        and B swapped; the default B with the A of a `Scene` that has another B.
 
     Examples
     --------

@@ -102,12 +102,12 @@ def judge_slip(settings: Config, always: bool = False) -> None:
 
     Without `always`, A and B are judged only if they are those of a scene.
     """
-    from vibrodrive.model.slips import slip, unlikely
+    from vibrodrive.model.slips import unlikely
 
     plan, command = settings.plan(), click.get_current_context().command.name
     unread = [t for t in ("trajectory", "orbits") if getattr(settings, t) and t != command]
-    of_scene = {*SCENE} & settings.arguments.keys()
-    said = [*(slip(plan.ends()) if always or of_scene else ()), *unlikely(plan)]
+    of_scene = not SCENE.keys().isdisjoint((*settings.arguments, *plan.together))
+    said = unlikely(plan, always or of_scene)
     said += [f"[{table}] is not read by `vibrodrive {command}`" for table in unread]
     if said:
         say(f"warning: {'; '.join(said)}")

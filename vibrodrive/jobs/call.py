@@ -16,7 +16,7 @@ from vibrodrive.jobs.progress import Tally, make_display, shown
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.keywords import Axis, Points, as_written
-from vibrodrive.model.names import ETA
+from vibrodrive.model.names import ETA, SCENE
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
@@ -122,9 +122,8 @@ def sweep(
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: a section_phase in degrees; ε in per cent; a dtau above 2π; the default
-        B with the A of a `Scene` that has another B; a value twice on an axis; (start, stop, num) as three
-        values of an axis.
+        for values that are probably a mistake: those of `simulate`; an eta that varies although ε is 0; quantities of a
+        scene that are not in SI units; a value twice on an axis; (start, stop, num) as three values of an axis.
 
     Examples
     --------
@@ -175,7 +174,8 @@ def sweep(
         from vibrodrive.stability.per_point import with_names
 
         plan = with_names(plan)
-    warn([*unlikely(plan), *forgotten(A, B)])
+    of_scene = any(written.get(name) is not None for name in SCENE) or not SCENE.keys().isdisjoint(plan.together)
+    warn([*unlikely(plan, of_scene), *forgotten(A, B)])
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:

@@ -15,7 +15,7 @@ from vibrodrive.model.described import html_table
 from vibrodrive.model.names import SCENE, TURN
 from vibrodrive.model.parameters import bad, real_array, real_number
 from vibrodrive.model.quantities import Quantity
-from vibrodrive.model.slips import OfScene, slip, warn
+from vibrodrive.model.slips import OfScene, in_radians, slip, warn
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -280,7 +280,8 @@ class Scene:
     Warns
     -----
     UserWarning
-        if A is so small that the mass cannot leave the obstacle, or so large that a wrong unit is likely.
+        if A is so small that the mass cannot leave the obstacle, or A so large or alpha so small that a wrong unit is
+        likely.
 
     Examples
     --------
@@ -321,8 +322,8 @@ class Scene:
             raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
         pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
         self._take({"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
-        if self.a0 > 0.0 and math.isfinite(self.A):  # a scene with a0 = 0 gives only B and the units
-            warn(slip([(self.A, self.B, 0.0, 1.0)]))
+        known = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
+        warn([*(slip([(self.A, self.B, 0.0, 1.0)]) if known else ()), *in_radians(self.alpha)])
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:

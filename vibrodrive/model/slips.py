@@ -1,7 +1,7 @@
 """Warnings of allowed but unlikely arguments: degrees for radians, per cent for shares, A and B swapped, …
 
-`unlikely` applies to every plan. `slip` applies to limits, orbits and scenes, because a sweep without a scene may have
-any A and B. In Python a warning names the line of the caller; a command prints the same sentences.
+`unlikely` applies to every plan. `slip`, a part of it, applies to limits, orbits and scenes, because a sweep without a
+scene may have any A and B. In Python a warning names the line of the caller; a command prints the same sentences.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import warnings
 from collections.abc import Iterable
 from typing import Any
 
-from vibrodrive.model.names import PARAMETERS, TURN
+from vibrodrive.model.names import PARAMETERS, SCENE, TURN
 
 LARGE = 100.0  # warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation
 
-UNITS = "a0 in m, omega0 in rad/s, alpha in degrees"
+UNITS = "a0 in m, omega0 in rad/s, frequency in Hz, alpha in degrees"
 
 
 def slip(points: Iterable[tuple[float, float, float, float]]) -> list[str]:
@@ -33,8 +33,20 @@ def slip(points: Iterable[tuple[float, float, float, float]]) -> list[str]:
     return said
 
 
-def unlikely(plan: Any) -> list[str]:
-    """Return a sentence for each likely mistake in the values of a Plan."""
+def in_radians(alpha: float) -> list[str]:
+    """Return a sentence if the largest angle of an incline is probably in radians."""
+    if 0.0 < alpha < (SCENE["alpha"].axis or (0.0,))[0]:
+        return [
+            f"alpha = {alpha:g}: an angle is in degrees (is it in radians, for {alpha * 360.0 / TURN:.3g} degrees?)"
+        ]
+    return []
+
+
+def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
+    """Return a sentence for each likely mistake in the values of a Plan.
+
+    `of_scene` states whether A and B, or the quantities of a scene that give them, are judged by `slip`.
+    """
     import numpy as np
 
     said = []
@@ -48,14 +60,25 @@ def unlikely(plan: Any) -> list[str]:
             meant = f"numpy.linspace({ends}) or, in a configuration, {{start, stop, num}}"
             said.append(f"{name} = {ends}: these are three values (is a range meant, {meant}?)")
     given: dict[str, Any] = {**plan.scalars, **plan.together, **plan.axes}
+    (eps, most), (slowest, eta) = _ends(given["eps"]), _ends(given["eta"])
+    if of_scene:
+        said += slip(plan.ends()) + in_radians(_ends(given.get("alpha", 0.0))[1])
+    elif given.keys() >= {"A", "B"} and _ends(given["xi0"]) == _ends(given["dxi0"]) == (0.0, 0.0):
+        A, (B, _) = _ends(given["A"])[1], _ends(given["B"])
+        if 0.0 < A <= (PARAMETERS["B"].slider or (0.0, 0.0))[1] and B > 1.0 + A:
+            said += slip([(A, B, most, eta)])
     phase, (_, step) = max(_ends(given["section_phase"]), key=abs), _ends(given["dtau"])
     if abs(phase) > 2.0 * TURN:
         said.append(f"section_phase = {phase:g}: a phase is in radians, usually below 2π (is it in degrees?)")
+    start = max(_ends(given["tau0"]), key=abs)
+    if 2.0 * TURN < abs(start) <= 360.0 and start % 15.0 == 0.0:  # other times are the ends of motions
+        said.append(f"tau0 = {start:g}: a time τ is in radians of the excitation (is it in degrees?)")
     if step > TURN:
         said.append(f"dtau = {step:g}: the step of the grid is longer than the excitation period, 2π")
-    eps, _ = _ends(given["eps"])
     if eps > 1.0:
         said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
+    if most == 0.0 and slowest < eta and "limit" not in plan.record:
+        said.append("eta: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)")
     return said
 
 

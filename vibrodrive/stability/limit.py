@@ -24,7 +24,6 @@ import numpy as np
 
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model import slips
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.keywords import as_written
@@ -35,6 +34,7 @@ from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.quantities import How
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
+from vibrodrive.model.slips import forgotten, unlikely, warn
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
@@ -259,7 +259,7 @@ def limit(
         raise TypeError(f"{name} = array of length {len(values)}: must be one number ({hint})")
     refuse_idle(plan, written)
     search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads), Halt())
-    slips.warn([*slips.slip(plan.ends()), *slips.unlikely(plan), *slips.forgotten(A, B)])
+    warn([*unlikely(plan, of_scene=True), *forgotten(A, B)])
     with above("the progress of a call")("limit"):
         ((_, found),) = search.run([0])
     if found.status == Status.TOO_SHORT:
