@@ -7,7 +7,7 @@ Examples
 ...     vd.sweep(A=[1.0, 2.0], path="diagram.png")
 ... except vd.errors.VibrodriveError as error:
 ...     print(error)
-output = 'diagram.png': must be a result file (.h5 or .nc); `vibrodrive plot FILE.h5 -o diagram.png` draws one
+path = 'diagram.png': must be a result file (.h5 or .nc); `vibrodrive plot FILE.h5 -o diagram.png` draws one
 >>> issubclass(vd.errors.Damaged, vd.errors.NoResult), issubclass(vd.errors.NoResult, ValueError)
 (True, True)
 """

@@ -78,6 +78,11 @@ def test_machine_is_described_in_si_units():
     more = vd.simulate(scene=replace(SCENE, omega0=SCENE.omega0 * 1.01), transient=1000, periods=252)
     assert said.rows["omega0 +1 %"] == more.describe().rows["machine"]
     assert f"{said.rows['mu −1 %']['impact_power']:.4g}" in said
+    assert said.rows["mu -1 %"] is said.rows["mu −1 %"]  # a keyboard has no "−"
+    with pytest.raises(KeyError, match=r"row = 'nu': must be one of machine, a0 −1 %, "):
+        said.rows["nu"]
+    with pytest.raises(KeyError, match="no rows without a scene"):
+        motion.dimensionless().describe().rows["machine"]
     assert f"<td>{found['impact_power']:.4g}</td>" in said._repr_html_()
     assert f"period {period} ({1e3 * found['period']:.4g} ms)" in said
     light = vd.simulate(scene=vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4), periods=2).describe()
@@ -106,8 +111,10 @@ def test_mass_without_an_obstacle_is_conveyed_down_the_incline(a0):
     scene = replace(SCENE, a0=a0)
     free = vd.simulate(scene=scene, periods=2).describe().rows["machine"]["conveying"]
     assert free == pytest.approx(scene.velocity(free_velocity(scene.A, scene.B)), rel=3e-3)
-    steep = vd.simulate(scene=vd.Scene.quiet(**scene.given | {"alpha": 40.0}), periods=2).describe().rows
-    assert steep["machine"]["conveying"] == -math.inf
+    steep = vd.simulate(scene=vd.Scene.quiet(**scene.given | {"alpha": 40.0}), periods=2).describe()
+    assert steep.rows["machine"]["conveying"] == -math.inf
+    assert steep.count("−∞\n") == len(steep.rows)
+    assert "It is −∞ for B > 1" in steep
 
 
 @pytest.mark.jit

@@ -120,6 +120,8 @@ REFUSED = [
         ["sweep", "small.toml", "--set", "A.num=1000000", "--set", "periods=1000000"],
         ["TB", "free"],
     ),
+    (["sweep", "small.toml", "--set", "periods", "10"], ["--set = 'periods': must be KEY=VALUE"]),
+    (["info", "limit"], ["limit: No such file or directory. Did you mean limit.h5?"]),
     (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
     (["sweep", "small.toml", "--plot", "c1.jpg"], ["figure = 'c1.jpg'", ".png, .pdf, .svg"]),
     (["sweep", "--plot", "c1.jpg", "small.toml"], ["figure = 'c1.jpg'", ".png, .pdf, .svg"]),

@@ -110,7 +110,7 @@ def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
             ValueError, match=r"notes\.h5'?: not a result file.*overwrite=True replaces only result files"
         ):
             vd.sweep(**SWEEP, path="notes.h5", overwrite=overwrite)
-    with pytest.raises(ValueError, match=r"output = 'x\.png': must be a result file"):
+    with pytest.raises(ValueError, match=r"path = 'x\.png': must be a result file"):
         vd.sweep(**SWEEP, path="x.png")
     with pytest.raises(TypeError, match="path = 3: must be the name of a result file"):
         vd.sweep(**SWEEP, path=3)

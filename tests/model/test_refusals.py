@@ -149,6 +149,7 @@ CONFIGURATIONS = [
     ("[sweep]\nA = [1, true]\n", f"sweep.A[1] = True: {NUMBERS}"),
     ("[sweep]\nperiods = 3\n", "key of [sweep] = 'periods': must be one of A, … mass, points"),
     (RANGE % "nun = 3", "key of sweep.A = 'nun': must be one of start, stop, num, scale. Did you mean num?"),
+    (RANGE % "step = 0.1", "sweep.A.step = 0.1: must be left out, because num gives the number of values"),
     (RANGE % "scale = 'log'", "sweep.A.num is missing: must be given, because a range needs start, stop and num"),
     (RANGE % "num = 0", "sweep.A.num = 0: must be an integer >= 1"),
     (RANGE.replace("2", "inf") % "num = 3", f"sweep.A.stop = inf: {NUMBERS}"),
@@ -233,6 +234,19 @@ CALLS = [
     (lambda: recorded().plot(quantity="status", cmap="magma"), "cmap = 'magma': must be left out over one axis, …"),
     (lambda: recorded().select(B=1), "axis = 'B': must be one of A"),
     (lambda: recorded().select(A=99), 'A = 99: must be one of the 2 values of this axis; method="nearest" … 3.1'),
+    (lambda: recorded().select(A=[3.0, 3.1]), "A = [3.0, 3.1]: must be one number; to_xarray().sel(A=…) selects …"),
+    (lambda: recorded().select(A=slice(3, 4)), "A = slice(3, 4, None): must be one number; to_xarray().sel(A=…) …"),
+    (lambda: recorded().impact_power, "'Results' object has no attribute 'impact_power': it is energy or, in W …"),
+    (lambda: recorded().plot("map", limits=(10,)), "limits = (10,): must be two numbers in ascending order"),
+    (lambda: vd.sweep(A=3, path="x.csv"), "path = 'x.csv': must be a result file (.h5 or .nc)"),
+    (lambda: vd.Scene(1e-3, 24.0), "arguments without a name = (0.001, 24.0): must be none; … such as a0 = …"),
+    (lambda: vd.Scene(freq=24), "argument = 'freq': must be one of a0, omega0, … Did you mean frequency?"),
+    (lambda: vd.Scene(omega0=150.0, mu=0.6, alpha=3.4), "a0 is missing: must be given"),
+    (lambda: vd.orbits(3.0, eps=1e-4), "argument = 'eps': must be one of A, B, max_period"),
+    (lambda: vd.bifurcations((2, 3), max_perod=2), "argument = 'max_perod': … Did you mean max_period?"),
+    (lambda: vd.impact_map(), "A is missing: must be given"),
+    (lambda: vd.load("x.h5", kind="limits"), "argument = 'kind': must be one of path"),
+    (lambda: vd.explore("a.toml", 2), "arguments without a name = ('a.toml', 2): must be at most 1 (config); …"),
     (lambda: recorded().select("nearest", 0.5, A=99), "A = 99: must be within 0.5 of one of … the nearest is 3.1"),
     (lambda: vd.Scene(a0=1, mu=1, alpha=1), "omega0 is missing: must be given, … (or give frequency in hertz)"),
     (lambda: vd.Scene(**SCENE, frequency=24), "frequency = 24: must be left out if omega0 is given"),
@@ -277,6 +291,16 @@ def test_files_that_are_no_configurations_are_refused(tmp_path, monkeypatch):
     }.items():  # fmt: skip
         path = tmp_path / f"{name}.toml"
         assert re.match(f"{re.escape(str(path))}: .*{told}", refusal(read, path))
+
+
+def test_missing_configurations_are_looked_for_with_their_ending(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("quickstart", "quickstart.toml"):
+        wanted = f"{name}: No such file or directory; `vibrodrive init quickstart` writes quickstart.toml"
+        assert refusal(read, name) == wanted
+    (tmp_path / "quickstart.toml").touch()
+    assert refusal(read, "quickstart") == "quickstart: No such file or directory. Did you mean quickstart.toml?"
+    assert refusal(read, "other.toml") == "other.toml: No such file or directory"
 
 
 class Quantity(np.ndarray):

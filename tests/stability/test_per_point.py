@@ -151,7 +151,7 @@ def test_a_point_at_which_a_function_raises_is_nan(tmp_path):
             raise RuntimeError("too large")
         return 1
 
-    told = r"1 points have the status RAISED: picky at A = 3.04: RuntimeError: too large"
+    told = r"1 point with the status RAISED: picky at A = 3.04: RuntimeError: too large"
     for path in (None, tmp_path / "picky.h5"):
         with pytest.warns(UserWarning, match=told):
             r = vd.sweep(A=[3.04, 1.5], record=picky, **SHORT, path=path)

@@ -15,6 +15,7 @@ from vibrodrive.batch.sweep import check_threads, compute
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
+from vibrodrive.model.parameters import unknown
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.quantities import LONGEST, period_words
@@ -56,8 +57,19 @@ COLUMNS = {
 NOTES = """\
 impacts: number per second, touches included; mean, max speed: velocity of the impacts.
 power, friction: mean power of the impacts and of friction, whose sum is that of the excitation; lift: largest gap.
-conveying: mean velocity without an obstacle, negative down the incline; with the obstacle it is 0.
+conveying: mean velocity without an obstacle, negative down the incline; with the obstacle it is 0. It is −∞ for B > 1:
+friction is too weak to hold the mass, which accelerates without limit.
 –: the motion does not repeat within 64 excitation periods, or the velocity has not settled."""
+
+
+class _Rows(dict[str, Mapping[str, float]]):
+    """Rows by name, which may have the minus of a keyboard instead of “−”."""
+
+    def __missing__(self, name: str) -> Mapping[str, float]:
+        typed = str(name).replace("-", "−")
+        if typed not in self:
+            raise KeyError(unknown("row", name, self) if self else "the table has no rows without a scene")
+        return self[typed]
 
 
 class Description(str):
@@ -79,10 +91,10 @@ class Description(str):
         table = [["", *(column.heading for column in COLUMNS.values())], ["", *units]]
         for name, row in rows.items():
             shown = (row[key] * column.scale for key, column in COLUMNS.items())
-            table.append([name, *("–" if value != value else f"{value:.4g}" for value in shown)])
+            table.append([name, *("–" if value != value else f"{value:.4g}".replace("-inf", "−∞") for value in shown)])
         wide = ["".join([f"{line[0]:13}", *(f"{cell:>11}" for cell in line[1:])]) for line in table]
         self = cls("\n".join([*lines, *(["", *wide, "", NOTES] if rows else [])]))
-        self.rows, self._lines, self._table = rows, lines, table if rows else []
+        self.rows, self._lines, self._table = _Rows(rows), lines, table if rows else []
         return self
 
     def __repr__(self) -> str:

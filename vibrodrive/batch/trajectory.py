@@ -21,6 +21,7 @@ from vibrodrive.kernels.sampling import sample_segments
 from vibrodrive.kernels.single import single
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
+from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, check_count
@@ -187,8 +188,8 @@ class Trajectory:
         a = self.arguments
         start = [f"{name} {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name]]
         method = Method(a["method"]).name.lower()
-        how = f"{method}, {a['transient']} + {a['periods']} periods"
-        found = f"{len(self.switches)} switches, {len(self.impacts)} main impacts; {self.status}"
+        how = f"{method}, {a['transient']} + {counted(a['periods'], 'period')}"
+        found = f"{len(self.switches)} switches, {counted(len(self.impacts), 'main impact')}; {self.status}"
         return f"<Trajectory {', '.join(start)}: {how}; {found}, margin {self.margin:.2g}>"
 
     @property

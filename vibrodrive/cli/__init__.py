@@ -117,5 +117,7 @@ REFUSED = {
 
 def _text(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
+        if isinstance(error, FileNotFoundError) and os.path.exists(f"{error.filename}.h5"):
+            return f"{error.filename}: {error.strerror}. Did you mean {error.filename}.h5?"
         return f"{error.filename}: {error.strerror}" if error.filename is not None else error.strerror
     return " ".join(str(error).split()) or type(error).__name__

@@ -38,7 +38,7 @@ from vibrodrive.figures.style import (
     styled,
 )
 from vibrodrive.model.choices import UNSEEN
-from vibrodrive.model.drawing import MAP, Style, Width, choose_drawing
+from vibrodrive.model.drawing import MAP, Style, Width, check_range, choose_drawing
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity, row_of
@@ -126,6 +126,7 @@ def map_figure(
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
     status = np.asarray(results.status)[index]
     row = row_of(results.quantities, quantity)
+    check_range("limits", limits, row)
     if undisturbed is not None and row is not KEPT:
         raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT.name} needs it"))
     unit = results.measure(quantity)

@@ -15,6 +15,7 @@ from typing import Any
 from vibrodrive.jobs.progress import Tally, make_display, shown
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
+from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import Axis, Points, as_written
 from vibrodrive.model.names import ETA, SCENE
 from vibrodrive.model.parameters import bad
@@ -210,7 +211,7 @@ def _noted(blocks: Iterable[Block], tally: Tally, raised: list[str]) -> Iterator
 
 def _warn_of_raised(raised: Sequence[str]) -> None:
     if raised:
-        warnings.warn(f"{len(raised)} points have the status RAISED: {raised[0]}", stacklevel=5)
+        warnings.warn(f"{counted(len(raised), 'point')} with the status RAISED: {raised[0]}", stacklevel=5)
 
 
 def _into_file(

@@ -23,6 +23,7 @@ from vibrodrive.jobs.tables import read_table
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
+from vibrodrive.model.described import counted
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
@@ -107,13 +108,13 @@ def printed(found: Found) -> str:
     for b in found.bifurcations:
         at = f"{b.A:18.14f}  " + (f"{b.B:18.14f}  " if several else "")
         lines.append(f"{at}{b.kind:<15}  {b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}")
-    said = f"{len(found.bifurcations)} bifurcations"
+    said = counted(len(found.bifurcations), "bifurcation")
     if found.family is None:
-        return "\n".join([*lines, f"{said} at {len(found.plan.axes['B'])} values of B"])
+        return "\n".join([*lines, f"{said} at {counted(len(found.plan.axes['B']), 'value')} of B"])
     counts = Counter(orbit.kind for there in found.family.orbits for orbit in there)
     kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none"
     values = f"{len(found.family.A)} values of A"
-    return "\n".join([*lines, f"{said}; orbits of up to {found.max_period} periods at {values}: {kinds}"])
+    return "\n".join([*lines, f"{said}; orbits of up to {counted(found.max_period, 'period')} at {values}: {kinds}"])
 
 
 def drawn(found: Found) -> Figure:

@@ -27,6 +27,7 @@ import numpy as np
 from vibrodrive.errors import ConfigError, Failed, NoResult, Unwritable
 from vibrodrive.jobs.progress import Show, Tally, duration, shown
 from vibrodrive.jobs.signals import catch
+from vibrodrive.model.described import counted
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.size import file_bytes, human
@@ -223,7 +224,7 @@ class _Work:
                 self.raised += block.raised
                 tally.add(block.stop - block.start)
         took = duration(monotonic() - tally.began)
-        self.summary = f"{self.job.path}: {tally.fresh} points in {took} ({tally.speed(', ')}), {prepared}"
+        self.summary = f"{self.job.path}: {counted(tally.fresh, 'point')} in {took} ({tally.speed(', ')}), {prepared}"
 
     def _prepare(self, writer: Writer, local: bool) -> str:
         """Load or compile the kernels before the time of the sweep starts, and return a text about their time."""

@@ -44,6 +44,7 @@ from vibrodrive.model.drawing import (
     check_limits,
 )
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
+from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
 from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, scene_of
 from vibrodrive.model.plan import POINT, Plan, check_at, make_plan
@@ -114,11 +115,21 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Config:
     try:
         return parse(_text_of(Path(path)), overrides)
     except OSError as error:
-        raise ConfigError(f"{path}: {error.strerror or error}") from None
+        raise ConfigError(f"{path}: {error.strerror or error}{_meant(Path(path))}") from None
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: must be text in UTF-8, but byte {error.start} is invalid") from None
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
+
+
+def _meant(path: Path) -> str:
+    """Return a hint for a file that is missing: one with the ending .toml, or a supplied one; or ""."""
+    name = str(path).removesuffix(".toml")
+    if path.exists():
+        return ""
+    if os.path.exists(f"{name}.toml"):
+        return f". Did you mean {name}.toml?"
+    return f"; `vibrodrive init {name}` writes {name}.toml" if (configurations() / f"{name}.toml").exists() else ""
 
 
 def _text_of(path: Path) -> str:
@@ -250,6 +261,8 @@ def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
 def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     keys = ("start", "stop", "num", "scale")
     for k in table:
+        if k == "step":
+            raise ValueError(bad(f"{where}.step", table[k], "left out, because num gives the number of values"))
         if k not in keys:
             raise ValueError(unknown(f"key of {where}", k, keys))
     for k in keys[:3]:

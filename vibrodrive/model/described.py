@@ -17,6 +17,11 @@ def axis_facts(values: np.ndarray) -> dict[str, Any]:
     return {"first": float(values[0]), "last": float(values[-1]), "num": len(values)}
 
 
+def counted(n: int, what: str) -> str:
+    """Return “1 point”, “2 points” and so on."""
+    return f"{n} {what}{'s' * (n != 1)}"
+
+
 def span(name: str, values: np.ndarray) -> str:
     """Return the ends and the number of values of an axis as “A 3…3.25 (100)”."""
     return f"{name} {values[0]:g}" + (f"…{values[-1]:g} ({len(values)})" if len(values) > 1 else "")

@@ -16,8 +16,7 @@ from typing import Any, Concatenate, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
-from vibrodrive.model.names import SCENE
-from vibrodrive.model.parameters import bad, unknown
+from vibrodrive.model.parameters import bad, refuse_unknown
 from vibrodrive.model.physical import Scene
 
 Axis: TypeAlias = (
@@ -38,24 +37,15 @@ def as_written(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Call
     """
     full = inspect.signature(function)
     public = full.replace(parameters=list(full.parameters.values())[1:])
-    names = list(public.parameters)
-    known, most = set(names), sum(p.kind != p.KEYWORD_ONLY for p in public.parameters.values())
+    known, most = public.parameters, sum(p.kind != p.KEYWORD_ONLY for p in public.parameters.values())
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         for name, value in [*zip(["A"] * len(args), args, strict=True), *kwargs.items()] if "scene" in known else ():
             if isinstance(value, Scene) and name != "scene":
                 raise TypeError(bad(name, value, "given by name, as scene=…"))
-        if len(args) > most:
-            by_name = f"none; give each by name, such as {names[0]} = …"
-            allowed = f"at most {most} ({', '.join(names[:most])}); give the others by name" if most else by_name
-            raise TypeError(bad("arguments without a name", args, allowed))
-        for name in kwargs:
-            if name in SCENE and name not in known:
-                raise TypeError(bad("argument", name, f"given by a scene, as scene = vd.Scene({name}=…, …)"))
-            if name not in known:
-                raise TypeError(unknown("argument", name, names))
-        written = dict(zip(names, args, strict=False)) | kwargs
+        refuse_unknown(known, most, args, kwargs)
+        written = dict(zip(known, args, strict=False)) | kwargs
         return function(written, *args, **kwargs)
 
     call.__signature__ = public  # type: ignore[attr-defined]

@@ -6,17 +6,22 @@ This module does not import Numba. Kernels rely on these checks and repeat none.
 from __future__ import annotations
 
 import difflib
+import functools
+import inspect
 import math
 import numbers
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from vibrodrive.model.names import NAMES, PARAMETERS, SETTINGS
+from vibrodrive.model.names import NAMES, PARAMETERS, SCENE, SETTINGS
 
 if TYPE_CHECKING:
     import numpy as np
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 COLUMNS: tuple[str, ...] = tuple(PARAMETERS)  # columns of a point: all parameters, in this order
 
@@ -52,6 +57,41 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     folded, told = {one.lower(): one for one in known}, name.lower() if isinstance(name, str) else ""
     near = difflib.get_close_matches(told, folded, 1) or [one for one in folded if told in one.split("_")]
     return f". Did you mean {folded[near[0]]}?" if near else ""
+
+
+def refuse_unknown(names: Collection[str], most: int, args: Sequence[object], kwargs: Mapping[str, object]) -> None:
+    """Refuse keywords that are not in `names`, and more than `most` arguments without a name.
+
+    Raises TypeError with one sentence.
+    """
+    if len(args) > most:
+        first = [*names][: most or 1]
+        by_name = f"none; give each by name, such as {first[0]} = …"
+        allowed = f"at most {most} ({', '.join(first)}); give the others by name" if most else by_name
+        raise TypeError(bad("arguments without a name", args, allowed))
+    for name in kwargs:
+        if name not in names and name in SCENE and "scene" in names:
+            raise TypeError(bad("argument", name, f"given by a scene, as scene = vd.Scene({name}=…, …)"))
+        if name not in names:
+            raise TypeError(unknown("argument", name, names))
+
+
+def with_sentences(function: Callable[P, R]) -> Callable[P, R]:
+    """Wrap a function so that it refuses unknown and missing arguments in one sentence. Raises TypeError."""
+    known = {p.name: p for p in inspect.signature(function).parameters.values() if p.name != "self"}
+    most = sum(p.kind != p.KEYWORD_ONLY for p in known.values())
+    needed = [name for name, p in known.items() if p.default is p.empty]
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        own = args[1:] if function.__name__ == "__init__" else args
+        refuse_unknown(known, most, own, kwargs)
+        for name in needed:
+            if name not in kwargs and name not in [*known][: len(own)]:
+                raise TypeError(f"{name} is missing: must be given")
+        return function(*args, **kwargs)
+
+    return call
 
 
 def has_control(text: str) -> bool:

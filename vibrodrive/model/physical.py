@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibrodrive.model.described import html_table
 from vibrodrive.model.names import SCENE, TURN
-from vibrodrive.model.parameters import bad, real_array, real_number
+from vibrodrive.model.parameters import bad, real_array, real_number, with_sentences
 from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.slips import OfScene, in_radians, slip, warn
 
@@ -255,7 +255,7 @@ def _at_least_tiny(x: Any) -> Any:
 
 @dataclass(frozen=True, init=False)
 class Scene:
-    """Scene in SI units, with its dimensionless numbers (§2 of the paper).
+    """Scene in SI units, with its dimensionless numbers (§2 of the paper). Each quantity is given by name.
 
     Parameters
     ----------
@@ -303,16 +303,17 @@ class Scene:
     g: float = 9.80665
     _frequency: float | None = field(default=None, init=False, repr=False, compare=False)
 
+    @with_sentences
     def __init__(
         self,
+        *,
         a0: float,
         omega0: float | None = None,
+        frequency: float | None = None,
         mu: float | None = None,
         alpha: float | None = None,
         mass: float | None = mass,
         g: float = g,
-        *,
-        frequency: float | None = None,
     ) -> None:
         if omega0 is None and frequency is None:
             raise TypeError(

@@ -13,7 +13,7 @@ import numpy as np
 from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
-from vibrodrive.model.described import html_table, numbers, share_computed, span
+from vibrodrive.model.described import counted, html_table, numbers, share_computed, span
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
@@ -216,6 +216,7 @@ class Results:
             return self._array(name)
         if name.startswith("_") or name not in _WHERE:
             hint = "" if name.startswith("_") else did_you_mean(name, [n for n in (*dir(self), *_WHERE) if n[0] != "_"])
+            hint = f": it is {_ELSEWHERE[name]}" if name in _ELSEWHERE else hint
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
         if _WHERE[name] not in self.record:
             raise AttributeError(
@@ -505,15 +506,15 @@ class Results:
     def _described(self) -> dict[str, str]:
         """Return the texts of the repr and of the table for notebooks; the repr begins with "of" and "computed"."""
         s = self.settings
-        shape = " × ".join(map(str, self.shape))
+        points = " × ".join(map(str, self.shape)) + " point" + "s" * (self.shape != (1,) * len(self.shape))
         axes = [span(name, values) for name, values in self.axes.items()]
         computed, told = self._status_texts()
         return {
-            "of": f"{shape} points" if self.axes else "one point",
+            "of": points if self.axes else "one point",
             "computed": computed,
             "axes": ", ".join(axes) + (f" with {', '.join(self.points)}" if self.points else ""),
             "record": ", ".join(self.record),
-            "settings": f"{s.method_name}, {s.transient} + {s.periods} periods",
+            "settings": f"{s.method_name}, {s.transient} + {counted(s.periods, 'period')}",
             "status": told,
         }
 
@@ -528,8 +529,8 @@ class Results:
         except (OSError, ValueError):  # missing or damaged file; an access to any array raises the error
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
-        counted = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
-        return share_computed(share), counted
+        told = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
+        return share_computed(share), told
 
     def _full_index(self) -> Index:
         return (slice(None),) * len(self.axes)
@@ -562,6 +563,14 @@ ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "
 """Attributes of each object of Results, which `dir(Results)` does not contain."""
 
 _WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))}
+
+_ELSEWHERE = {
+    "impact_power": "energy or, in W with a scene, to_xarray().impact_power",
+    "section_xi": "section[..., 0]",
+    "section_dxi": "section[..., 1]",
+    "motion_period": "period",
+}
+"""Attributes that have other names in files and figures."""
 
 
 def _no_source(name: str, index: Index) -> np.ndarray:
@@ -597,6 +606,8 @@ def _reach(method: str | None, tolerance: object) -> float | None:
 
 def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> int:
     """Return the index of a value on an axis; `reach` is the result of `_reach`. Raises TypeError or ValueError."""
+    if isinstance(value, list | tuple | slice | np.ndarray):
+        raise TypeError(bad(name, value, f"one number; to_xarray().sel({name}=…) selects several values, or a range"))
     only = f"{axis[0].item()!r}, the one value of this axis"
     allowed = f"one of the {len(axis)} values of this axis" if len(axis) > 1 else only
     x = real_number(name, value, allowed)

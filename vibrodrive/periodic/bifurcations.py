@@ -40,12 +40,13 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.kernels.release import moves, onset
+from vibrodrive.model.described import counted
 from vibrodrive.model.names import PARAMETERS
-from vibrodrive.model.parameters import bad, check, real_array, real_number
+from vibrodrive.model.parameters import bad, check, real_array, real_number, with_sentences
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
-from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search, check_period, counted, orbits_of
+from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search, check_period, orbits_of
 
 ONSET = "onset"
 
@@ -106,10 +107,11 @@ class Bifurcation:
 
     def __repr__(self) -> str:
         o, told = self.orbit, "" if self.kind == DOUBLING else "multiplier below / above "
-        whose = f"orbit of period {o.period}, {counted(o.impacts)}"
+        whose = f"orbit of period {o.period}, {counted(o.impacts, 'impact')}"
         return f"<{self.kind} at A = {self.A:.12g}, B = {self.B:g}: {told}{self.change}; {whose}>"
 
 
+@with_sentences
 def bifurcations(
     A: tuple[float, float] = (1.05, 3.25),
     B: float | Sequence[float] | np.ndarray = 0.1,

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI
 from vibrodrive.kernels.release import moves
-from vibrodrive.model.parameters import bad, check, real_array
+from vibrodrive.model.parameters import bad, check, real_array, with_sentences
 from vibrodrive.model.slips import forgotten, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
@@ -196,6 +196,7 @@ def kind_of_change(before: list[State], after: list[State]) -> str:
     return "grazing" if State.IMPACT in (one, other) else "stick"
 
 
+@with_sentences
 def impact_map(A: float, B: float = 0.1) -> ImpactMap:
     """Return the impact-phase map at ε = 0, which maps the phase of an impact to the phase of the next impact.
 

@@ -32,7 +32,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibrodrive.model.parameters import bad, check_count
+from vibrodrive.model.described import counted
+from vibrodrive.model.parameters import bad, check_count, with_sentences
 from vibrodrive.model.slips import forgotten, slip, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.fixed_points import fixed_points
@@ -63,11 +64,6 @@ irregular (A > 3.16 at B = 0.1), the number of itineraries grows exponentially w
 doubles with every period, so this limit allows 14 periods."""
 
 FEW = 4  # largest number of phases in the text of an orbit
-
-
-def counted(impacts: int) -> str:
-    """Return "1 impact", "2 impacts" and so on."""
-    return f"{impacts} impact" + ("" if impacts == 1 else "s")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,9 +103,10 @@ class Orbit:
         some = ", ".join(f"{phase:.4f}" for phase in self.phases[:FEW]) + (", …" if self.impacts > FEW else "")
         kind = f"{self.kind}, multiplier {self.multiplier:.6g}" if self.multiplier == self.multiplier else self.kind
         where = f"A = {self.A:.10g}, B = {self.B:g}"
-        return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts)} at {some}; {where}>"
+        return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts, 'impact')} at {some}; {where}>"
 
 
+@with_sentences
 def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     """Find all periodic orbits of up to `max_period` excitation periods at ε = 0, ordered by period, impacts and phase.
 

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vibrodrive.model.parameters import bad, has_control
+from vibrodrive.model.parameters import bad, has_control, with_sentences
 from vibrodrive.store.header import reading
 from vibrodrive.store.reader import read
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from vibrodrive.model.results import Results
 
 
+@with_sentences
 def load(path: str | Path) -> Results:
     """Read a result file, finished or not.
 

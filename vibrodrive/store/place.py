@@ -41,19 +41,20 @@ def check_replaced(role: str, target: Path, sources: Mapping[str, Path]) -> None
 def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: Sequence[Path] = ()) -> None:
     """Raise ConfigError if a result file cannot be written, or if output files would replace each other or an input.
 
-    An existing result file is resumed; its configuration is compared later. With `overwrite` it is replaced.
+    An existing result file is resumed; its configuration is compared later. With `overwrite` it is replaced. Without
+    a configuration the file is the argument `path` of a call in Python.
     """
     from vibrodrive.store.header import reading
 
-    source = {} if config is None else {"configuration": config}
-    check_different({**source, "output": path})
-    check_place("output", path, renamed=overwrite)
+    source, role = ({}, "path") if config is None else ({"configuration": config}, "output")
+    check_different({**source, role: path})
+    check_place(role, path, renamed=overwrite)
     if path.suffix.lower() not in ENDINGS:
         drawn = f"; `vibrodrive plot FILE.h5 -o {path}` draws one" if path.suffix.lower() in FORMATS else ""
-        raise ConfigError(bad("output", str(path), f"a result file ({' or '.join(ENDINGS)}){drawn}"))
+        raise ConfigError(bad(role, str(path), f"a result file ({' or '.join(ENDINGS)}){drawn}"))
     check_different({**source, "temporary file of the output": draft_of(path)})
     for figure in figures:
-        check_figure(figure, {**source, "output": path})
+        check_figure(figure, {**source, role: path})
     if overwrite:
         refuse_foreign(path)
         return
@@ -67,7 +68,7 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except NoResult as error:
         why = str(error).removeprefix(f"{path}: ")
         advice = "choose another file, because --overwrite replaces only result files"
-        raise ConfigError(f"output = {str(path)!r}: {why}; {advice}") from None
+        raise ConfigError(f"{role} = {str(path)!r}: {why}; {advice}") from None
 
 
 def refuse_foreign(path: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrodrive.errors import ConfigError, Different
 from vibrodrive.model.choices import Status
-from vibrodrive.model.described import Lines, axis_facts, numbers
+from vibrodrive.model.described import Lines, axis_facts, counted, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import POINTS, SECTIONS
@@ -184,7 +184,7 @@ class Report:
             axis = SCENE_AXES.get(name)
             low, high = (float(values[k]) * (axis.scale if axis else 1.0) for k in (0, -1))
             unit = f" {axis.shown}" if axis and axis.shown else ""
-            found.append(("axis", f"{name} = {low:g} to {high:g}{unit}, {len(values)} values"))
+            found.append(("axis", f"{name} = {low:g} to {high:g}{unit}, {counted(len(values), 'value')}"))
         found += [("point", f"{name} between {v.min():g} and {v.max():g}") for name, v in plan.together.items()]
         found += [
             ("fixed", numbers({name: value for name, value in shared.items() if name in plan.scalars})),
@@ -192,7 +192,7 @@ class Report:
             ("switches", str(shared["method"])),
             ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
         ]
-        return found + [("status", f"{name}: {points} points") for name, points in self.statuses.items()]
+        return found + [("status", f"{name}: {counted(points, 'point')}") for name, points in self.statuses.items()]
 
 
 def look(path: Path) -> Report:
