@@ -1,5 +1,7 @@
 """Sweeps over a scene in SI units equal sweeps over the same A and B to the bit. Their figures are in SI units."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
+from vibrodrive.store.reader import look
 
 TEXT = (
     "[physical]\na0 = 8e-4\nmu = 0.6\n"
@@ -29,6 +32,33 @@ def test_scene_axes_equal_the_same_numbers_given_directly():
             direct = vd.sweep(A=scene.A, B=scene.B, eps=[0, 1e-4], transient=30, periods=20)
             for name in ("section", "margin", "status", "switches"):
                 assert getattr(results, name)[i, :, k].tobytes() == getattr(direct, name).tobytes()
+
+
+@pytest.mark.jit
+def test_machines_with_tolerances_are_points(tmp_path):
+    """Each point equals the motion of its own machine, also from a file, with the numbers of its description."""
+    rng = np.random.default_rng(1)
+    drawn = {"a0": rng.normal(8e-4, 1e-5, 5), "frequency": rng.normal(24, 0.2, 5), "mu": rng.normal(0.6, 0.02, 5)}
+    given = {"scene": MACHINE, "points": drawn, "record": ["section", "summary"], "transient": 60, "periods": 256}
+    r, written = vd.sweep(**given), vd.sweep(**given, path=tmp_path / "x.h5")
+    data, table = written.to_xarray(), written.to_dataframe()
+    assert data.equals(r.to_xarray())
+    assert table["frequency"].tolist() == drawn["frequency"].tolist()
+    for k in range(5):
+        machine = replace(MACHINE, **{name: values[k] for name, values in drawn.items() if name != "frequency"})
+        machine = replace(machine, omega0=2.0 * np.pi * drawn["frequency"][k])
+        motion = vd.simulate(scene=machine, transient=60, periods=256)
+        assert motion.section.tobytes() == r.section[k].tobytes()
+        row = motion.describe().rows["machine"]
+        for name in ("impact_power", "xi_max", "impact_speed_max", "impacts"):
+            assert data[name].values[k] == pytest.approx(row[name], rel=1e-14)
+        one = r.select(point=k)
+        assert one.scalars["A"] == pytest.approx(machine.A, rel=1e-15)
+        assert one.to_xarray().impact_power == data.impact_power[k]
+    ax = r.plot("bifurcation", "xi", x="frequency").axes[0]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("Excitation frequency $f$ in Hz", "gap x in mm")
+    low, high = drawn["a0"].min() * 1e3, drawn["a0"].max() * 1e3
+    assert ("point", f"a0 between {low:g} and {high:g} mm") in look(tmp_path / "x.h5").lines()
 
 
 def test_figures_over_a_frequency_are_in_si_units():

@@ -1,7 +1,9 @@
 """Result of `simulate`: its memory and its description."""
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,6 +117,17 @@ def test_mass_without_an_obstacle_is_conveyed_down_the_incline(a0):
     assert steep.rows["machine"]["conveying"] == -math.inf
     assert steep.count("−∞\n") == len(steep.rows)
     assert "It is −∞ for B > 1" in steep
+
+
+@pytest.mark.jit
+def test_conveying_velocity_of_the_page_is_that_of_the_description():
+    cells = re.findall(r"```{code-cell}\n(.*?)```", (Path(__file__).parents[2] / "docs" / "api.md").read_text(), re.S)
+    (source,) = [cell for cell in cells if "def conveying(" in cell]
+    names = {"np": np, "vd": vd}
+    exec(source, names)
+    for a0, velocity in zip((0.6e-3, 0.8e-3, 1e-3), names["machine"].velocity(names["r"].conveying), strict=True):
+        told = vd.simulate(scene=replace(names["machine"], a0=a0), periods=2).describe().rows["machine"]["conveying"]
+        assert velocity == pytest.approx(told, rel=1e-6)
 
 
 @pytest.mark.jit

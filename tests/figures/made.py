@@ -23,7 +23,9 @@ def results(axes, record=("section",), **arrays):
     scalars = {name: value for name, value in fixed.items() if name not in axes}
     record = check_record(record)
     recorded = {"record": record, "quantities": quantities(record)}
-    return SimpleNamespace(axes=axes, scalars=scalars, settings=Settings(), **recorded, **known, **UNITLESS)
+    return SimpleNamespace(
+        axes=axes, varied=axes, scalars=scalars, settings=Settings(), **recorded, **known, **UNITLESS
+    )
 
 
 def motion(periods, irregular=False, **arguments):

@@ -448,7 +448,8 @@ def note_of(ax):
 def test_drawing_follows_from_axes_and_record_whatever_the_number_of_values(axes, record, wish, found, count):
     record = check_record(record)
     known = {"record": record, "quantities": quantities(record), "scalars": {}}
-    swept = SimpleNamespace(axes={name: np.ones(count) for name in axes.split()}, **known)
+    axes = {name: np.ones(count) for name in axes.split()}
+    swept = SimpleNamespace(axes=axes, varied=axes, **known)
     if isinstance(found, tuple):
         assert choose_drawing(swept, **wish) == found
         return

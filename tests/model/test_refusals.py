@@ -72,7 +72,7 @@ VALUES = {
         3, "eps", [], {}, {"eps": [0, 1e-4], "xi0": [1]}, [("eps", [0.0])]
     ]),
     "points.eps": (r"points\.eps", lambda v: vd.sweep(A=3, points={"eps": v}, **SHORT), [0.1, None, [], [[1]], [-1.0]]),
-    "key of points": ("key of points", lambda v: vd.sweep(A=3, points={v: [1.0]}, **SHORT), ["mu", "periods", 3]),
+    "key of points": ("key of points", lambda v: vd.sweep(A=3, points={v: [1.0]}, **SHORT), ["g", "periods", 3]),
     "points beside": ("A", lambda v: vd.sweep(A=v, points={"A": [1.0]}, **SHORT), [3.0, [3.0]]),
     "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b", "a\nb"]),
     "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
@@ -170,7 +170,11 @@ CONFIGURATIONS = [
     ("[sweep]\npoints = 3\n", "sweep.points = 3: must be a table [sweep.points]"),
     (POINTS + "eps = [0, 1]\n", "sweep.points.eps = [0, 1]: must be left out, because [sweep] already gives eps"),
     (POINTS + "B = 0.1\n", "sweep.points.B = 0.1: must be a list or a range (give one number outside of points)"),
-    (POINTS + "mu = [0.1]\n", "key of [sweep.points] = 'mu': must be one of A, B, …"),
+    (POINTS + "g = [9.8]\n", "key of [sweep.points] = 'g': must be one of A, B, …"),
+    (POINTS + "mu = [0.1]\n", "physical.omega0 is missing: must be given, because [physical] needs …"),
+    (WHOLE + "[sweep.points]\nmu = [0.5]\n", "sweep.points.mu = [0.5]: … because [physical] already gives mu"),
+    (WHOLE + "[sweep.points]\nA = [1]\n", "sweep.points.A = [1]: must be left out, because [physical] already gives A"),
+    (NO_OMEGA0.replace("a0 = 1e-3", "") + "[sweep.points]\nomega0 = [9]\nA = [2]\n", "physical.a0 is missing: …"),
     (POINTS + "B = [0.1]\n", "points = 5 of A, 1 of B: must be sequences of one length, …"),
     (POINTS + "B = [0.1, -1]\n", f"sweep.points.B[1] = -1: {NUMBERS}"),
     (WHOLE + "[sweep]\nmu = [0.5]\n", "sweep.mu = [0.5]: must be left out, because [physical] already gives mu"),
@@ -257,6 +261,10 @@ CALLS = [
     (lambda: vd.sweep(a0=1e-3, mu=0.6, alpha=3), "omega0 is missing: must be given, because a scene needs …"),
     (lambda: vd.sweep(scene=IN_SI, omega0=1, frequency=[1]), "frequency = [1.0]: must be left out if omega0 is given"),
     (lambda: vd.sweep(scene=IN_SI, frequency=[1, 0]), "frequency[1] = 0.0: must be a finite number > 0"),
+    (lambda: vd.sweep(scene=IN_SI, a0=1e-3, points={"a0": [1e-3]}), "a0 = 0.001: … points already gives a0"),
+    (lambda: vd.sweep(scene=IN_SI, omega0=9, points={"frequency": [9]}), "frequency = [9.0]: … left out if omega0 …"),
+    (lambda: vd.sweep(scene=IN_SI, points={"mu": [0.5, 0]}), "points.mu[1] = 0.0: must be a finite number > 0"),
+    (lambda: vd.sweep(A=3, points={"mu": [0.5]}), "omega0 is missing: must be given, because a scene needs …"),
     (lambda: vd.sweep(scene=IN_SI, g=[9.8, 9.9]), "g = [9.8, 9.9]: must be a finite number > 0"),
 ]  # fmt: skip
 """Calls and the sentences that refuse them."""

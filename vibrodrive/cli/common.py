@@ -116,7 +116,7 @@ def judge_slip(settings: Config, always: bool = False) -> None:
 
     plan, command = settings.plan(), click.get_current_context().command.name
     unread = [t for t in ("trajectory", "orbits") if getattr(settings, t) and t != command]
-    of_scene = not SCENE.keys().isdisjoint((*settings.arguments, *plan.together))
+    of_scene = not SCENE.keys().isdisjoint((*settings.arguments, *plan.varied))
     said = unlikely(plan, always or of_scene)
     said += [f"[{table}] is not read by `vibrodrive {command}`" for table in unread]
     if said:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from vibrodrive.explorer.view import View, view_of
 from vibrodrive.model import config as configuration
-from vibrodrive.model.parameters import with_sentences
+from vibrodrive.model import parameters
 
 if TYPE_CHECKING:
     from vibrodrive.explorer.server import Explorer
@@ -51,7 +51,7 @@ class Explored:
         return f"<explorer at {self.address}>"
 
 
-@with_sentences
+@parameters.with_sentences
 def explore(config: str | PathLike[str] | None = None, *, threads: int | None = None) -> Explored:
     """Show interactive diagrams in a notebook, or in a browser at the returned address.
 

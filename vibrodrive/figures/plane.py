@@ -131,7 +131,7 @@ def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[
 
 def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
     """Return the parameters and scene common to all points of a map. An axis that is not drawn has its first value."""
-    undrawn = {name: float(values[0]) for name, values in results.axes.items() if name not in (x, y)}
+    undrawn = {name: float(values[0]) for name, values in results.varied.items() if name not in (x, y)}
     return with_A_and_B({**results.scalars, **undrawn})
 
 

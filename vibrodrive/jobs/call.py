@@ -80,13 +80,13 @@ def sweep(
         alone: the limit k₂ at each point, as `limit` finds it. "failures", alone: the switches that a grid method
         misses. A function f(motion) that returns a number, or numbers by name, is a record, too.
     points : mapping of str to sequences of one length, optional
-        parameters that change together, by name, for example a pandas.DataFrame. Point k has the k-th value of each
-        parameter. The points form one axis, `point`, with the values 0, 1, ….
+        parameters, and quantities of a scene, that change together, by name, for example a pandas.DataFrame. Point k
+        has the k-th value of each. The points form one axis, `point`, with the values 0, 1, ….
     scene : Scene, optional
         machine in SI units, which gives A and B. If its a0 is 0, it gives only B and the units.
     a0, omega0, frequency, mu, alpha, mass, g : float or sequence of float, optional
-        quantities of `Scene`, which may be axes, apart from `g`. Each replaces the value of `scene`, or all that are
-        needed are given without a scene.
+        quantities of `Scene`, which may be axes or keys of `points`, apart from `g`. Each replaces the value of
+        `scene`, or all that are needed are given without a scene.
     path : str or path, optional
         result file (.h5 or .nc) to write. Without a path all results are kept in memory. An existing file of the same
         sweep is resumed, even if `vibrodrive sweep` has written it. The file contains these arguments as a
@@ -175,7 +175,7 @@ def sweep(
         from vibrodrive.stability.per_point import with_names
 
         plan = with_names(plan)
-    of_scene = any(written.get(name) is not None for name in SCENE) or not SCENE.keys().isdisjoint(plan.together)
+    of_scene = any(written.get(name) is not None or name in plan.together for name in SCENE)
     warn([*unlikely(plan, of_scene), *forgotten(A, B)])
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)

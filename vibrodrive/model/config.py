@@ -8,7 +8,8 @@
     [sweep]                # an entry per axis, of any parameter: a number, a list,
                            # or {start, stop, num, scale = "linear" | "log"}. An axis of a0, omega0, frequency, mu,
                            # alpha or mass replaces the entry of [physical]; A and B are then computed for each point
-    [sweep.points]         # lists or ranges of equal length, of parameters that change together: one axis, `point`
+    [sweep.points]         # lists or ranges of equal length, of parameters and quantities of a scene that change
+                           # together: one axis, `point`
     [switching]            # method and its parameters
     [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
                            # a list of several of these names
@@ -95,7 +96,7 @@ class Config:
     @property
     def physical(self) -> Scene | None:
         """The scene in SI units; None without a scene, or if one of its quantities is an axis."""
-        return scene_of(self.arguments | {"g": self.arguments.get("g", Scene.g)})
+        return scene_of({"g": Scene.g} | self.arguments | self.arguments.get("points", {}))
 
     @property
     def look(self) -> dict[str, Any]:
@@ -211,7 +212,10 @@ def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
     """Return the keys that only the scene may give: its own keys, B, and A if the scene gives a0."""
-    scene = {*tables.get("physical", {}), *(key for key in tables.get("sweep", {}) if key in SCENE_AXES)}
+    sweep = tables.get("sweep", {})
+    points = sweep.get("points", ())
+    varied = {*sweep, *(points if isinstance(points, dict) else ())}
+    scene = {*tables.get("physical", {}), *(SCENE_AXES.keys() & varied)}
     if not scene and "physical" not in tables:
         return []
     return [*tables.get("physical", {}), "B", *(["A"] if "a0" in scene else [])]
@@ -224,7 +228,8 @@ def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> None:
             arguments[key] = check_scene(key, value)
         except (TypeError, ValueError) as error:
             raise type(error)(f"physical.{error}") from None
-    refuse_incomplete(arguments, [key for key, value in arguments.items() if isinstance(value, np.ndarray)], "physical")
+    known = arguments | arguments.get("points", {})
+    refuse_incomplete(known, [key for key, value in known.items() if isinstance(value, np.ndarray)], "physical")
 
 
 def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
@@ -247,8 +252,8 @@ def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
         raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
     found = {}
     for key, value in table.items():
-        if key not in PARAMETERS:
-            raise ValueError(unknown("key of [sweep.points]", key, PARAMETERS))
+        if key not in AXES:
+            raise ValueError(unknown("key of [sweep.points]", key, AXES))
         if key in at:
             raise ValueError(bad(f"sweep.points.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
         at[key] = "sweep.points"

@@ -132,7 +132,7 @@ def _diagrams(swept: Any) -> list[str]:
 def _maps(swept: Any) -> list[str]:
     """Return the quantities of maps that a sweep has recorded, apart from those of every sweep, the default first."""
     there = {q.name for q in swept.quantities} | {name for name, q in QUANTITIES.items() if q.source}
-    if not has_units({**swept.scalars, **swept.axes}):
+    if not has_units({**swept.scalars, **swept.varied}):
         there.discard(IMPACT_POWER.name)
     last = sorted(swept.record, key=lambda one: SECTION in (one,))  # a map of last points is the least telling one
     return [name for one in last for name in one.maps if name in there]

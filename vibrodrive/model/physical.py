@@ -53,9 +53,7 @@ def refuse_incomplete(names: Collection[str], axes: Collection[str], table: str 
             raise ValueError(f"{place}{key} is missing: must be given, because {what} needs {needed}")
     for key in PACES.intersection(axes):
         if "a0" not in names:
-            raise ValueError(
-                f"{place}a0 is missing: must be given if {key} is an axis, because A is computed from both"
-            )
+            raise ValueError(f"{place}a0 is missing: must be given if {key} varies, because A is computed from both")
 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:

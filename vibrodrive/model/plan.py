@@ -59,7 +59,7 @@ class Plan:
     scalars : parameters with one value, and the quantities of the scene, if any, that are not axes. If A or B depends
         on an axis of the scene, it is neither axis nor scalar, but is computed for each point.
     record : the records (records.py).
-    together : values of the parameters that change together along the axis POINT.
+    together : values of the parameters, and quantities of the scene, that change together along the axis POINT.
     tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
         for the shape that `chunk` computes.
     stored : quantities in an existing file, whose version may have recorded fewer, or with other types; None for all
@@ -73,6 +73,11 @@ class Plan:
     record: Records = (SECTION,)
     together: dict[str, np.ndarray] = field(default_factory=dict)
     stored: tuple[Quantity, ...] | None = None
+
+    @property
+    def varied(self) -> dict[str, np.ndarray]:
+        """Values of all parameters and quantities of the scene that vary, each along its axis or along POINT."""
+        return {name: values for name, values in self.axes.items() if name != POINT} | self.together
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -154,6 +159,7 @@ class Plan:
         """Return the plan of the one point with the number `at`, with its scene, if any, and without axes."""
         index = dict(zip(self.axes, np.unravel_index(at, self.shape), strict=True)) if self.axes else {}
         along = {name: float(self.axes[name][k]) for name, k in index.items() if name in SCENE}
+        along |= {name: float(values[index[POINT]]) for name, values in self.together.items() if name in SCENE}
         point = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
         scene = {name: value for name, value in self.scalars.items() if name in SCENE}
         return replace(self, axes={}, together={}, scalars=point | scene | along, tiling=None)
@@ -171,11 +177,7 @@ class Plan:
     def sought(self) -> str:
         """The disturbance whose limit the record `limit` is: ε, or Δτ with a grid method without a step."""
         grid = self.settings.method in ACTS_ON["dtau"]
-        return (
-            "dtau"
-            if grid and "dtau" not in {*self.axes, *self.together} and math.isnan(self.scalars["dtau"])
-            else "eps"
-        )
+        return "dtau" if grid and "dtau" not in self.varied and math.isnan(self.scalars["dtau"]) else "eps"
 
     @property
     def chunk(self) -> tuple[int, ...]:
@@ -227,7 +229,7 @@ class Plan:
         One of these points has the largest work, which is monotone in each of them, as A and B are in each quantity of
         a scene.
         """
-        given: dict[str, Any] = {**self.scalars, **self.together, **self.axes}
+        given: dict[str, Any] = {**self.scalars, **self.varied}
         names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in given]
         ends = ({v} if isinstance(v := given[n], float) else {float(v.min()), float(v.max())} for n in names)
         return [with_A_and_B(dict(zip(names, values, strict=True))) for values in product(*ends)]
@@ -253,7 +255,7 @@ def idle(method: int) -> tuple[str, ...]:
 
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
     """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
-    given = {**plan.axes, **plan.together, **written}
+    given = {**plan.varied, **written}
     for name in idle(plan.settings.method):
         value = given.get(name)
         if value is not None:
@@ -293,7 +295,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     if given.isdisjoint(("A", "a0")):
         raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     if not given.isdisjoint(SCENE):
-        _follow_scene(axes, scalars, {**arguments, **together})
+        _follow_scene({**axes, **together}, scalars, {**arguments, **together})
     for one in record:
         if one.periods is not None:
             chosen.setdefault("periods", one.periods)
@@ -323,7 +325,7 @@ def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict
 
 def _with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return arguments with the quantities of `scene` instead of it, apart from an a0 of 0, which A replaces. Another
-    argument replaces a quantity of the scene. Raises TypeError."""
+    argument, or a key of `points`, replaces a quantity of the scene. Raises TypeError."""
     given = {name: value for name, value in arguments.items() if value is not None or name not in (*SCENE, "scene")}
     scene = given.pop("scene", None)
     if scene is None:
@@ -332,19 +334,24 @@ def _with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
         raise TypeError(bad("scene", scene, "a Scene"))
     if given.get("A", 0.0) is None:  # as in the signature
         del given["A"]
-    replaced = {*given, *(PACES if PACES & given.keys() else ()), *([] if scene.a0 else ["a0"])}
+    keys = getattr(given.get("points"), "keys", None)
+    replaced = {*given, *(keys() if callable(keys) else ()), *([] if scene.a0 else ["a0"])}
+    replaced |= PACES if PACES & replaced else set()
     return {name: value for name, value in scene.given.items() if name not in replaced} | given
 
 
 def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
-    """Return the parameters that change together, checked. Raises TypeError or ValueError."""
+    """Return the parameters and quantities of a scene that change together, checked.
+
+    Raises TypeError or ValueError.
+    """
     allowed = 'sequences of one length, by parameter name, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
     if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
         raise TypeError(bad("points", value, allowed))
     found = {}
     for name in value.keys():  # noqa: SIM118 - also for a pandas.DataFrame
-        if name not in COLUMNS:
-            raise ValueError(unknown("key of points", name, COLUMNS))
+        if name not in AXES:
+            raise ValueError(unknown("key of points", name, AXES))
         if arguments.get(name) is not None:
             raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
         values = _checked(name, value[name], "points.")
@@ -374,7 +381,8 @@ def _labels(values: Any) -> Any:
 def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float], written: Mapping[str, Any]) -> None:
     """Check a scene. Add A or B to the scalars if it is the same at all points. Raises ValueError.
 
-    `written` contains the arguments of the call, in which a scene replaces A and B.
+    `axes` contains the values of all that varies, `written` the arguments of the call, in which a scene replaces A and
+    B.
     """
     scalars.setdefault("g", Scene.g)
     known = {**scalars, **axes}

@@ -59,7 +59,7 @@ class _Limit(Record):
         return f"{self} in {sought}"
 
     def refuse(self, plan: Any) -> None:
-        varied = {**plan.axes, **plan.together}
+        varied = plan.varied
         if plan.sought == "eps" and ("eps" in varied or plan.scalars["eps"] != 0.0):
             value = varied["eps"].tolist() if "eps" in varied else plan.scalars["eps"]
             raise ValueError(bad("eps", value, "left out, because its limit is computed"))

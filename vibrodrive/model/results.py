@@ -72,8 +72,8 @@ class Results:
         counts the values of parameters that change together. Arrays are dimensionless, also with a scene; figures and
         `to_xarray` are then in SI units, and those of `dimensionless()` are not.
     points : dict[str, float64 array]
-        the parameters that change together along the axis "point", each with one value for each point; empty without
-        this axis.
+        the parameters and quantities of a scene that change together along the axis "point", each with one value for
+        each point; empty without this axis.
     scalars : dict[str, float]
         the parameters with one value, and the quantities of the scene, if any, that are not axes.
     settings : Settings
@@ -353,8 +353,14 @@ class Results:
 
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units over the axes; one that changes nothing without a scene."""
-        known = self.scalars | dict(zip(self.axes, np.ix_(*self.axes.values()), strict=True))
-        return measure(row_of(self.quantities, quantity), known, self._dimensionless)
+        along = dict(zip(self.axes, np.ix_(*self.axes.values()), strict=True))
+        points = {name: values.reshape(along[POINT].shape) for name, values in self.points.items()}
+        return measure(row_of(self.quantities, quantity), self.scalars | along | points, self._dimensionless)
+
+    @property
+    def varied(self) -> dict[str, np.ndarray]:
+        """Values of all parameters and quantities of a scene that vary, along an axis or along `point`."""
+        return self.plan.varied
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all arrays as an `xarray.Dataset`, named as in the files. This needs the extra `data`.

@@ -59,7 +59,7 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
             ends = ", ".join(f"{value:g}" for value in axis)
             meant = f"numpy.linspace({ends}) or, in a configuration, {{start, stop, num}}"
             said.append(f"{name} = {ends}: these are three values (is a range meant, {meant}?)")
-    given: dict[str, Any] = {**plan.scalars, **plan.together, **plan.axes}
+    given: dict[str, Any] = {**plan.scalars, **plan.varied}
     (eps, most), (slowest, eta) = _ends(given["eps"]), _ends(given["eta"])
     if of_scene:
         said += slip(plan.ends()) + in_radians(_ends(given.get("alpha", 0.0))[1])
@@ -77,7 +77,7 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
         said.append(f"dtau = {step:g}: the step of the grid is longer than the excitation period, 2π")
     if eps > 1.0:
         said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
-    if most == 0.0 and slowest < eta and "limit" not in plan.record:
+    if most == 0.0 and slowest < eta and not plan.seeks:
         said.append("eta: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)")
     return said
 

@@ -20,7 +20,7 @@ def as_toml(plan: Plan) -> str:
 
     The text contains all settings in use, so that a later version with other defaults reads the same plan.
     """
-    s, scene = plan.settings, {*SCENE} & {*plan.scalars, *plan.axes}
+    s, scene = plan.settings, {*SCENE} & {*plan.scalars, *plan.varied}
     follows = {"B", *(["A"] if "a0" in scene else [])} if scene else set()
     left = {*plan.axes, *follows, *idle(s.method)}
     numbers = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}

@@ -180,12 +180,15 @@ class Report:
         """Return the facts as text. Axes of a scene have the units of figures."""
         plan, shared = self.header.plan, acting(self.header.plan)
         found = [("blocks", f"{self.done.sum()} of {len(self.done)}")]
-        for name, values in plan.axes.items():
+        for name, values in (plan.axes | plan.together).items():
             axis = SCENE_AXES.get(name)
-            low, high = (float(values[k]) * (axis.scale if axis else 1.0) for k in (0, -1))
+            ends = (values.min(), values.max()) if name in plan.together else (values[0], values[-1])
+            low, high = (float(end) * (axis.scale if axis else 1.0) for end in ends)
             unit = f" {axis.shown}" if axis and axis.shown else ""
-            found.append(("axis", f"{name} = {low:g} to {high:g}{unit}, {counted(len(values), 'value')}"))
-        found += [("point", f"{name} between {v.min():g} and {v.max():g}") for name, v in plan.together.items()]
+            if name in plan.together:
+                found.append(("point", f"{name} between {low:g} and {high:g}{unit}"))
+            else:
+                found.append(("axis", f"{name} = {low:g} to {high:g}{unit}, {counted(len(values), 'value')}"))
         found += [
             ("fixed", numbers({name: value for name, value in shared.items() if name in plan.scalars})),
             ("record", str(shared["record"])),

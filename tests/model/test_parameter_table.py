@@ -1,0 +1,158 @@
+"""Every parameter and every quantity of a scene is one in every call: a number, an axis, along `points`, in TOML.
+
+The tables PARAMETERS and SCENE generate these tests, so a new row is tested by being there.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from vibrodrive.model.choices import ACTS_ON
+from vibrodrive.model.config import parse
+from vibrodrive.model.names import AXES, PARAMETERS, SCENE, SCENE_AXES, TURN
+from vibrodrive.model.parameters import COLUMNS
+from vibrodrive.model.physical import Scene, measure
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.quantities import QUANTITIES
+from vibrodrive.model.results import Results
+from vibrodrive.model.toml import as_toml
+from vibrodrive.store.compare import compare
+
+MACHINE = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "mass": 250.0, "g": 9.81}
+PLAIN = {"A": 3.04, "B": 0.2, "method": "muller", "dtau": 0.1}
+
+
+def values_of(name):
+    """Return three allowed values, within the axis of the explorer."""
+    low, high, *_ = AXES[name].axis
+    return np.linspace(0.7 * low + 0.3 * high, 0.3 * low + 0.7 * high, 3)
+
+
+def beside(name):
+    """Return the other arguments of a call with this parameter."""
+    if name in SCENE_AXES:
+        return {key: value for key, value in MACHINE.items() if key != name and (key, name) != ("omega0", "frequency")}
+    return {key: value for key, value in PLAIN.items() if key != name}
+
+
+def numbers(name, value):
+    """Return all parameters of the motion at this value, by their definitions."""
+    known = {**{p: row.default for p, row in PARAMETERS.items()}, **beside(name), name: value}
+    if name in SCENE_AXES:
+        omega0 = known.get("omega0") or TURN * known["frequency"]
+        angle = math.radians(known["alpha"])
+        known["A"] = omega0**2 * known["a0"] / (known["mu"] * known["g"] * math.cos(angle))
+        known["B"] = math.tan(angle) / known["mu"]
+    return [known[column] for column in COLUMNS]
+
+
+def toml(name, entry, table):
+    """Return a configuration with the entry in this table, and the other arguments as numbers."""
+    homes = {"physical": [], "model": [], "switching": [], "run": [], "sweep": [], "sweep.points": []}
+    for key, value in beside(name).items():
+        home = "switching" if key == "method" else AXES[key].table if key != "g" else "physical"
+        homes[home].append(f"{key} = {value!r}".replace("'", '"'))
+    homes[table].append(f"{name} = {entry}")
+    return "".join(f"[{home}]\n" + "\n".join(lines) + "\n" for home, lines in homes.items() if lines)
+
+
+def plans(name):
+    """Yield (way, plan) for all ways to give three values of a parameter."""
+    values, others = values_of(name), beside(name)
+    listed = f"[{', '.join(map(repr, values.tolist()))}]"
+    spread = f"{{start = {values[0].item()!r}, stop = {values[-1].item()!r}, num = 3}}"
+    yield "axis", make_plan({name: values, **others})
+    yield "points", make_plan({"points": {name: values}, **others})
+    for table in ("sweep", "sweep.points"):
+        for entry in (listed, spread):
+            yield f"{table} {entry}", parse(toml(name, entry, table)).plan()
+    yield "option", parse(toml(name, values[0].item(), AXES[name].table), [f"{name}={listed}"]).plan()
+    if name in SCENE_AXES:
+        machine = Scene(**MACHINE | ({name: 1.1 * MACHINE[name]} if name in MACHINE else {}))  # this value is replaced
+        yield "axis of a scene", make_plan({"scene": machine, name: values})
+        yield "points of a scene", make_plan({"scene": machine, "points": {name: values}})
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_each_way_to_give_a_parameter_gives_the_same_motions(name):
+    wanted = [numbers(name, value) for value in values_of(name).tolist()]
+    rows = np.array([])
+    for way, plan in plans(name):
+        found = plan.points(0, plan.n_points)
+        np.testing.assert_allclose(found, wanted, rtol=1e-15, err_msg=way)
+        assert found.tobytes() == (rows if rows.size else found).tobytes(), way
+        rows = found
+        for k, value in enumerate(values_of(name).tolist()):
+            one = make_plan({name: value, **beside(name)})
+            assert one.points(0, 1).tobytes() == found[k : k + 1].tobytes(), way
+            for key, number in plan.single(k).scalars.items():
+                assert number == one.scalars[key] or math.isnan(number), (way, key)
+        again = parse(as_toml(plan)).plan()
+        assert compare(plan, again) == [], way
+        assert list(again.scalars) == list(plan.scalars), way
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_each_way_to_give_a_parameter_has_the_same_units(name):
+    found = {way: Results.uncomputed(plan) for way, plan in plans(name)}
+    for way, results in found.items():
+        for quantity, row in QUANTITIES.items():
+            unit = results.measure(quantity)
+            one = [measure(row, results.plan.single(k).scalars) for k in range(3)]
+            assert {unit.si} == {single.si for single in one}, (way, quantity)
+            got = np.broadcast_to(np.asarray(unit.one, float), results.shape)
+            assert got.tolist() == [single.one for single in one], (way, quantity)
+        assert (results.measure("energy").si != "1") == (name in SCENE_AXES), way
+        assert results.select(**{next(iter(results.axes)): results.axes[next(iter(results.axes))][1]}).scalars[
+            name
+        ] == pytest.approx(values_of(name)[1])
+
+
+@pytest.mark.parametrize("name", [n for n in AXES if n not in ACTS_ON])
+def test_a_parameter_is_given_once(name):
+    """As a number and along points, or in two tables, it is refused by name."""
+    values = values_of(name)
+    with pytest.raises(ValueError, match=f"^{name} = .*: must be left out, because points already gives {name}"):
+        make_plan({name: 1.0, "points": {name: values}, **beside(name)})
+    text = toml(name, values[0].item(), AXES[name].table)
+    twice = text.replace("[sweep.points]\n", "") + f"[sweep.points]\n{name} = [{values[0].item()!r}]\n"
+    with pytest.raises(ValueError, match=rf"\.{name} = .*: must be left out, because \[.*\] already gives {name}$"):
+        parse(twice)
+
+
+def test_g_varies_nowhere():
+    for given in ({"g": [9.8, 9.9]}, {"points": {"g": [9.8, 9.9]}}):
+        with pytest.raises(
+            (TypeError, ValueError), match=r"^(g = \[9\.8, 9\.9\]: must be|key of points = 'g': must be)"
+        ):
+            make_plan({**{key: value for key, value in MACHINE.items() if key != "g"}, **given})
+    with pytest.raises(ValueError, match=r"key of \[sweep.points\] = 'g'"):
+        parse("[sweep.points]\ng = [9.8]\n")
+    assert {*SCENE} - {*SCENE_AXES} == {"g"}
+
+
+def test_tolerances_of_a_machine_are_points():
+    """All quantities of a scene vary at once, each point with the A, B and units of its own scene."""
+    rng = np.random.default_rng(3)
+    drawn = {
+        "a0": rng.normal(0.8e-3, 1e-5, 8), "frequency": rng.normal(24.0, 0.1, 8), "mu": rng.normal(0.6, 0.02, 8),
+        "alpha": rng.normal(3.4, 0.1, 8), "mass": rng.normal(250.0, 2.0, 8),
+    }  # fmt: skip
+    machine = Scene(**MACHINE)
+    plans = [
+        make_plan({"scene": machine, "points": drawn, "eps": [0.0, 1e-4]}),
+        make_plan({"g": 9.81, "points": drawn, "eps": [0.0, 1e-4]}),
+    ]
+    plans.append(parse(as_toml(plans[0])).plan())
+    scenes = [Scene(g=9.81, **{name: values[k].item() for name, values in drawn.items()}) for k in range(8)]
+    for plan in plans:
+        rows = plan.points(0, 16).reshape(-1, 2, len(COLUMNS))
+        assert plan.shape == (8, 2)
+        assert rows[:, 0, 0].tolist() == rows[:, 1, 0].tolist() == [scene.A for scene in scenes]
+        assert rows[:, 0, 1].tolist() == [scene.B for scene in scenes]
+        results = Results.uncomputed(plan)
+        assert results.measure("energy").one[:, 0] == pytest.approx(
+            [scene.power(1.0) * TURN / scene.omega0 for scene in scenes]
+        )
+        assert results.measure("xi_max").of(np.ones((8, 2)))[:, 1].tolist() == [scene.length(1.0) for scene in scenes]
