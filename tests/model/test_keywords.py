@@ -14,7 +14,7 @@ from vibrodrive.model.names import PARAMETERS, SCENE, Settings
 
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit]
 OWN = {
-    vd.simulate: {"A": None, "scene": None},
+    vd.simulate: dict.fromkeys(["A", "scene", *SCENE]),
     vd.sweep: {
         **dict.fromkeys(["A", "scene", *SCENE]),
         "record": "section",
@@ -25,7 +25,7 @@ OWN = {
         "executor": None,
     },
     vd.limit: {
-        **dict.fromkeys(["A", "scene", "method", "threads"]),
+        **dict.fromkeys(["A", "scene", "method", "threads", *SCENE]),
         "disturbance": "eps",
         "criterion": "impacts",
         "periods": 1500,
@@ -54,12 +54,20 @@ def test_signatures_show_every_keyword_and_its_default(function):
     assert all(p.annotation is not p.empty for p in shown.values())
 
 
+@pytest.mark.parametrize("function", [vd.orbits, vd.bifurcations], ids=lambda f: f.__name__)
+def test_every_call_takes_the_quantities_of_a_scene(function):
+    shown = inspect.signature(function).parameters
+    assert list(shown)[-len(SCENE) - 1 :] == ["scene", *SCENE]
+    assert all(shown[name].default is None for name in ("scene", *SCENE))
+
+
 @pytest.mark.integration
 def test_omitted_arguments_have_the_default_of_the_signature():
     motion = vd.simulate(A=1.5, transient=0, periods=1)
     shown = {name: p.default for name, p in inspect.signature(vd.simulate).parameters.items()}
     shown |= {"A": 1.5, "transient": 0, "periods": 1, "method": Method.CERTIFIED}
-    del shown["scene"]  # A and B of the scene are arguments
+    for name in ("scene", *SCENE):  # its A and B are arguments
+        del shown[name]
     assert motion.arguments | {"dtau": None, "tol": None} == shown
     assert motion.arguments["tol"] == 1e-7
     assert vd.simulate(1.5, transient=0, periods=1, tol=None, dtau=None) == motion

@@ -3,6 +3,7 @@
 import math
 import pickle
 import re
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -184,6 +185,7 @@ def test_warning_names_the_line_of_the_caller_once():
         assert [w.filename for w in caught] == [__file__]
     vd.simulate(scene.A, B=scene.B, **short)
     vd.simulate(float(scene.A), **short)
+    vd.simulate(scene.A, scene=replace(scene, a0=0.0), **short)  # which gives B
     swept.select("nearest", A=3.19)
     swept.select("nearest", 10.0, A=9)
 

@@ -9,6 +9,7 @@ import pytest
 
 from tests.exact.reference import IMPACT, mp, reference
 from tests.support.mp_flight import orbit_phase, slope
+from vibrodrive.model.physical import Scene
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
 from vibrodrive.periodic.bifurcations import bifurcations, gap_between, spread
 from vibrodrive.periodic.continuation import Continuation
@@ -198,6 +199,45 @@ def test_too_much_work_is_refused_beforehand(monkeypatch):
     monkeypatch.setattr(orbit_bifurcations, "MOST_WORK", 1000)
     with pytest.raises(ValueError, match=r"max_period = 4: must be smaller, .* at each of 552 values of A"):
         bifurcations(max_period=4)
+
+
+MACHINE = Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+FRICTION = 0.6 * 9.80665 * math.cos(math.radians(3.4))
+RANGES = {
+    "a0": (0.5e-3, 0.85e-3, lambda A: A * FRICTION / (2 * math.pi * 24.0) ** 2),
+    "omega0": (120.0, 160.0, lambda A: math.sqrt(A * FRICTION / 0.8e-3)),
+    "frequency": (20.0, 25.0, lambda A: math.sqrt(A * FRICTION / 0.8e-3) / (2 * math.pi)),
+}
+"""Ends of a range of a quantity of the machine, and its value at an A, A = a0 Ω0² / (μ g cos α)."""
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_bifurcations_of_a_machine_are_those_of_its_A(name):
+    low, high, value = RANGES[name]
+    found = bifurcations(scene=MACHINE, **{name: (low, high)}, max_period=2)
+    wanted = [b for b in bifurcations((1.5, 4.0), MACHINE.B, 2) if low <= value(b.A) <= high]
+    assert [b.kind for b in found] == [b.kind for b in wanted]
+    assert len(found) > 3
+    for b, same in zip(found, wanted, strict=True):
+        assert pytest.approx(same.A, rel=1e-13) == b.A
+        assert getattr(b.scene, name) == pytest.approx(value(b.A), rel=1e-14)
+        assert pytest.approx((b.A, b.orbit.A), rel=1e-15) == (b.scene.A, b.orbit.scene.A)
+        assert (b.B, b.scene.mu, b.scene.alpha) == (MACHINE.B, 0.6, 3.4)
+    in_words = {"a0": f"a₀ = {1e3 * value(found[0].A):.10g} mm, f = 24 Hz"}
+    assert in_words.get(name, "B = 0.0990182, a₀ = 0.8 mm, ") in repr(found[0])
+    away = {name, "frequency"} if name == "omega0" else {name}
+    given = {key: number for key, number in MACHINE.given.items() if key not in away}
+    again = bifurcations(**given, **{name: (low, high)}, max_period=2)
+    assert [(b.A, b.scene) for b in again] == [(b.A, b.scene) for b in found]
+    if name == "a0":
+        ends = (low / value(1.0), high / value(1.0))
+        over = bifurcations(ends, scene=replace(MACHINE, a0=0.0), max_period=2)
+        assert [b.scene.a0 for b in over] == pytest.approx([b.scene.a0 for b in found], rel=1e-12)
+
+
+def test_silent_units_of_a_range_are_named():
+    with pytest.warns(UserWarning, match="the mass cannot leave the obstacle, .* frequency in Hz"):
+        assert bifurcations(scene=MACHINE, frequency=(0.02, 0.024)) == []
 
 
 def test_repr_of_orbits_and_bifurcations_is_one_line():

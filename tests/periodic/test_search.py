@@ -5,6 +5,7 @@ Other tests examine orbits close to B = 0, where rounding once changed the list 
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,6 +111,28 @@ def test_two_periodic_motion_of_the_paper():
     section = reference(3.04, tau0=float(stable.phases[0]), periods=2).section
     known = [(2.7733816327, -2.6101762195), (1.2155473776, -2.8904206661)]
     np.testing.assert_allclose(np.array(section, dtype=float), known, atol=1e-9)
+
+
+@pytest.mark.jit
+def test_orbits_of_a_machine_are_those_of_its_A_and_B():
+    machine = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4, mass=250.0)
+    given = {name: value for name, value in machine.given.items() if name != "frequency"}
+    wanted = orbits(machine.A, machine.B, 4)
+    for found in (
+        vd.orbits(scene=machine, max_period=4),
+        vd.orbits(**given, frequency=24.0, max_period=4),
+        vd.orbits(scene=replace(machine, omega0=99.0), frequency=24.0, max_period=4),
+        vd.orbits(machine.A, scene=vd.Scene(**machine.given | {"a0": 0.0}), max_period=4),
+    ):
+        assert len(found) == len(wanted) > 2
+        for orbit, same in zip(found, wanted, strict=True):
+            assert (orbit.A, orbit.B, orbit.name) == (machine.A, machine.B, same.name)
+            assert orbit.phases.tobytes() == same.phases.tobytes()
+            assert orbit.scene.frequency == 24.0
+            assert orbit.scene.velocity(orbit.speeds).tobytes() == machine.velocity(same.speeds).tobytes()
+        assert repr(found[0]).endswith("B = 0.0990182, a₀ = 0.8 mm, f = 24 Hz>")
+    assert wanted[0].scene is None
+    assert vd.impact_map(scene=machine)(1.0).phase == impact_map(machine.A, machine.B)(1.0).phase
 
 
 def test_orbits_with_a_rest_are_superstable():

@@ -26,10 +26,10 @@ from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, check_count
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
-from vibrodrive.model.plan import Plan, make_plan, refuse_idle
+from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import row_of
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
-from vibrodrive.model.slips import forgotten, unlikely, warn
+from vibrodrive.model.slips import forgotten, names_scene, unlikely, warn
 
 if TYPE_CHECKING:
     import pandas
@@ -391,6 +391,13 @@ def simulate(
     periods: int = 250,
     section_phase: float = 0.0,
     budget: int = 100_000,
+    a0: float | None = None,
+    omega0: float | None = None,
+    frequency: float | None = None,
+    mu: float | None = None,
+    alpha: float | None = None,
+    mass: float | None = None,
+    g: float | None = None,
 ) -> Trajectory:
     """Simulate one trajectory of the oscillator, eqs. (1)-(10) and the scheme of Fig. 2.
 
@@ -403,6 +410,8 @@ def simulate(
         excitation amplitude, A = Ω0² a0 / (μ g cos α). Required without a scene.
     scene : Scene, optional
         machine in SI units, which gives A and B. If its a0 is 0, it gives only B and the units.
+    a0, omega0, frequency, mu, alpha, mass, g : float, optional
+        quantities of `Scene`, each in place of that of `scene`, or all that are needed without a scene.
     B : float, 0 to 1e9
         B = tan α / μ, with the angle of the incline α and the coefficient of friction μ.
     eps, eta : float
@@ -418,7 +427,8 @@ def simulate(
         tolerance of "muller": the refinement ends when its step is smaller. Default 1e-7. With other methods `tol` is
         not allowed.
     xi0, dxi0, tau0 : float
-        gap ξ >= 0 and velocity ξ' at the initial time τ0. If ξ' = 0, Fig. 2 determines the initial state.
+        gap ξ >= 0 and velocity ξ' at the initial time τ0. If ξ' = 0, Fig. 2 determines the initial state. They are
+        dimensionless with a scene, too: x metres are ``xi0 = x / scene.length(1)``, and so for `velocity` and `time`.
     transient, periods : int
         number of excitation periods before the record, and number of excitation periods of the record.
     section_phase : float
@@ -460,9 +470,8 @@ def simulate(
     """
     plan = make_plan(written)
     refuse_idle(plan, written)
-    for name, values in plan.axes.items():
-        raise TypeError(f"{name} = array of length {len(values)}: must be one number (for an axis use `sweep`)")
-    warn([*unlikely(plan), *forgotten(A, B)])
+    refuse_axes(plan.axes, " (for an axis use `sweep`)")
+    warn([*unlikely(plan, names_scene(written, plan)), *forgotten(A, plan.scalars.get("B"))])
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
     with above("the progress of a call")("simulate"):

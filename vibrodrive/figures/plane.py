@@ -15,7 +15,7 @@ from matplotlib.transforms import Bbox
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note
 from vibrodrive.model.bifurcations import BIFURCATIONS
-from vibrodrive.model.physical import PACES, amplitude_axis, incline_axis, with_A_and_B
+from vibrodrive.model.physical import AMPLITUDES, amplitude_axis, incline_axis, with_A_and_B
 
 if TYPE_CHECKING:
     from vibrodrive.model.results import Results
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 HALO = 0.7
 NUMBERED = "numbers on lines: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)  # shares of the visible length of a curve at which its period is written
-AMPLITUDES, INCLINES = ("A", "a0", *PACES), ("B", "mu", "alpha")  # axes that determine A; axes that determine B
+INCLINES = ("B", "mu", "alpha")  # axes that determine B
 POINTS = 400
 SAME = 1e-12  # largest relative difference of two parameters that count as equal
 STEEPEST = 16.0  # largest change of A, in units of the change of B, between joined bifurcations

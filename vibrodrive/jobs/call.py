@@ -17,13 +17,13 @@ from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import Axis, Points, as_written
-from vibrodrive.model.names import ETA, SCENE
+from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.records import functions
 from vibrodrive.model.results import Results
-from vibrodrive.model.slips import forgotten, unlikely, warn
+from vibrodrive.model.slips import forgotten, names_scene, unlikely, warn
 
 OWN = ("path", "overwrite", "threads", "executor")  # keywords that do not change the results
 
@@ -175,8 +175,7 @@ def sweep(
         from vibrodrive.stability.per_point import with_names
 
         plan = with_names(plan)
-    of_scene = any(written.get(name) is not None or name in plan.together for name in SCENE)
-    warn([*unlikely(plan, of_scene), *forgotten(A, B)])
+    warn([*unlikely(plan, names_scene(written, plan)), *forgotten(A, plan.scalars.get("B"))])
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:

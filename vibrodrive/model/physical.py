@@ -43,6 +43,8 @@ def check_scene(key: str, value: object, at: str = "") -> float:
 
 PACES = {"omega0", "frequency"}  # a scene has exactly one of them
 
+AMPLITUDES = ("A", "a0", "omega0", "frequency")  # names over which A varies and B does not
+
 
 def refuse_incomplete(names: Collection[str], axes: Collection[str], table: str = "") -> None:
     """Refuse a scene without one of its quantities. `table` gives it in a configuration. Raises ValueError."""

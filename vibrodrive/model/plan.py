@@ -308,6 +308,28 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     return plan
 
 
+def of_motion(written: Mapping[str, object]) -> dict[str, object]:
+    """Return those of the arguments that give A, B and a scene."""
+    return {
+        name: value
+        for name, value in written.items()
+        if name in ("A", "B") or (name in ("scene", *SCENE) and value is not None)
+    }
+
+
+def plan_motion(written: Mapping[str, object]) -> Plan:
+    """Return the plan of one motion with the arguments of `of_motion`. Raises TypeError or ValueError."""
+    plan = make_plan(of_motion(written))
+    refuse_axes(plan.axes)
+    return plan
+
+
+def refuse_axes(axes: Mapping[str, np.ndarray], hint: str = "") -> None:
+    """Refuse an axis where one number is needed. Raises TypeError."""
+    for name, values in axes.items():
+        raise TypeError(f"{name} = array of length {len(values)}: must be one number{hint}")
+
+
 def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:
     """Check a parameter or a quantity of the scene, and add it to the axes or to the scalars."""
     if value is None and key in PARAMETERS:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN
@@ -40,6 +40,11 @@ def in_radians(alpha: float) -> list[str]:
             f"alpha = {alpha:g}: an angle is in degrees (is it in radians, for {alpha * 360.0 / TURN:.3g} degrees?)"
         ]
     return []
+
+
+def names_scene(written: Mapping[str, Any], plan: Any) -> bool:
+    """Return whether a call gives a quantity of a scene itself. A `Scene` has judged its own when it was made."""
+    return any(written.get(name) is not None or name in plan.together for name in SCENE)
 
 
 def unlikely(plan: Any, of_scene: bool = False) -> list[str]:

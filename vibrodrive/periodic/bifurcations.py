@@ -32,21 +32,26 @@ from __future__ import annotations
 
 import itertools
 import math
+import numbers
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.described import counted
-from vibrodrive.model.names import PARAMETERS
-from vibrodrive.model.parameters import bad, check, real_array, real_number, with_sentences
+from vibrodrive.model.keywords import as_written
+from vibrodrive.model.names import PARAMETERS, SCENE
+from vibrodrive.model.parameters import bad, check, real_array, real_number
+from vibrodrive.model.physical import AMPLITUDES, Scene, amplitude_axis, scene_of
+from vibrodrive.model.plan import check_at, make_plan, of_motion, refuse_axes
+from vibrodrive.model.slips import slip, warn
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
-from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, cells_to_search, check_period, orbits_of
+from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, beside, cells_to_search, check_period, orbits_of
 
 ONSET = "onset"
 
@@ -85,6 +90,7 @@ class Bifurcation:
         it from the orbit with which it merges or which it becomes.
     multiplier_below, multiplier_above : multiplier of the orbit a little below A and a little above A; NaN on a side on
         which the orbit does not exist.
+    scene : machine in SI units at the bifurcation, if it was given.
     """
 
     A: float
@@ -92,6 +98,7 @@ class Bifurcation:
     orbit: Orbit
     multiplier_below: float
     multiplier_above: float
+    scene: Scene | None = None
 
     @property
     def B(self) -> float:
@@ -108,16 +115,27 @@ class Bifurcation:
     def __repr__(self) -> str:
         o, told = self.orbit, "" if self.kind == DOUBLING else "multiplier below / above "
         whose = f"orbit of period {o.period}, {counted(o.impacts, 'impact')}"
-        return f"<{self.kind} at A = {self.A:.12g}, B = {self.B:g}: {told}{self.change}; {whose}>"
+        where = f"A = {self.A:.12g}, B = {self.B:g}{beside(self.scene)}"
+        return f"<{self.kind} at {where}: {told}{self.change}; {whose}>"
 
 
-@with_sentences
+@as_written
 def bifurcations(
+    written: Mapping[str, Any],
+    /,
     A: tuple[float, float] = (1.05, 3.25),
     B: float | Sequence[float] | np.ndarray = 0.1,
     max_period: int = 3,
     *,
     step: float | None = None,
+    scene: Scene | None = None,
+    a0: float | tuple[float, float] | None = None,
+    omega0: float | tuple[float, float] | None = None,
+    frequency: float | tuple[float, float] | None = None,
+    mu: float | None = None,
+    alpha: float | None = None,
+    mass: float | None = None,
+    g: float | None = None,
 ) -> list[Bifurcation]:
     """Find all bifurcations between A[0] and A[1] of the orbits of up to `max_period` excitation periods.
 
@@ -136,6 +154,9 @@ def bifurcations(
     step : float, optional
         largest spacing of the values of A whose orbits are compared. The default is 1/256 up to A = 4, and A/1024 above
         A = 4.
+    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
+        machine in SI units, or its quantities, as in `simulate`. Two floats for a0, omega0 or frequency are then the
+        range, in place of A.
 
     Returns
     -------
@@ -145,12 +166,18 @@ def bifurcations(
         `kind` is the kind of the bifurcation, such as "fold" or "period doubling".
         `orbit` is the orbit that ends or changes there.
         `multiplier_below` and `multiplier_above` are the multipliers of the orbit a little below and above `A`.
+        `scene` is the machine at the bifurcation, if there is one, with its a0 and frequency.
 
     Raises
     ------
     TypeError, ValueError
         if an argument is not a number or is out of range, if `step` gives more than 100 000 values of A, or if the
         search would have to examine too many orbits of up to `max_period` periods (see `orbits`).
+
+    Warns
+    -----
+    UserWarning
+        if the quantities of a scene are probably not in SI units.
 
     Examples
     --------
@@ -160,16 +187,45 @@ def bifurcations(
     >>> for found in vd.bifurcations((2.55, 2.65), max_period=1):
     ...     print(f"{found.kind} at A = {found.A:.10f}")
     period doubling at A = 2.6040806377
+
+    The same bifurcation of a machine, over its frequency in hertz:
+
+    >>> machine = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+    >>> (doubling,) = vd.bifurcations(scene=machine, frequency=(21.9, 23), max_period=1)
+    >>> round(doubling.scene.frequency, 6)
+    21.985888
     """
-    low, high = check_range("A", A)
-    inclines = check_axis("B", B)
+    (low, high), inclines, machine = _range_of(of_motion(written), A, B)
     limit = check_period("max_period", max_period)
     if step is not None:
         least = (high - low) / MOST_VALUES
         allowed = f"a number >= {least:.3g}, because at most {MOST_VALUES} values of A are compared"
         if not least <= real_number("step", step, allowed) < math.inf:
             raise ValueError(bad("step", step, allowed))
-    return [found for incline in inclines for found in _Search(incline, limit).between(low, high, step)]
+    if machine(low) is not None:
+        warn(slip([(end, inclines[0], 0.0, 1.0) for end in (low, high)]))
+    found = [one for incline in inclines for one in _Search(incline, limit).between(low, high, step)]
+    return [replace(b, scene=machine(b.A), orbit=replace(b.orbit, scene=machine(b.orbit.A))) for b in found]
+
+
+def _range_of(
+    given: Mapping[str, Any], A: Any, B: Any
+) -> tuple[tuple[float, float], list[float], Callable[[float], Scene | None]]:
+    """Return the range of A, the values of B, and a function that returns the machine at an A, or None.
+
+    `given` are those of the arguments that give A, B and a scene.
+    """
+    if not {"scene", *SCENE} & given.keys():
+        return check_range("A", A), check_axis("B", B), lambda A: None
+    over = [name for name in AMPLITUDES if name in given and not isinstance(given[name], numbers.Real)]
+    if len(over) != 1:
+        needed = f"one of {', '.join(AMPLITUDES[1:])} as a range (low, high), in which bifurcations are found"
+        raise TypeError(f"range = {', '.join(over) or 'none'}: must be {needed}")
+    (name,) = over
+    plan = make_plan({**given, name: check_range(name, given[name])})
+    refuse_axes({other: values for other, values in plan.axes.items() if other != name})
+    (low, incline), (high, _) = plan.points(0, 2)[:, :2].tolist()
+    return (low, high), [incline], lambda A: scene_of({**plan.scalars, name: amplitude_axis(name, A, plan.scalars)})
 
 
 def check_axis(name: str, value: Any) -> list[float]:
@@ -186,7 +242,7 @@ def check_range(name: str, value: Any) -> tuple[float, float]:
         first, last = value
     except (TypeError, ValueError):
         raise TypeError(bad(name, value, allowed)) from None
-    low, high = check(name, first), check(name, last)
+    low, high = check_at(name, first, name), check_at(name, last, name)
     if not low < high:
         raise ValueError(bad(name, (first, last), allowed))
     return low, high

@@ -12,7 +12,9 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +22,10 @@ from numpy.typing import ArrayLike
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI
 from vibrodrive.kernels.release import moves
-from vibrodrive.model.parameters import bad, check, real_array, with_sentences
+from vibrodrive.model.keywords import as_written
+from vibrodrive.model.parameters import bad, check, real_array
+from vibrodrive.model.physical import Scene
+from vibrodrive.model.plan import plan_motion
 from vibrodrive.model.slips import forgotten, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
@@ -196,16 +201,20 @@ def kind_of_change(before: list[State], after: list[State]) -> str:
     return "grazing" if State.IMPACT in (one, other) else "stick"
 
 
-@with_sentences
-def impact_map(A: float, B: float = 0.1) -> ImpactMap:
+@as_written
+def impact_map(
+    written: Mapping[str, Any], /, A: float | None = None, B: float = 0.1, *, scene: Scene | None = None
+) -> ImpactMap:
     """Return the impact-phase map at ε = 0, which maps the phase of an impact to the phase of the next impact.
 
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless.
+        excitation amplitude, dimensionless. Required without a scene.
     B : float
         tan α / μ, dimensionless.
+    scene : Scene, optional
+        machine in SI units, which gives A and B, as in `simulate`.
 
     Returns
     -------
@@ -234,6 +243,7 @@ def impact_map(A: float, B: float = 0.1) -> ImpactMap:
     >>> list(map(str, following.word))
     ['REST UP DOWN UP DOWN IMPACT', 'UP DOWN IMPACT']
     """
-    found = ImpactMap(A, B)
-    warn(forgotten(A, B))
+    plan = plan_motion(written)
+    found = ImpactMap(plan.scalars["A"], plan.scalars["B"])
+    warn(forgotten(A, plan.scalars.get("B")))
     return found

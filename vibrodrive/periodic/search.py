@@ -27,14 +27,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from vibrodrive.model.described import counted
-from vibrodrive.model.parameters import bad, check_count, with_sentences
-from vibrodrive.model.slips import forgotten, slip, warn
+from vibrodrive.model.keywords import as_written
+from vibrodrive.model.names import SCENE
+from vibrodrive.model.parameters import bad, check_count
+from vibrodrive.model.physical import Scene, scene_of
+from vibrodrive.model.plan import plan_motion
+from vibrodrive.model.slips import forgotten, names_scene, slip, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.fixed_points import fixed_points
 from vibrodrive.periodic.impact_map import ImpactMap, spell, states
@@ -66,6 +71,14 @@ doubles with every period, so this limit allows 14 periods."""
 FEW = 4  # largest number of phases in the text of an orbit
 
 
+def beside(scene: Scene | None) -> str:
+    """Return ", a₀ = 0.8 mm, f = 24 Hz", or "" without a scene."""
+    if scene is None:
+        return ""
+    said = [(SCENE[name], scene.given[name]) for name in ("a0", "omega0", "frequency") if name in scene.given]
+    return "".join(f", {row.symbol} = {value * row.scale:.10g} {row.shown}" for row, value in said)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
     """One periodic orbit. Motions that differ only by a shift of 1, 2, … excitation periods are the same orbit.
@@ -85,6 +98,7 @@ class Orbit:
     A, B : parameters of the orbit.
     name : words of the flights, each with the number of periods to the next launch. The order of the words does not
         depend on the choice of the first impact. The name is the same for all A up to the next bifurcation.
+    scene : machine in SI units, if it was given.
     """
 
     period: int
@@ -98,16 +112,32 @@ class Orbit:
     A: float
     B: float
     name: tuple[str, ...] = field(repr=False)
+    scene: Scene | None = None
 
     def __repr__(self) -> str:
         some = ", ".join(f"{phase:.4f}" for phase in self.phases[:FEW]) + (", …" if self.impacts > FEW else "")
         kind = f"{self.kind}, multiplier {self.multiplier:.6g}" if self.multiplier == self.multiplier else self.kind
-        where = f"A = {self.A:.10g}, B = {self.B:g}"
+        where = f"A = {self.A:.10g}, B = {self.B:g}{beside(self.scene)}"
         return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts, 'impact')} at {some}; {where}>"
 
 
-@with_sentences
-def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
+@as_written
+def orbits(
+    written: Mapping[str, Any],
+    /,
+    A: float | None = None,
+    B: float = 0.1,
+    max_period: int = 3,
+    *,
+    scene: Scene | None = None,
+    a0: float | None = None,
+    omega0: float | None = None,
+    frequency: float | None = None,
+    mu: float | None = None,
+    alpha: float | None = None,
+    mass: float | None = None,
+    g: float | None = None,
+) -> list[Orbit]:
     """Find all periodic orbits of up to `max_period` excitation periods at ε = 0, ordered by period, impacts and phase.
 
     The computing time grows with the number of *itineraries*, the possible sequences of states over the periods. A
@@ -118,11 +148,13 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless.
+        excitation amplitude, dimensionless. Required without a scene.
     B : float
         tan α / μ, dimensionless.
     max_period : int
         longest period in excitation periods, 1 to 100.
+    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
+        machine in SI units, or its quantities, which give A and B, as in `simulate`.
 
     Returns
     -------
@@ -134,6 +166,7 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
         `multiplier` is the derivative of the map over one period.
         `kind` is the kind of stability, such as "stable" or "unstable".
         `word` gives the states of one period as text.
+        `scene` is the machine, if there is one; ``scene.velocity(speeds)`` is in m/s.
 
     Raises
     ------
@@ -156,10 +189,12 @@ def orbits(A: float, B: float = 0.1, max_period: int = 3) -> list[Orbit]:
     1 unstable -5.1036 [0.8181]
     2 stable -0.824 [0.474]
     """
-    system = ImpactMap(A, B)
+    plan = plan_motion(written)
+    system, machine = ImpactMap(plan.scalars["A"], plan.scalars["B"]), scene_of(plan.scalars)
     limit = check_period("max_period", max_period)
-    warn([*slip([(system.A, system.B, 0.0, 1.0)]), *forgotten(A, B)])
-    return orbits_of(system, limit)
+    judged = slip(plan.ends()) if A is not None or names_scene(written, plan) else []
+    warn([*judged, *forgotten(A, plan.scalars.get("B"))])
+    return [replace(orbit, scene=machine) for orbit in orbits_of(system, limit)]
 
 
 def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:

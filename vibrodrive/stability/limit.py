@@ -30,7 +30,7 @@ from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, scene_of
-from vibrodrive.model.plan import Plan, make_plan, refuse_idle
+from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import How
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
@@ -182,6 +182,13 @@ def limit(
     periods: int = 1500,
     section_phase: float = 0.0,
     budget: int = 100_000,
+    a0: float | None = None,
+    omega0: float | None = None,
+    frequency: float | None = None,
+    mu: float | None = None,
+    alpha: float | None = None,
+    mass: float | None = None,
+    g: float | None = None,
     threads: int | None = None,
 ) -> Limit:
     """Find the limit k₂ of practically orbital stability (§1) at one A.
@@ -203,8 +210,8 @@ def limit(
         condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
         (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
         the orbit. Both conditions may be joined by "and".
-    scene : Scene, optional
-        machine in SI units, which gives A and B, as in `simulate`.
+    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
+        machine in SI units, or its quantities, which give A and B, as in `simulate`.
     eps, dtau : float
         values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
         and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
@@ -254,12 +261,10 @@ def limit(
     """
     own = ("disturbance", "method", "criterion", "threads")
     plan = plan_limits({name: value for name, value in written.items() if name not in own}, disturbance, method)
-    for name, values in plan.axes.items():
-        hint = 'for axes use `sweep` with record = "limit"'
-        raise TypeError(f"{name} = array of length {len(values)}: must be one number ({hint})")
+    refuse_axes(plan.axes, ' (for axes use `sweep` with record = "limit")')
     refuse_idle(plan, written)
     search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads), Halt())
-    warn([*unlikely(plan, of_scene=True), *forgotten(A, B)])
+    warn([*unlikely(plan, of_scene=True), *forgotten(A, plan.scalars.get("B"))])
     with above("the progress of a call")("limit"):
         ((_, found),) = search.run([0])
     if found.status == Status.TOO_SHORT:
