@@ -177,7 +177,7 @@ def test_command_line_continues_a_call(name, whole, tmp_path, monkeypatch, run):
     path = tmp_path / "part.h5"
     interrupt(name, path, 3, monkeypatch)
     with h5py.File(path) as file:
-        (tmp_path / "made.toml").write_text(file.attrs["config"], encoding="utf-8")
+        (tmp_path / "made.toml").write_bytes(file.attrs["config"])
     code, _, err = run("sweep", str(tmp_path / "made.toml"), "-o", str(path))
     if name in FUNCTIONS:
         assert code == 2

@@ -89,7 +89,7 @@ def test_sweep_writes_the_file_of_its_configuration_once(run, quick):
     expected = fake.block(config.read("small.toml", ["periods=4"]).plan(), 0).section
     np.testing.assert_array_equal(results.section.reshape(80, 4, 2), expected)
     with h5py.File("there.h5") as file:
-        assert file.attrs["config"] == SMALL
+        assert file.attrs["config"].decode() == SMALL
     assert sorted(p.name for p in Path().iterdir()) == ["small.toml", "there.h5"]
     before = Path("there.h5").read_bytes()
     quick.clear()

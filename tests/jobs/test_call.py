@@ -73,7 +73,7 @@ def test_long_list_of_values_is_kept_whole(quick):
 def test_sweep_writes_the_same_bytes_as_the_command(quick):
     r = vd.sweep(**SWEEP, path="py.h5")
     with h5py.File("py.h5") as file:
-        Path("c.toml").write_text(file.attrs["config"])
+        Path("c.toml").write_bytes(file.attrs["config"])
     command("c.toml")
     assert Path("py.h5").read_bytes() == Path("c.h5").read_bytes()
     for k, (start, stop) in enumerate(make_plan(SWEEP).blocks()):

@@ -1,5 +1,6 @@
 """The file of each record describes its contents; equal runs make equal files; what a file is not is said in a line."""
 
+from dataclasses import replace
 from time import sleep
 
 import h5py
@@ -73,13 +74,52 @@ def test_every_variable_has_dimensions_a_unit_a_name_and_a_checksum(name, tmp_pa
                 assert tuple(len(d[0]) for d in data.dims) == data.shape, variable
 
 
+@each
+def test_every_text_has_a_fixed_length(name, tmp_path):
+    """Programs for netCDF-3 read no others: Octave neither lists nor reads an attribute of such a file."""
+    with h5py.File(made(name, tmp_path / "x.h5")) as file:
+        kinds = {f"{of.name} {a}": of.attrs.get_id(a).dtype for of in (file, *file.values()) for a in of.attrs}
+        texts = {about: text for about, kind in kinds.items() if (text := h5py.check_string_dtype(kind)) is not None}
+    assert {"/ config", "/ method", "/status long_name", "/status units", "/status flag_meanings"} <= texts.keys()
+    assert [about for about, text in texts.items() if text.length is None] == []
+
+
+OF_OTHERS = {
+    "variable length": lambda value: value.decode() if isinstance(value, bytes) else value,
+    "array of one": lambda value: np.atleast_1d(value),
+    "array of one text of variable length": lambda value: (
+        np.array([value.decode()], h5py.string_dtype()) if isinstance(value, bytes) else np.atleast_1d(value)
+    ),
+}
+"""How other programs write an attribute. Versions of before 0.1.0 wrote texts of variable length."""
+
+
+@pytest.mark.parametrize("form", OF_OTHERS.values(), ids=OF_OTHERS)
+def test_attributes_are_read_in_every_form(form, tmp_path):
+    path, whole = tmp_path / "x.h5", made("several", tmp_path / "whole.h5")
+    plan = make_plan(PLANS["several"] | {"A": [1.0, 2.0, 2.5]})
+    fake.write(path, replace(plan, tiling=(1, 1)), Origin("# ξ\n", ("a=1",), "Ein Würfel"), which=[1])
+    title = vd.load(path).title
+    with h5py.File(path, "r+") as file:
+        for of in (file, *file.values()):
+            for name, value in list(of.attrs.items()):
+                if name not in ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"):
+                    of.attrs[name] = form(value)
+    report = verify(path)
+    assert (report.sound, report.share, report.header.origin) == (True, 1 / 3, ("# ξ\n", ("a=1",), "Ein Würfel"))
+    assert vd.load(path).title == title == "Ein Würfel"
+    fake.write(path, plan)
+    assert verify(path).complete
+    assert vd.load(path)["section"][:2].tobytes() == vd.load(whole)["section"].tobytes()
+
+
 @pytest.mark.parametrize(("sought", "grid"), [("eps", {}), ("dtau", {"method": "fixed"})])
 def test_file_of_limits_says_in_which_disturbance(sought, grid, tmp_path):
     path = tmp_path / "x.h5"
     fake.write(path, make_plan({"A": [1.0, 2.0], "record": ("limit",), **grid}), Origin(""))
     with h5py.File(path) as file:
-        assert file.attrs["record"] == f"limit in {sought}"
-        assert f"a limit in {sought}:" in file.attrs["comment"]
+        assert file.attrs["record"].decode() == f"limit in {sought}"
+        assert f"a limit in {sought}:" in file.attrs["comment"].decode()
         assert sought not in file.attrs
     facts = look(path).facts()
     assert ("eta" in facts["parameters"]) == (sought == "eps"), "η acts on the motions of a limit in ε"
@@ -89,8 +129,8 @@ def test_codes_of_a_limit_have_their_meanings_in_the_file(tmp_path):
     with h5py.File(made("limit", tmp_path / "x.h5")) as file:
         about = file["how"].attrs
         assert about["flag_values"].tolist() == [int(how) for how in How]
-        assert about["flag_meanings"].split() == [how.name.lower() for how in How]
-        assert all(how.meaning in about["comment"] for how in How)
+        assert about["flag_meanings"].decode().split() == [how.name.lower() for how in How]
+        assert all(how.meaning in about["comment"].decode() for how in How)
 
 
 @pytest.mark.parametrize("kind", [*BEFORE, "switches"])

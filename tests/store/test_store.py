@@ -247,10 +247,10 @@ def test_xarray_sees_named_dimensions(finished):
 
 def test_attributes_give_the_origin(finished):
     with h5py.File(finished) as file:
-        assert file.attrs["Conventions"] == "CF-1.10"
-        assert file.attrs["title"] == "A title"
-        assert file.attrs["config"] == TEXT
-        assert file.attrs["config_sha256"] == hashlib.sha256(TEXT.encode()).hexdigest()
+        assert file.attrs["Conventions"].decode() == "CF-1.10"
+        assert file.attrs["title"].decode() == "A title"
+        assert file.attrs["config"].decode() == TEXT
+        assert file.attrs["config_sha256"].decode() == hashlib.sha256(TEXT.encode()).hexdigest()
         assert json.loads(file.attrs["overrides"]) == ["eps=[0, 2e-4]"]
         assert "created" not in file.attrs  # a date would make files of equal runs different
         assert "numba" in json.loads(file.attrs["versions"])

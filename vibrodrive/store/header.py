@@ -26,6 +26,7 @@ from vibrodrive.model.records import SECTION, Record, quantities, read_record
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, coordinates, digest
+from vibrodrive.store.netcdf import attribute
 from vibrodrive.version import __version__
 
 BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
@@ -193,9 +194,9 @@ def check_kind(file: h5py.File) -> None:
     with interpreting(path):
         if not is_ours(file):
             raise NoResult(f"{path}: not a result file of vibrodrive")
-        if (kind := str(file.attrs["kind"])) != SWEEP:
+        if (kind := attribute(file, "kind")) != SWEEP:
             raise NoResult(f"{path}: contains {kind}, a kind of file of before 0.1.0; {BEFORE.get(kind, NO_LONGER)}")
-        if (found := file.attrs.get(SCHEMA)) not in READABLE:
+        if (found := attribute(file, SCHEMA)) not in READABLE:
             raise of_another_version(file, f"{SCHEMA} = {found}: must be {' or '.join(map(str, READABLE))}")
 
 
@@ -211,10 +212,15 @@ BEFORE = {
 
 def of_another_version(file: h5py.File, what: str) -> NoResult:
     """Return the error for a sound file with contents that only another version reads."""
-    made = json.loads(file.attrs["versions"])["vibrodrive"]
+    made = versions_of(file)["vibrodrive"]
     return NoResult(
         f"{file.filename}: {what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
     )
+
+
+def versions_of(file: h5py.File) -> dict[str, str]:
+    """Return the versions of the program and of its libraries that have laid out an open file."""
+    return dict(json.loads(attribute(file, "versions")))
 
 
 @contextlib.contextmanager
@@ -229,25 +235,25 @@ def reading(path: Path) -> Iterator[h5py.File]:
 def identity(file: h5py.File) -> tuple[object, ...]:
     """Return what distinguishes the file of a sweep from the files of other sweeps and versions. It never changes, also
     while the file is written or resumed."""
-    plan, versions = (file.attrs.get(name) for name in ("plan_sha256", "versions"))
-    return plan, versions, getattr(file.get("status"), "chunks", None)
+    names = [name for name in ("plan_sha256", "versions") if name in file.attrs]
+    return *(attribute(file, name) for name in names), getattr(file.get("status"), "chunks", None)
 
 
 def origin_of(file: h5py.File) -> Origin:
     """Return the Origin of an open file: its configuration, the options that replace values, and its title."""
-    attrs = file.attrs
-    return Origin(str(attrs["config"]), tuple(json.loads(attrs["overrides"])), str(attrs["title"]))
+    config, overrides, title = (attribute(file, name) for name in ("config", "overrides", "title"))
+    return Origin(config, tuple(json.loads(overrides)), title)
 
 
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     check_kind(file)
-    path, attrs = file.filename, file.attrs
+    path = file.filename
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
-            if digest(str(attrs[name])) != attrs[f"{name}_sha256"]:
+            if digest(attribute(file, name)) != attribute(file, f"{name}_sha256"):
                 raise damaged(path, f"the SHA-256 of the {what} differs from the stored SHA-256")
-        outline = json.loads(attrs["plan"])
+        outline = json.loads(attribute(file, "plan"))
         record = _record(file, outline)
         stored = _stored(file, outline, quantities(record))
         axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
@@ -261,7 +267,7 @@ def read_header(file: h5py.File) -> Header:
             data = file[variable.variable]
             if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
                 raise damaged(path, f"{variable.variable}: wrong chunk shape or data type")
-        return Header(plan, origin_of(file), json.loads(attrs["versions"]))
+        return Header(plan, origin_of(file), versions_of(file))
 
 
 def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
@@ -296,10 +302,11 @@ def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
     """
     wrong = []
     attributes = {name: value for name, value in plain(plan).items() if name in file.attrs}
-    for kind, stored, written in (("coordinate", file, coordinates(plan)), ("attribute", file.attrs, attributes)):
+    for kind, written in (("coordinate", coordinates(plan)), ("attribute", attributes)):
         for name, value in written.items():
             try:
-                whole = np.array_equal(np.asarray(stored[name]), value)  # array_equal hides errors of reading
+                stored = file[name][...] if kind == "coordinate" else attribute(file, name)
+                whole = np.array_equal(stored, value)  # which hides errors of reading
             except BROKEN:
                 whole = False
             if not whole:

@@ -128,7 +128,7 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
         netcdf.dimension(file, name, values, *meaning_of(name))
     for name, values in plan.together.items():
         netcdf.variable(file, name, (POINT,), values.dtype, meaning_of(name))[...] = values
-    file["state"].attrs.update(flags_of_states())
+    netcdf.describe(file["state"], flags_of_states())
     where = tiles(plan)
     variables = variables_of(plan)
     for n, variable in enumerate(variables):
@@ -137,14 +137,14 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = qu
         about = variable.meaning, variable.unit
         data = netcdf.variable(file, variable.variable, names, variable.dtype, about, fill=variable.fill, chunks=chunk)
         if plan.together:
-            data.attrs["coordinates"] = " ".join(plan.together)
+            netcdf.describe(data, {"coordinates": " ".join(plan.together)})
         empty = blank(variable, chunk)
         for k, tile in enumerate(where):
             put_chunk(data, tile, empty)
             progress(n * len(where) + k + 1, len(variables) * len(where))
     for name, flags in flags_of(plan).items():
-        file[name].attrs.update(flags)
-    file.attrs.update(_attributes(plan, origin))
+        netcdf.describe(file[name], flags)
+    netcdf.describe(file, _attributes(plan, origin))
 
 
 def flags_of_states() -> dict[str, Any]:

@@ -4,6 +4,7 @@ So xarray and other programs can open a result file.
 """
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -66,5 +67,25 @@ def _create(
 ) -> h5py.Dataset:
     chunks = chunks or tuple(min(n, MOST) for n in shape)
     data = file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)
-    data.attrs["long_name"], data.attrs["units"] = about
+    describe(data, dict(zip(("long_name", "units"), about, strict=True)))
     return data
+
+
+def describe(what: h5py.File | h5py.Dataset, attributes: Mapping[str, Any]) -> None:
+    """Add attributes. Texts have a fixed length, because programs for netCDF-3, such as the package of Octave, read no
+    others, and because HDF5 may loop for ever in the heap of the others if it is damaged."""
+    for name, value in attributes.items():
+        text = value.encode() if isinstance(value, str) else None
+        dtype = None if text is None else h5py.string_dtype("utf-8", max(len(text), 1))
+        what.attrs.create(name, value if text is None else text, dtype=dtype)
+
+
+def attribute(what: h5py.File | h5py.Dataset, name: str) -> Any:
+    """Return an attribute as a text or a number. Other programs write a text also with a variable length, and text or
+    number also as an array of one. Raises KeyError and the other exceptions of h5py."""
+    value = what.attrs[name]
+    if isinstance(value, h5py.Empty):  # an empty text of the netCDF library
+        return ""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.item()
+    return value.decode() if isinstance(value, bytes) else value

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import json
 import math
 import time
 from collections.abc import Callable
@@ -36,6 +35,7 @@ from vibrodrive.store.header import (
     open_to_write,
     read_header,
     unwritable,
+    versions_of,
 )
 from vibrodrive.store.layout import Origin, Progress, put_chunk, quiet, variables_of
 from vibrodrive.store.lock import WRITING, Lock
@@ -82,7 +82,7 @@ class Writer:
     @property
     def made_by(self) -> str:
         """Version of the program that has laid out the file."""
-        return str(json.loads(self._file.attrs["versions"])["vibrodrive"])
+        return versions_of(self._file)["vibrodrive"]
 
     def missing(self) -> list[int]:
         """Return the indices into plan.blocks() of the missing blocks."""
