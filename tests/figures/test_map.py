@@ -21,6 +21,7 @@ from vibrodrive.figures.plane import Exact, joined
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import UNSEEN, Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
+from vibrodrive.model.names import NAMES
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.quantities import QUANTITIES
@@ -321,6 +322,45 @@ def test_bifurcations_are_drawn_over_a_map(x, y):
         assert shown.get("A", here.A) == pytest.approx(1.0 + 10.0 * shown.get("B", here.B), rel=1e-9)
     assert key(fig) == ["border collision"]
     assert "numbers on lines: period" in note(fig)
+
+
+MACHINE = Scene.quiet(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+
+
+@pytest.mark.parametrize(("name", "low"), [("A", 2.0), ("a0", 0.5e-3), ("omega0", 130.0), ("frequency", 20.0)])
+def test_bifurcations_are_drawn_over_a_diagram(name, low):
+    """Each panel has those at its own B, upright at the value of the abscissa that gives their A."""
+    away = {"A": {"a0"}, "a0": {"a0"}}.get(name, {"frequency"})
+    given = {key: value for key, value in MACHINE.given.items() if key not in away}
+    plan = make_plan({**given, name: np.linspace(low, 1.5 * low, 4), "alpha": [3.4, 5.0], "periods": 3})
+    swept = Results.collect(plan, fake.run_blocks(plan))
+    inclines = [Scene.quiet(**MACHINE.given | {"alpha": alpha}).B for alpha in (3.4, 5.0)]
+    fig = swept.plot(x=name, over=[Exact("border", 1, 1, A, B) for B in inclines for A in (2.5, 2.7)])
+    for ax, alpha in zip(fig.axes, (3.4, 5.0), strict=True):
+        upright = [line for line in ax.lines if line.get_zorder() == 5]
+        for A, line in zip((2.5, 2.7), upright, strict=True):
+            (place,) = {*(line.get_xdata() / NAMES[name].scale).tolist()}
+            here = place if name == "A" else Scene.quiet(**given | {"alpha": alpha, name: place}).A
+            assert here == pytest.approx(A, rel=1e-12)
+            assert (line.get_ydata()[0], line.get_ydata()[-1]) == ax.get_ylim()
+    assert key(fig)[-1] == "border collision"
+    assert "numbers on lines: period" in fig.axes[0].get_title(loc="right")
+
+
+@pytest.mark.parametrize(
+    ("axes", "over", "told"),
+    [
+        ({"A": [2.0, 3.0]}, lambda: limits_over([1.0, 1.0], A=[1.0, 2.0]), "limits: must be left out for a diagram"),
+        ({"B": [0.1, 0.3], "A": 2.0}, lambda: [Exact("border", 1, 1, 2.0, 0.3)], "A is not given by the axis B alone"),
+        ({"A": [2.0, 3.0]}, lambda: [Exact("border", 1, 1, 2.0, 0.3)], r"must contain B = 0\.1"),
+        ({"xi0": [0.0, 1.0], "A": 2.0}, lambda: [Exact("border", 1, 1, 2.0, 0.1)], "A is not given by the axis xi0"),
+        ({"points": {"A": [2.0, 3.0]}}, lambda: [Exact("border", 1, 1, 2.0, 0.1)], "by the axis point alone"),
+    ],
+)  # fmt: skip
+def test_lines_that_do_not_fit_a_diagram_are_refused(axes, over, told):
+    plan = make_plan({**axes, "periods": 3})
+    with pytest.raises(ValueError, match=told):
+        Results.collect(plan, fake.run_blocks(plan)).plot("bifurcation", over=over())
 
 
 @pytest.fixture

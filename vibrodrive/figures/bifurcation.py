@@ -4,7 +4,7 @@ A spot that contains more values is darker. This darkness, 0 to 1, is the *ink* 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,7 @@ from matplotlib.image import AxesImage
 
 from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, rest_phrases, some, status_phrases
 from vibrodrive.figures.ink import FAINTEST, ink_of
+from vibrodrive.figures.plane import NUMBERED, draw_lines, upright
 from vibrodrive.figures.style import (
     as_shown,
     equation,
@@ -33,6 +34,9 @@ from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import QUANTITIES, SECTIONS, row_of
 from vibrodrive.model.records import IMPACTS
+
+if TYPE_CHECKING:
+    from vibrodrive.periodic.bifurcations import Bifurcation
 
 COORDINATES = tuple(q.name for q in SECTIONS)
 PANEL_ROWS = 420
@@ -54,6 +58,7 @@ def bifurcation(
     x: str | None = None,
     limits: tuple[float, float] | None = None,
     cmap: str | Colormap | None = None,
+    over: Sequence[Bifurcation] = (),
     *,
     ax: Any = None,
     style: Style | None = None,
@@ -78,6 +83,9 @@ def bifurcation(
     cmap : str or Colormap, optional
         colour map of Matplotlib, from spots with few values to spots with many; by default that of `style`. Spots
         without values have no colour. `ax.images[0].set_cmap` changes it later.
+    over : list of Bifurcation, optional
+        upright lines at these bifurcations (`vd.bifurcations`, at the B of each panel), with the period of the orbit.
+        The abscissa must be A or, with a scene, a0, omega0 or frequency.
 
     Raises
     ------
@@ -95,6 +103,7 @@ def bifurcation(
     (2, '$A$')
     """
     check_range("limits", limits, row_of(results.quantities, quantity))
+    marked = [over] if hasattr(over, "axes") else list(over)  # a Results alone is refused
     unit = results.measure(quantity)
     visited, limits = unit.shown_of(_visited(results, quantity)), unit.ends(limits)
     names = list(results.axes)
@@ -126,12 +135,15 @@ def bifurcation(
         mark_statuses(ax, values, status[index])
         name_axes(ax, x, None)
         name_quantities(ax, results, None, quantity)
+        at = dict(zip(rest, index, strict=True))
+        draw_lines(ax, upright(marked, results, x, at, ax.get_ylim()) if marked else ())
         if len(rows) > 1:
-            letter(ax, k, place_of(results, dict(zip(rest, index, strict=True))))
+            letter(ax, k, place_of(results, at))
         chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
         rests = rest_phrases(section[index], status[index]) if quantity == "dxi" else []
-        darker, grey = [f"{_brighter(colours)}: more values"] if inks and not grey else [], grey or inks
-        note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *darker])
+        keys = [f"{_brighter(colours)}: more values"] * (inks and not grey) + [NUMBERED] * (k == 0 and len(marked) > 0)
+        grey = grey or inks
+        note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *keys])
     explain(fig)
     return fig
 

@@ -105,11 +105,11 @@ def from_results(
     kind, quantity = choose_drawing(results, kind, quantity, x=x, y=y, limits=limits, cmap=cmap)
     if kind == MAP:
         return map_figure(results, quantity, x, y, limits=limits, cmap=cmap, **others)
+    if kind == BIFURCATION:
+        return bifurcation(results, quantity, x, limits, cmap, others.get("over") or ())
     if others.get("over"):
-        raise ValueError(bad("kind", kind, f"{MAP}, because bifurcations and limits are drawn over a map"))
-    if kind == BANDS:
-        return limits_figure(results)
-    return bifurcation(results, quantity, x, limits, cmap) if kind == BIFURCATION else poincare(results)
+        raise ValueError(bad("kind", kind, f"{MAP} or {BIFURCATION}, over which lines are drawn"))
+    return limits_figure(results) if kind == BANDS else poincare(results)
 
 
 def _sections(

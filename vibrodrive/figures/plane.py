@@ -129,6 +129,25 @@ def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[
     return lines
 
 
+def upright(
+    over: Sequence[Any], results: Any, x: str, index: Mapping[str, int], ends: tuple[float, float]
+) -> list[Line]:
+    """Return the bifurcations of one panel of a diagram over the axis x as upright lines, in the units of figures.
+
+    `index` gives the value of each other axis in the panel, `ends` are the ends of the ordinate. Raises ValueError if x
+    does not determine A, or if there are no bifurcations at the B of the panel.
+    """
+    if any(hasattr(one, "axes") for one in over):
+        raise ValueError("over = limits: must be left out for a diagram, because limits are drawn over a map")
+    found = [one if isinstance(one, Exact) else Exact.of(one) for one in over]
+    if x not in AMPLITUDES or x not in results.axes:
+        raise ValueError(f"over = bifurcations: must be left out, because A is not given by the axis {x} alone")
+    known = with_A_and_B({**results.scalars, **{name: float(results.axes[name][k]) for name, k in index.items()}})
+    pieces = _pieces(found, x, results.axes[x], known)
+    shown = ((kind, n, as_shown(x, amplitude_axis(x, A[0], known))) for kind, n, A, _ in pieces)
+    return [Line(kind, n, np.full(POINTS, across), np.linspace(*ends, POINTS)) for kind, n, across in shown]
+
+
 def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
     """Return the parameters and scene common to all points of a map. An axis that is not drawn has its first value."""
     undrawn = {name: float(values[0]) for name, values in results.varied.items() if name not in (x, y)}
@@ -146,7 +165,9 @@ def _pieces(
         return
     here = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)]
     if not here:
-        raise ValueError(f"over = bifurcations: must contain B = {known['B']:.17g}, the value of the map, but do not")
+        raise ValueError(
+            f"over = bifurcations: must contain B = {known['B']:.17g}, the value of the figure, but do not"
+        )
     ends = np.linspace(values.min(), values.max(), POINTS)
     for one in here:
         yield one.kind, one.period, np.full(POINTS, one.A), ends

@@ -470,7 +470,7 @@ class Results:
         limits : (float, float), optional
             range of the quantity (diagram and map); by default that of the values (for a map see `vd.plot.map`).
         over : list of Bifurcation, Results with the record "limit", or a list with both, optional
-            lines over a map (see `vd.plot.map`).
+            lines over a map (see `vd.plot.map`); bifurcations also over a diagram.
         cmap : str or matplotlib Colormap, optional
             colours of the values (diagram and map).
         ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
