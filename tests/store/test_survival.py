@@ -188,13 +188,13 @@ def test_signal_ends_a_sweep_with_the_command_to_resume(scene, undisturbed, anno
 
 
 IN_A_FLUSH = """
-import os, signal, time
+import os, signal
 from vibrodrive.store.writer import Writer
 flush, sent = Writer._flush, []
 def interrupted(writer):
     if writer._pending and not sent:
-        sent.append(os.kill(os.getpid(), signal.SIGINT))
-        time.sleep(0.3)
+        sent.append(writer)
+        os.kill(os.getpid(), signal.SIGINT)
     flush(writer)
 Writer._flush = interrupted
 """
@@ -205,7 +205,7 @@ def test_interrupt_during_a_flush(scene, undisturbed):
     assert code == 130
     report = verify(scene.file)
     assert report.sound
-    assert 0 < report.done.sum() < 60  # the flush was completed and the group committed
+    assert 0 < report.done.sum() < 60  # the group was committed all the same
     assert_one_line(err, f"{report.done.sum()} of 60 blocks")
     assert scene.run(delay=0)[0] == 0
     assert contents(scene.file) == undisturbed

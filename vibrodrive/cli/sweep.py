@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -109,13 +108,14 @@ def sweep(
     if dry_run:
         _dry_run(plan, path, threads, remote=dask is not None)
         return
-    from vibrodrive.jobs.sweep import Job, Stopped, run
+    from vibrodrive.jobs.signals import Interrupted, raising
+    from vibrodrive.jobs.sweep import Job, run
     from vibrodrive.store.layout import Origin
 
-    show = Show(sys.stderr, path.name)
     try:
-        show.say(run(Job(plan, Origin.of(settings), path, threads, dask, overwrite), show))
-    except Stopped as stopped:
+        with raising():
+            run(Job(plan, Origin.of(settings), path, threads, dask, overwrite), Show(sys.stderr, path.name), after=0.0)
+    except Interrupted as stopped:
         common.leave(130, f"{stopped}; resume with: {common.same_command()}")
     _print_statuses(path)
     if picture:
@@ -138,9 +138,8 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
             f"time     unknown, because the record {', '.join(plan.record)} needs several motions for each point"
         )
         return
-    # a separate thread computes, because the main thread handles a signal only between two steps of this thread
-    with common.working(path.name), ThreadPoolExecutor(1) as pool:
-        found = pool.submit(estimate, plan, threads).result()
+    with common.working(path.name):
+        found = estimate(plan, threads)
     computing, least, most, loading = map(duration, found)
     click.echo(f"time     about {computing} ({least} to {most}) on idle cores, plus {loading} to load the kernels")
 

@@ -217,7 +217,7 @@ def _into_file(
     plan: Plan, path: str | os.PathLike[str], overwrite: bool, threads: int | None, executor: Executor | None
 ) -> Results:
     from vibrodrive.batch.sweep import check_executor, check_threads
-    from vibrodrive.jobs.sweep import Job, run_in_place
+    from vibrodrive.jobs.sweep import Job, run
     from vibrodrive.model.size import refuse_large_block
     from vibrodrive.model.toml import as_toml
     from vibrodrive.store.layout import Origin
@@ -234,7 +234,7 @@ def _into_file(
         check_output(file, None, overwrite=overwrite)
         refuse_large_block(plan, remote=executor is not None)
         job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
-        raised = run_in_place(job, make_display(file.name))
+        raised = run(job, make_display(file.name))
     _warn_of_raised(raised)
     return load(file)
 

@@ -1,7 +1,8 @@
 """Signals that end a computation."""
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 ANNOUNCED = (signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2, signal.SIGXCPU)
@@ -18,3 +19,22 @@ def catch(handler: Callable[[int, Any], None]) -> dict[int, Any]:
         if not (s in ANNOUNCED and was == signal.SIG_IGN):
             signal.signal(s, handler)
     return before
+
+
+class Interrupted(KeyboardInterrupt):
+    """One of SIGNALS has arrived. The message says which, and what is done."""
+
+
+@contextmanager
+def raising() -> Iterator[None]:
+    """Let SIGNALS raise Interrupted in the main thread, which calls this, while the block runs."""
+
+    def stop(signum: int, frame: object) -> None:
+        raise Interrupted(f"stopped by {signal.Signals(signum).name}")
+
+    before = catch(stop)
+    try:
+        yield
+    finally:
+        for s, handler in before.items():
+            signal.signal(s, handler)

@@ -1,8 +1,4 @@
-"""Run a sweep into a file: start or resume the sweep, show its progress, and stop it after a signal.
-
-A separate thread computes. Python handles a signal only in the main thread, between two steps of this thread. The
-computation of a block of points is one step and may take minutes, but Ctrl-C must end the sweep within a second.
-"""
+"""Run a sweep into a file: start or resume the sweep, show its progress, and leave a file that can be resumed."""
 
 from __future__ import annotations
 
@@ -11,7 +7,6 @@ import contextlib
 import errno
 import logging
 import re
-import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
@@ -26,7 +21,7 @@ import numpy as np
 
 from vibrodrive.errors import ConfigError, Failed, NoResult, Unwritable
 from vibrodrive.jobs.progress import Show, Tally, duration, shown
-from vibrodrive.jobs.signals import catch
+from vibrodrive.jobs.signals import Interrupted
 from vibrodrive.model.described import counted
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
@@ -37,8 +32,6 @@ from vibrodrive.version import __version__
 
 if TYPE_CHECKING:
     from vibrodrive.jit.compile import Compilation
-
-PATIENCE = 0.7  # largest time in seconds to wait for a write after a signal; later blocks are lost
 
 
 @dataclass(frozen=True)
@@ -54,16 +47,11 @@ class Job:
     executor: Executor | None = None
 
 
-class Stopped(Exception):
-    """A signal ended the sweep. The message gives the progress. Threads may still be computing."""
+def run(job: Job, show: Show | None, after: float | None = None) -> list[str]:
+    """Compute the missing blocks of a file, and return a text for each point at which a function of the record raised.
 
-
-class Cancelled(Exception):
-    """Exception that ends the computing thread after a signal."""
-
-
-def run(job: Job, show: Show) -> str:
-    """Compute the missing blocks of a file, and return a line of summary.
+    `show` shows the progress, as `shown` does, and a summary. An exception in this thread, such as KeyboardInterrupt,
+    ends the sweep with a file that can be resumed.
 
     Raises
     ------
@@ -73,38 +61,19 @@ def run(job: Job, show: Show) -> str:
         before the computation, also if a cluster cannot be reached.
     Failed
         if the file could not be written or the computation failed.
-    Stopped
-        after one of SIGNALS (signals.py). The caller should end the process immediately.
+    Interrupted
+        with the progress in its message.
     """
     work = _Work(job)
-    thread = threading.Thread(target=work.run, name="sweep", daemon=True)
-    with _signals() as caught:
-        thread.start()
-        thread.join(0.1)
-        while thread.is_alive() and not caught:
-            work.look(show)
-            thread.join(0.1)
-        work.print_news(show)
-        show.clear()
-        if caught and thread.is_alive():
-            raise Stopped(work.stop(caught[0], thread))
-    if work.error is not None:
-        raise work.error
-    return work.summary
-
-
-def run_in_place(job: Job, show: Show | None) -> list[str]:
-    """Do the same as `run` in the calling thread, without changing its signal handlers.
-
-    Return a text for each point at which a function of the record raised an exception.
-
-    An exception in this thread, such as KeyboardInterrupt, ends the sweep with a file that can be resumed.
-    """
-    work = _Work(job)
-    with shown(show, work.look):
-        work.execute()
+    try:
+        with shown(show, work.look, after):
+            work.execute()
+    except Interrupted as signal:
+        raise Interrupted(f"{signal}{work.progress()}") from None
+    finally:
+        if show is not None:
+            work.print_news(show)
     if show is not None:
-        work.print_news(show)
         show.say(work.summary)
     return work.raised
 
@@ -113,19 +82,11 @@ class _Work:
     def __init__(self, job: Job) -> None:
         self.job = job
         self.tally = Tally()
-        self.error: BaseException | None = None
         self.summary = ""
         self.compilation: Compilation | None = None  # set when Numba is loaded
         self._writer: Writer | None = None
-        self._stopping = False
         self._news: list[str] = []
         self.raised: list[str] = []  # for each point at which a function of the record raised, a text with both
-
-    def run(self) -> None:
-        try:
-            self.execute()
-        except BaseException as error:
-            self.error = error
 
     def print_news(self, show: Show) -> None:
         """Print the messages since the last call."""
@@ -137,18 +98,11 @@ class _Work:
         self.print_news(show)
         show.look(self.tally.line, self.compilation)
 
-    def stop(self, signum: int, thread: threading.Thread) -> str:
-        """Close the file so that it can be resumed, and return the message of Stopped."""
-        self._stopping = True
-        if self._writer is None:
-            thread.join(PATIENCE)
-        name = signal.Signals(signum).name
-        if self._writer is None:
-            return f"stopped by {name} before anything was computed"
-        with contextlib.suppress(OSError):
-            self._writer.close(patience=PATIENCE, sync=False)
-        done = self._writer.done
-        return f"stopped by {name}: {self.job.path} contains {done.sum()} of {len(done)} blocks"
+    def progress(self) -> str:
+        """Return the part of a message that says what was computed before an interruption."""
+        if self._writer is None or not self.tally.points:
+            return " before anything was computed"
+        return f": {self.job.path} contains {_done(self._writer)}"
 
     def execute(self) -> None:
         """Open the file, compute its missing blocks and close the file. Raises the exceptions of `run`."""
@@ -175,7 +129,7 @@ class _Work:
                 raise
             except BaseException as error:
                 try:
-                    writer.close()
+                    writer.close(sync=isinstance(error, Exception))
                 except Unwritable:  # the first error is the reason
                     writer.abandon()
                 if not isinstance(error, Exception):  # KeyboardInterrupt in the main thread
@@ -191,8 +145,6 @@ class _Work:
     def _watch(self, doing: str) -> Progress:
         def watch(done: int, total: int) -> None:
             self.tally.stage = f"{doing}: {100 * done / total:.0f} %"
-            if self._stopping:
-                raise Cancelled
 
         return watch
 
@@ -325,24 +277,12 @@ async def _reach(address: str) -> None:
     comm.abort()
 
 
-@contextlib.contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Yield a list to which signals are added. Meanwhile these signals do not end the process."""
-    caught: list[int] = []
-
-    def note(signum: int, frame: object) -> None:
-        caught.append(signum)  # further signals have no effect
-
-    before = catch(note)
-    try:
-        yield caught
-    finally:
-        for s, handler in before.items():
-            signal.signal(s, handler)
-
-
 def _held(writer: Writer) -> str:
-    return f"{writer.done.sum()} of {len(writer.done)} blocks are in the file; repeat the sweep to resume it"
+    return f"{_done(writer)} are in the file; repeat the sweep to resume it"
+
+
+def _done(writer: Writer) -> str:
+    return f"{writer.done.sum()} of {len(writer.done)} blocks"
 
 
 def _one_line(error: BaseException) -> str:

@@ -13,7 +13,6 @@ import math
 import time
 from collections.abc import Callable
 from pathlib import Path
-from threading import Lock as Mutex
 from typing import TYPE_CHECKING
 
 import h5py
@@ -73,7 +72,6 @@ class Writer:
         self.fletcher32: Callable[[np.ndarray], int] | None = None
         self._file = file
         self._lock = lock
-        self._mutex = Mutex()
         self._pending: dict[int, np.ndarray] = {}
         self._committed_at = time.monotonic()
         self._data = {v.variable: file[v.variable] for v in variables_of(plan)}
@@ -91,22 +89,21 @@ class Writer:
     def write(self, block: Block) -> None:
         """Write a finished block. Commit this and all pending blocks if the last commit was more than GROUP_SECONDS
         ago. Raises Unwritable."""
-        with self._mutex:
-            k = block.index
-            sums = point_sums(block.start, block.margin, block.switches, block.status)
-            if block.section is not None:
-                for column, q in enumerate(SECTIONS):
-                    sums += section_sums(self._put_section(k, q.variable, block.section[..., column]), column)
-            for q in self.plan.quantities:
-                values = block.records[q.name].astype(q.dtype, copy=False)
-                self._put(k, q.variable, values)
-                sums += record_sums(q.name, values)
-            self._put(k, "margin", block.margin)
-            self._put(k, "switches", block.switches)
-            self._put(k, "checksum", sums)
-            self._pending[block.index] = block.status.copy()  # a view would keep the arrays of many blocks in memory
-            if time.monotonic() - self._committed_at > GROUP_SECONDS:
-                self._commit()
+        k = block.index
+        sums = point_sums(block.start, block.margin, block.switches, block.status)
+        if block.section is not None:
+            for column, q in enumerate(SECTIONS):
+                sums += section_sums(self._put_section(k, q.variable, block.section[..., column]), column)
+        for q in self.plan.quantities:
+            values = block.records[q.name].astype(q.dtype, copy=False)
+            self._put(k, q.variable, values)
+            sums += record_sums(q.name, values)
+        self._put(k, "margin", block.margin)
+        self._put(k, "switches", block.switches)
+        self._put(k, "checksum", sums)
+        self._pending[block.index] = block.status.copy()  # a view would keep the arrays of many blocks in memory
+        if time.monotonic() - self._committed_at > GROUP_SECONDS:
+            self._commit()
 
     def check(self, progress: Progress = quiet) -> None:
         """Read all committed blocks, and mark damaged blocks as missing, so that they are computed again.
@@ -126,30 +123,24 @@ class Writer:
             done[k] = False
         self.done, self.repaired = done, wrong
 
-    def close(self, *, patience: float = -1.0, sync: bool = True) -> bool:
-        """Commit the pending blocks and close the file. Return False if a running `write` did not end within `patience`
-        seconds (a negative number means no limit). Without `sync` the file is not flushed to the disk.
+    def close(self, *, sync: bool = True) -> None:
+        """Commit the pending blocks and close the file. Without `sync` the file is not flushed to the disk.
 
-        Other threads may call this method during `write`. It may be called several times.
+        This method may be called several times.
         """
-        if not self._mutex.acquire(timeout=patience):
-            return False
+        if not self._file:  # an h5py.File is false once it is closed
+            return
+        self._commit()
+        self._file.close()
         try:
-            if self._file:  # an h5py.File is false once it is closed
-                self._commit()
-                self._file.close()
-                try:
-                    if sync:
-                        self._lock.sync()
-                finally:
-                    self._lock.release()
+            if sync:
+                self._lock.sync()
         finally:
-            self._mutex.release()
-        return True
+            self._lock.release()
 
     def abandon(self) -> None:
         """Close a file that could not be written, without another commit."""
-        with self._mutex, contextlib.suppress(OSError, RuntimeError):
+        with contextlib.suppress(OSError, RuntimeError):
             self._file.close()
         self._lock.release()
 
