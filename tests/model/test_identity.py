@@ -169,6 +169,14 @@ def test_what_cannot_be_compared_is_named(function, what):
         digest_of(function)
 
 
+def test_a_function_of_no_module_counts_as_the_users():
+    space: dict = {"k": 1}
+    exec("def f(m): return k", space)
+    before = sha(space["f"])
+    space["k"] = 2
+    assert sha(space["f"]) != before
+
+
 def test_cycles_end():
     found = []
     found.append(found)

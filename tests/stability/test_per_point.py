@@ -102,7 +102,7 @@ def test_points_without_a_limit_have_a_status_of_their_own(arguments, status):
         ({"record": lambda motion: {"e\u0301": 1.0}}, "must be a name as of a variable in Python"),
         ({"record": lambda motion: {}}, "function = {}: must be a number, or numbers by name"),
         ({"record": summary}, "a function that has not the name of a record"),
-        ({"record": lambda motion: "no number"}, "function raised at all 1 points, first at the one point: TypeError"),
+        ({"record": lambda motion: "no number"}, "function raised at all 1 point, first at the one point: TypeError"),
     ],
 )
 def test_what_cannot_be_recorded_is_refused(arguments, words):

@@ -195,7 +195,7 @@ class _Digest:
 
     def _library(self, module: str) -> bool:
         top = module.partition(".")[0]
-        if top == self.home or top == "__main__":
+        if top in (self.home, "__main__", ""):  # "": made by `exec`
             return False
         file = getattr(sys.modules.get(module), "__file__", None) or ""
         return top == "vibrodrive" or top in sys.stdlib_module_names or file.startswith(INSTALLED) or not file
