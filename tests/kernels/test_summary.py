@@ -318,6 +318,24 @@ def test_gaps_and_sequences_distinguish_orbits():
     assert len(set.union(*words.values())) == len(words), "equal sequences must have equal numbers"
 
 
+@pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 1e-9])
+@pytest.mark.parametrize("A", [5.718193004727864, 3.623774070760059, 4.671037042484899])
+def test_gaps_are_in_order_of_time(A, eps):
+    """These cycles are not their own reverse. With the disturbance the motions have no period."""
+    run = dict(A=A, eps=eps, transient=2000, periods=200)
+    impacts = vd.simulate(**run).impacts[1:-1]
+    gaps = np.rint(np.diff(times(impacts)) / TURN).astype(int).tolist()
+    n = next(n for n in range(1, len(gaps)) if gaps[n:] == gaps[:-n])
+
+    def least(cycle):
+        return min("".join(map(str, cycle[k:] + cycle[:k])) for k in range(n))
+
+    assert least(gaps[:n]) != least(gaps[:n][::-1])
+    swept = vd.sweep(**run, record="summary")
+    assert (str(int(swept.gaps)), bool(swept.period > 0)) == (least(gaps[:n]), eps == 0.0)
+
+
 def test_motion_without_release_is_at_rest():
     swept = vd.sweep(A=[0.5], transient=3, periods=4, xi0=0.0, record="summary")
     assert (swept.period[0], swept.impacts[0], swept.energy[0], swept.share_rest[0]) == (1, 0.0, 0.0, 1.0)

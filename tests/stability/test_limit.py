@@ -171,7 +171,7 @@ def test_change_of_gaps_is_described(usual, now, code, said, monkeypatch):
     ("A", "periods", "how"),
     [
         (2.8416, 1500, "gaps 2 became 1, 2"),  # impacts are added, and the gaps of the other impacts stay the same
-        (3.16, 500, "gaps 1, 2, 2, 1 became 1, 2 in another order"),
+        (3.16, 500, "gaps 1, 1, 2, 2 became 1, 2 in another order"),  # from the rotation that sorts first
     ],
 )
 def test_how_describes_the_loss(A, periods, how):

@@ -357,16 +357,16 @@ def add_main(rows, row, totals):
 def digits_of(gaps, length, last):
     """Return a cycle of `length` gaps as a number with one digit for each gap. Return 0 if a gap is not in 1 ... 9.
 
-    Each rotation of the cycle gives one such number. The result is the smallest of these numbers. `gaps` contains
-    gap k at index k mod GAPS. The cycle ends with gap number `last`.
+    The digits are in order of time. Each rotation of the cycle gives one such number. The result is the smallest of
+    these numbers. `gaps` contains gap k at index k mod GAPS. The cycle ends with gap number `last`.
     """
     least = INFINITY
     for turn in range(length):
         digits = 0.0
         for n in range(length):
-            back = turn + n
-            back -= length if back >= length else 0
-            gap = gaps[(last - back) % GAPS]
+            later = turn + n
+            later -= length if later >= length else 0
+            gap = gaps[(last + 1 - length + later) % GAPS]
             if gap < 1.0 or gap > 9.0:
                 return 0.0
             digits = 10.0 * digits + gap

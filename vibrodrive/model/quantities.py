@@ -169,7 +169,8 @@ SUMMARIES = (
         lacking="record too short", names=states,
     ),
     Quantity(
-        "gaps", "<i4", -1, f"periods between main impacts in one cycle, as digits, 0: no cycle, {UNSEEN}: unknown",
+        "gaps", "<i4", -1,
+        f"periods between main impacts in a cycle in order of time, as digits, 0: none, {UNSEEN}: unknown",
         label="periods between main impacts", shown=CYCLES, special=SHORT, lacking="record too short", names=digits,
     ),
     number("impacts", "impacts per excitation period", scales="rate"),

@@ -179,7 +179,8 @@ def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, fou
         usual: Sequence[int] = ()
         seen = impact_gaps(motion.impacts)
         if base.cycle is not None:
-            usual = base.cycle.gaps.tolist()
+            cycle = base.cycle.gaps.tolist()
+            usual = min(cycle[n:] + cycle[:n] for n in range(len(cycle)))
             seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
         now = np.unique(seen).tolist()
         text = f"gaps {_listed(usual)} became {_listed(now)}"
