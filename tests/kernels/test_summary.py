@@ -70,6 +70,8 @@ class Slide:
         self.phi, self.xi, self.drop = a["phase"], a["xi"], self.B + direction
         self.theta = TURN * (self.eta % 1.0 * int(a["period"]) % 1.0) + self.eta * self.phi
         self.h = times(b) - times(a)
+        if direction * self.acceleration(0.0) < 0.0:  # Muller's method has ended a wait early, so ξ'' is set to 0
+            self.drop = self.force(0.0)
 
     def force(self, x):
         return self.A * (np.sin(self.phi + x) + self.eps * self.eta**2 * np.sin(self.theta + self.eta * x))
@@ -84,9 +86,11 @@ class Slide:
     def velocity(self, x):
         return self.first(0.0) - self.first(x) - self.drop * x
 
-    def zeros(self, f):
-        """Return both ends of the slide, and the zeros of f between dense samples."""
-        x = np.linspace(0.0, self.h, max(64, int(24 * self.h * max(self.eta, 1.0) / TURN)))
+    def acceleration(self, x):
+        return self.force(x) - self.drop
+
+    def zeros(self, f, x):
+        """Return both ends of the slide, and the zeros of f between the times x, between which f is monotonic."""
         at = np.flatnonzero(f(x[:-1]) * f(x[1:]) < 0)
         low, high = x[at], x[at + 1]
         for _ in range(26):  # an extreme changes only by the square of the remaining error
@@ -94,6 +98,15 @@ class Slide:
             before = f(middle) * f(low) > 0
             low, high = np.where(before, middle, low), np.where(before, high, middle)
         return np.concatenate([[0.0, self.h], low])
+
+    def extremes(self):
+        """Return ξ and ξ' where they may be extreme: at both ends, at the zeros of ξ', and at those of ξ''.
+
+        Between zeros of ξ'' the velocity is monotonic, so no zero of ξ' is missed, however close to another one.
+        """
+        dense = np.linspace(0.0, self.h, max(64, int(24 * self.h * max(self.eta, 1.0) / TURN)))
+        bends = np.sort(self.zeros(self.acceleration, dense))
+        return self.gap(self.zeros(self.velocity, bends)), self.velocity(bends)
 
     def work(self):
         ends = np.linspace(0.0, self.h, 2 + int(self.h * max(self.eta, 1.0) / 2))
@@ -108,22 +121,24 @@ def naive(switches, arguments, duration=None):
     per = dict.fromkeys(("impacts", "momentum", "energy", "friction_loss", "drive_work"), 0.0)
     most = dict.fromkeys(("xi_max", "dxi_min", "dxi_max", "impact_speed_max"), 0.0)
     share = np.zeros(4)
+    for switch in switches[1:] if duration else switches:  # the first switch of a period repeats the last one
+        landed, speed = switch["after"] == vd.State.IMPACT, switch["dxi"]
+        most["xi_max"] = max(most["xi_max"], 0.0 if landed else switch["xi"])
+        most["dxi_min"], most["dxi_max"] = min(most["dxi_min"], speed), max(most["dxi_max"], speed)
+        most["impact_speed_max"] = max(most["impact_speed_max"], abs(speed) if landed else 0.0)
     for state, a, b in segments(switches):
         share[state] += times(b) - times(a)
         landed = b["after"] == vd.State.IMPACT
-        most["xi_max"] = max(most["xi_max"], a["xi"], 0.0 if landed else b["xi"])
         if state in (vd.State.UP, vd.State.DOWN):
             slide = Slide(a, b, 1.0 if state == vd.State.UP else -1.0, arguments)
-            speeds = slide.velocity(slide.zeros(lambda x, s=slide: s.force(x) - s.drop))
+            gaps, speeds = slide.extremes()
+            most["xi_max"] = max(most["xi_max"], gaps.max())
             most["dxi_min"] = min(most["dxi_min"], speeds.min())
             most["dxi_max"] = max(most["dxi_max"], speeds.max())
-            if state == vd.State.UP:
-                most["xi_max"] = max(most["xi_max"], slide.gap(slide.zeros(slide.velocity)).max())
             per["friction_loss"] += abs((0.0 if landed else b["xi"]) - a["xi"])
             per["drive_work"] += slide.work()
         if landed:
             speed = abs(b["dxi"])
-            most["impact_speed_max"] = max(most["impact_speed_max"], speed)
             per["impacts"], per["momentum"] = per["impacts"] + 1, per["momentum"] + speed
             per["energy"] += speed * speed / 2
     duration = duration or (share.sum() / TURN or math.nan)
@@ -193,6 +208,58 @@ def test_summary_equals_quadrature_and_the_extremes_of_the_curve(seed):
         assert_agrees(swept, index, motion)
         if method == "certified" and swept.impacts[index] > 0:
             assert swept.drive_work[index] == pytest.approx(swept.friction_loss[index] + swept.energy[index], rel=1e-12)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("seed", range(8))
+def test_extremes_on_a_coarse_grid(seed):
+    """A step may skip two zeros of ξ', between which ξ' has another sign and ξ a maximum.
+
+    Muller's method ends a wait early, within its tolerance, and the next slide then begins with ξ'' = 0.
+    """
+    rng = np.random.default_rng(seed)
+    scene = dict(
+        B=float(rng.choice([0.0, 0.1, 0.6, 1.2])), transient=5, periods=20, method=("muller", "fixed")[seed % 2],
+        dtau=float(rng.uniform(0.2, 6.0)), eta=float(rng.uniform(3.0, 30.0)),
+    )  # fmt: skip
+    scene |= {"eps": [0.0, 0.3 / scene["eta"] ** 2, 0.3 / scene["eta"]], **({} if seed % 2 else {"tol": 1e-4})}
+    A = np.sort(rng.uniform(1.05 + scene["B"], scene["B"] + 7, 3))
+    swept = vd.sweep(A=A, **scene, record="summary")
+    for index in np.ndindex(swept.shape):
+        motion = vd.simulate(**scene | {"A": A[index[0]], "eps": scene["eps"][index[1]]})
+        assert_agrees(swept, index, motion)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("name", "value", "scene"),
+    [
+        ("xi_max", 1.8668, dict(
+            A=1.7584744386475173, eps=0.03611600705602364, eta=7.0, method="muller", dtau=1.708403603598648,
+            transient=20, periods=3,
+        )),
+        ("impact_speed_max", 3.345830, dict(
+            A=3.6755083282381538, eps=8.258422082613284e-08, transient=400, periods=20,
+        )),
+    ],
+)  # fmt: skip
+def test_extremes_that_were_missed(name, value, scene):
+    """In the first motion a slide skips two zeros of ξ', in the second an impact is the first recorded switch."""
+    swept, motion = vd.sweep(**scene | {"A": [scene["A"]]}, record="summary"), vd.simulate(**scene)
+    assert getattr(swept, name)[0] == pytest.approx(value, rel=3e-5 if name == "xi_max" else 3e-7)
+    assert_agrees(swept, 0, motion)
+
+
+@pytest.mark.jit
+def test_extremes_include_the_first_recorded_switch():
+    """Records of one period of a motion of period 2. Those that begin with an impact have no later one."""
+    tau0, run = np.linspace(0, TURN, 16, endpoint=False), dict(A=3.04, transient=50, periods=1)
+    swept, states = vd.sweep(tau0=tau0, **run, record="summary"), set()
+    for k, start in enumerate(tau0):
+        motion = vd.simulate(tau0=start, **run)
+        states.add(int(motion.switches["after"][0]))
+        assert_agrees(swept, k, motion)
+    assert states > {vd.State.IMPACT}
 
 
 @pytest.mark.parametrize("speed", [60.0, 60.25, 60.5, 61.0])
@@ -351,7 +418,8 @@ def test_permanent_stick_has_period_1():
 
 @numba.njit(error_model="numpy")
 def summarised(rows, n, state, x, point, totals, out):
-    summarise(rows, 0, n, state, x, Drive(point[0], point[1], point[2], point[3], point[4]), totals, out)
+    drive = Drive(point[0], point[1], point[2], point[3], point[4], point[5])
+    summarise(rows, 0, n, state, x, drive, totals, out)
 
 
 def of_switches(motion):
@@ -363,7 +431,7 @@ def of_switches(motion):
     eta = a["eta"] if fast > 0.0 else 0.0
     out = np.empty(OUT)
     x = 0.0 if last["after"] == vd.State.IMPACT else float(last["xi"])
-    point = np.array([a["A"], a["B"], fast, eta, eta - math.floor(eta)])
+    point = np.array([a["A"], a["B"], fast, eta, eta - math.floor(eta), a["dtau"]])
     summarised(rows, len(s), int(last["after"]), x, point, np.empty(TOTALS), out)
     return {name: values[0] for name, values in Arrays(*[None] * 4, summary=out[None]).quantities().items()}
 

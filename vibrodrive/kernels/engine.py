@@ -177,7 +177,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
         extent = extent_of(a.numbers)
         section, outcome = a.section, Outcome(a.status, a.margin, a.counts, a.work)
         impacts = a.impacts if recorded else None
-        recorder = Recorder(a.history, a.totals, a.summary) if recorded else None
+        recorder = Recorder(a.history, a.totals, a.summary, grid) if recorded else None
         history.assign_slots(k)
         n, c = 0, next_index(a.counter)
         while not is_set(a.halt):

@@ -17,7 +17,7 @@ from vibrodrive.jit.compile import inline, part
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels import summary, switch
-from vibrodrive.kernels.codes import ALL, DOWN, IMPACT, NONE, OF_THE_RECORD, REST, S1, S3, S4, STICK, UP
+from vibrodrive.kernels.codes import ALL, DOWN, IMPACT, NONE, OF_THE_RECORD, REST, S1, S3, S4, STICK, UNKNOWN, UP
 from vibrodrive.kernels.outputs import Switch
 
 ROWS = 2 * summary.REACH  # number of switches for which a lane has room
@@ -66,7 +66,7 @@ def write_switch(w, k, i, period, phi, event, recorder):
     slot, row = k[r.HISTORY_SLOT + i], k[r.HISTORY_COUNT + i]
     rows = recorder.history[slot]
     if row == ROWS:
-        row = make_room(w, k, i, rows, recorder.totals[slot])
+        row = make_room(w, k, i, rows, recorder.totals[slot], recorder.grid)
     rows[row, summary.PERIOD] = float(period)
     rows[row, summary.PHASE] = phi
     rows[row, summary.BEFORE] = float(event.before)
@@ -77,16 +77,17 @@ def write_switch(w, k, i, period, phi, event, recorder):
 
 
 @inline
-def drive_of(w, i):
+def drive_of(w, i, grid):
     """Return the parameters of lane i on which its summary depends."""
-    return summary.Drive(w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i])
+    step = w[r.DTAU + i] if grid else UNKNOWN
+    return summary.Drive(w[r.A + i], w[r.B + i], w[r.AF + i], w[r.ETA + i], w[r.FRAC + i], step)
 
 
 @part
-def make_room(w, k, i, rows, totals):
+def make_room(w, k, i, rows, totals, grid):
     """Add the first half of the switches to the totals, and move the others to the front. Return their number."""
     half = ROWS // 2
-    summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i), totals)
+    summary.add_switches(rows, k[r.HISTORY_ADDED + i], half + 1, drive_of(w, i, grid), totals)
     drop_rows(k, i, half, rows)
     k[r.HISTORY_ADDED + i] = 1
     return half
@@ -244,7 +245,7 @@ def write_summary_of(w, k, i, recorder):
     slot = k[r.HISTORY_SLOT + i]
     summary.summarise(
         recorder.history[slot], k[r.HISTORY_ADDED + i], k[r.HISTORY_COUNT + i], k[r.STATE + i], w[r.X0 + i],
-        drive_of(w, i), recorder.totals[slot], recorder.summary[k[r.POINT + i]],
+        drive_of(w, i, recorder.grid), recorder.totals[slot], recorder.summary[k[r.POINT + i]],
     )  # fmt: skip
     k[r.HISTORY_KEEPS + i] = NONE
 

@@ -60,11 +60,13 @@ class Recorder(NamedTuple):
     history float64 (LANES, APART, 6): memory for switches
     totals float64 (LANES, TOTALS): memory for totals; (LANES, 0) if no summaries are computed
     summary float64 (n, OUT): summary of each motion
+    grid : whether the method uses a grid
     """
 
     history: np.ndarray
     totals: np.ndarray
     summary: np.ndarray
+    grid: bool
 
 
 class Log(NamedTuple):

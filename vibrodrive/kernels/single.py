@@ -59,6 +59,7 @@ def single(method: int, recorded: bool, bounded: bool):
     If `recorded`, the kernel computes summaries. If `bounded`, it computes bounds of the errors of the motion
     (certainty.py). Main impacts are written if the array `impacts` has room for them.
     """
+    grid = method != CERTIFIED
 
     @jit(_nrt=False)
     def run(address):
@@ -68,7 +69,7 @@ def single(method: int, recorded: bool, bounded: bool):
         extent = extent_of(a.numbers)
         section, impacts, outcome = a.section, a.impacts, Outcome(a.status, a.margin, a.counts, a.work)
         log = Log(a.rows, a.stored)
-        recorder = Recorder(a.history, a.totals, a.summary) if recorded else None
+        recorder = Recorder(a.history, a.totals, a.summary, grid) if recorded else None
         errors = Errors(a.bounds, a.until, a.off) if bounded else None
         history.assign_slots(k)
         under_way = False

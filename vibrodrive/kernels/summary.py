@@ -1,9 +1,10 @@
 """Summary of a recorded motion in a few numbers, from its switches.
 
-The summary of a motion of period n covers one period. Of any other motion, the extremes cover all segments between
-recorded switches, and the sums extend from a main impact to a main impact. At both ends ξ = ξ' = 0, so the energy
-balance closes. Only complete flights count, so the means do not depend on the ends of the record. Without two main
-impacts there are no means. Each segment is complete, begins with ξ' = 0 and has a closed form, so all sums are exact:
+The summary of a motion of period n covers one period. Of any other motion, the extremes cover the recorded switches and
+all segments between them, and the sums extend from a main impact to a main impact. At both ends ξ = ξ' = 0, so the
+energy balance closes. Only complete flights count, so the means do not depend on the ends of the record. Without two
+main impacts there are no means. Each segment is complete, begins with ξ' = 0 and has a closed form, so all sums are
+exact:
 
 * In each slide, friction dissipates the energy |Δξ|. An impact dissipates ½ξ'². Friction force and mass are 1 (§2).
 * The excitation F = A sin τ + A ε η² sin ητ does the work ∫ F ξ' dτ. Let G be the integral of F, and
@@ -26,10 +27,10 @@ impacts there are no means. Each segment is complete, begins with ξ' = 0 and ha
 record.py defines main impacts. Here a main impact counts only if switches more than half an excitation period before
 and after it are recorded, because an impact outside the record might be faster.
 
-**Extremes.** ξ is largest at a switch, unless a grid ends a slide late. In a slide of direction s, s ξ' is largest at
-the end or, at ε = 0, at a known phase. In all other cases the largest value of f (ξ, ξ' or -ξ') is searched for by
-steps over which f certainly nowhere exceeds the largest value so far. With the bounds |f''| <= M2 and |f'''| <= M3,
-each of the following steps is safe, and the longest is taken:
+**Extremes.** ξ is largest at a switch, unless a grid ends a slide late or misses two zeros of ξ'. In a slide of
+direction s, s ξ' is largest at the end or, at ε = 0, at a known phase. In all other cases the largest value of f (ξ, ξ'
+or -ξ') is searched for by steps over which f certainly nowhere exceeds the largest value so far. With the bounds
+|f''| <= M2 and |f'''| <= M3, each of the following steps is safe, and the longest is taken:
 
 * Up to the first positive root of f' + f''t - M3 t²/2, f increases, so its largest value is that at the end. The ends
   of these steps converge quadratically to the next peak.
@@ -37,6 +38,13 @@ each of the following steps is safe, and the longest is taken:
   bound of f'', and the amplitude of the fast part added.
 * Where f'' < 0, up to t = -2f''/M3 the third derivative adds at most -f''t²/3 to f. If then f + f't + f''t²/6 stays
   below the largest value so far, the whole step is safe. This step leaves a peak.
+
+On a grid, s ξ' >= 0 at all grid points of a slide but the last, at which s ξ' = v. Between two grid points s ξ' is at
+most d below the line through both values: the slow part is at most A Δτ²/8 below its own line, the fast part
+A ε η³ Δτ²/8 or twice its amplitude. (At ε = 0 the least value -d of s ξ' before the end occurs at a known phase; d = 0
+if it is positive.) So s ξ' >= -d, and s ξ' >= min(v, 0) - d in the last step. In a slide of duration h the gap
+therefore exceeds that at the end of a slide up by at most d h + max(-v, 0) Δτ, and that at both ends of a slide down by
+at most d h. Only slides in which these bounds exceed the extremes so far are searched.
 """
 
 import math
@@ -95,13 +103,14 @@ smaller value would miss periods, because a motion approaches its orbit only lik
 
 
 class Drive(NamedTuple):
-    """Parameters of a motion: A, B, A ε η², η and the fractional part of η."""
+    """Parameters of a motion: A, B, A ε η², η, the fractional part of η, and Δτ, which is NaN without a grid."""
 
     a: float
     b: float
     af: float
     eta: float
     frac: float
+    step: float
 
 
 @inline
@@ -159,15 +168,12 @@ def forces(row, rows, drive):
 
 
 @inline
-def slow_peak(s, direction, phi, h, g, cosine, slope, totals):
-    """Return the largest s ξ' of a slide that begins at the phase `phi`, without the fast excitation.
+def slow_peak(s, direction, phi, h, g, slope, totals, best):
+    """Return the largest maximum of s ξ' in a slide without the fast excitation, or `best` if this is larger.
 
-    `direction` is that of the slide, h its duration, g is -G at its beginning, `cosine` is A cos φ at its end, and
-    `slope` is B + direction. The largest value occurs where s ξ'' falls to 0, or at the end of the slide. With a
-    disturbance it may also occur at the beginning, which is omitted here. There the slow part of s ξ' is at most the
-    amplitude of its fast part.
+    The slide begins at the phase `phi`. `direction` is that of the slide, h its duration, g is -G at its beginning, and
+    `slope` is F - ξ''. In a maximum s ξ'' falls to 0.
     """
-    best = s * (g - slope * h - cosine)
     turn, there = totals[TURN_UP], totals[COSINE_UP]
     if direction < 0.0:
         turn, there = totals[TURN_DOWN], totals[COSINE_DOWN]
@@ -190,13 +196,13 @@ def rise(value, slope, bend):
 
 
 @part
-def largest(gap, s, direction, row, rows, h, g, start, drive, best):
+def largest(gap, s, slope, row, rows, h, g, start, drive, best):
     """Return the largest ξ (if `gap`) or s ξ' of a slide that begins at switch `row`, or `best` if this is larger.
 
-    `direction` is that of the slide, h its duration, g is -G at its beginning, and `start` is ξ - ∫G there. The head
+    `slope` is F - ξ'', h is the duration of the slide, g is -G at its beginning, and `start` is ξ - ∫G there. The head
     describes the search. The result may be too small by `least` (rounding), the least rise above `best` that is found.
     """
-    a, af, eta, slope = drive.a + 1e-300, drive.af, drive.eta, drive.b + direction  # a is a divisor, so not zero
+    a, af, eta = drive.a + 1e-300, drive.af, drive.eta  # a is a divisor, so not zero
     ripple = af / eta if af > 0.0 else 0.0
     phi = rows[row, PHASE]
     theta = motion.fast_phase(eta, drive.frac, rows[row, PERIOD], phi, 0.0)
@@ -233,23 +239,19 @@ def largest(gap, s, direction, row, rows, h, g, start, drive, best):
 
 
 @inline
-def fastest(s, direction, row, rows, h, g, cosine, drive, totals, best):
+def fastest(s, direction, slope, row, rows, h, g, cosine, drive, totals, best):
     """Return the largest s ξ' of a slide that begins at switch `row`, or `best` if this is larger.
 
-    The arguments are those of `slow_peak` and `largest`.
+    The arguments are those of `slow_peak` and `largest`; `cosine` is A cos φ at the end. At the beginning of the slide
+    the slow part of s ξ' is at most the amplitude of its fast part.
     """
-    peak = slow_peak(s, direction, rows[row, PHASE], h, g, cosine, drive.b + direction, totals)
+    peak = slow_peak(s, direction, rows[row, PHASE], h, g, slope, totals, s * (g - slope * h - cosine))
     if drive.af == 0.0:
         return max(best, peak)
     ripple = drive.af / drive.eta
     if max(peak, ripple) + ripple <= best:
         return best
-    return largest(False, s, direction, row, rows, h, g, 0.0, drive, best)
-
-
-LATE_SPEED = 1e-9
-"""A slide that ends with at least this speed against its direction ends late, at a point of a grid. A smaller speed is
-the rounding of ξ' = 0. ξ and ξ' then have extremes within the slide."""
+    return largest(False, s, slope, row, rows, h, g, 0.0, drive, best)
 
 
 @part
@@ -277,18 +279,25 @@ def add_segment(rows, row0, row1, drive, totals):
     f1, g1, i1, cosine = forces(row1, rows, drive)
     totals[AT] = time_of(rows, row1)
     totals[FORCE], totals[FIRST_INTEGRAL], totals[SECOND_INTEGRAL] = f1, g1, i1
+    if drive.step > 0.0 and s * (f0 - slope) < 0.0:
+        slope = f0  # ξ'' = 0 after a wait that Muller's method has ended early, as in `begin` (switch.py)
     totals[FRICTION] += abs(x1 - x0)
     totals[DRIVE] += -g1 * v - 0.5 * (g1 * g1 - g0 * g0) - slope * (i1 - i0)
     a0, a1 = f0 - slope, f1 - slope
     ahead, back = totals[MOST], -totals[LEAST]
     if s < 0.0:
         ahead, back = back, ahead
-    ahead = fastest(s, s, row0, rows, h, g0, cosine, drive, totals, max(ahead, s * v))
-    if s * v < -LATE_SPEED:
-        back = fastest(-s, s, row0, rows, h, g0, cosine, drive, totals, max(back, -s * v))
-        # at ε = 0 the bound of the last step in the head, with ξ for f and time reversed, makes most searches needless
-        if s > 0.0 and (drive.af > 0.0 or a1 >= 0.0 or x1 - 1.5 * v * v / a1 > totals[HIGHEST]):
-            totals[HIGHEST] = largest(True, s, s, row0, rows, h, g0, x0 + i0, drive, totals[HIGHEST])
+    ahead = fastest(s, s, slope, row0, rows, h, g0, cosine, drive, totals, max(ahead, s * v))
+    if drive.step > 0.0:
+        late, square = max(-s * v, 0.0), 0.125 * drive.step * drive.step
+        if drive.af > 0.0:
+            dip = drive.a * square + drive.af * min(2.0 / drive.eta, drive.eta * square)
+        else:
+            dip = slow_peak(-s, s, rows[row0, PHASE], h, g0, slope, totals, 0.0)
+        if late + dip > back:
+            back = fastest(-s, s, slope, row0, rows, h, g0, cosine, drive, totals, max(back, late))
+        if (x1 + late * drive.step if s > 0.0 else max(x0, x1)) + dip * h > totals[HIGHEST]:
+            totals[HIGHEST] = largest(True, s, slope, row0, rows, h, g0, x0 + i0, drive, totals[HIGHEST])
     totals[MOST] = ahead if s > 0.0 else back
     totals[LEAST] = -back if s > 0.0 else -ahead
     totals[OFF] -= a0 * h * totals[LATE]
@@ -532,7 +541,10 @@ def add_switches(rows, first, end, drive, totals):
     """Add the switches in rows first … end - 1 to the totals. If first = 0, the totals begin at row 0."""
     if first == 0 and end > 0:
         clear_totals(totals, drive.a, drive.b)
-        totals[BEGAN] = time_of(rows, 0)
+        totals[BEGAN], speed = time_of(rows, 0), rows[0, DXI]
+        landed = int(rows[0, AFTER]) == IMPACT
+        totals[HIGHEST], totals[FASTEST] = (0.0, abs(speed)) if landed else (rows[0, XI], 0.0)
+        totals[LEAST], totals[MOST] = min(speed, 0.0), max(speed, 0.0)
         add_main(rows, 0, totals)
     for k in range(max(first, 1), end):
         add_segment(rows, k - 1, k, drive, totals)
