@@ -56,7 +56,7 @@ def test_motion_is_described_in_words():
     )
     short = "the record is too short for means, which need two main impacts"
     assert creeping[3:] == [f"no period up to 64; {short}"]
-    assert falling[3:] == [f"period unknown, because the recorded switches span less than 64 periods; {short}"]
+    assert falling[3:] == [f"period unknown, because the switches searched span less than 64 periods; {short}"]
 
 
 SCENE = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)

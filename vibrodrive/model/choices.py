@@ -14,7 +14,8 @@ LONGEST = 64
 UNSEEN = -2
 """Value of `period`, `sequence` and `gaps` if the record is too short to show whether the motion repeats.
 
-`period` and `sequence` need recorded switches over LONGEST periods, `gaps` needs each cycle of gaps twice.
+A period is found if the recorded switches span it. That there is none is known if they span LONGEST periods. Without a
+period, `gaps` needs the cycle of gaps twice.
 """
 
 

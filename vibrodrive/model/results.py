@@ -52,11 +52,11 @@ class Results:
 
     After the last impact the arrays over `impact` are filled with NaN or -1. The error bounds are also one array,
     `error`. If `period` is positive, a summary is taken over one period of the motion. Otherwise it is an estimate from
-    the record: extremes are those between the first and the last recorded switch, and all other numbers are means from
-    the first to the last main impact with recorded switches more than half an excitation period before and after it,
-    NaN without two of these. `period` is 0 if the motion does not repeat within 64 periods, and -2 if the recorded
-    switches span less than 64 periods, so that the period and `lyapunov` are unknown. At ε = 0 and B < 1 a record of 66
-    periods suffices.
+    the record: extremes are those from the first recorded switch to the last, and all other numbers are means from the
+    first to the last main impact with recorded switches more than half an excitation period before and after it, NaN
+    without two of these. A period is found if the recorded switches span it. `period` is 0 if they span 64 periods and
+    do not repeat. If they span less, it is -2, and the period and `lyapunov` are unknown. At ε = 0 and B < 1 a record
+    of 66 periods suffices.
 
     Files and `to_xarray` describe each array. In them `period` has the name `motion_period`.
 
