@@ -12,6 +12,7 @@ import vibrodrive as vd
 from vibrodrive.batch import describe
 from vibrodrive.batch.trajectory import SWITCH_ERROR
 from vibrodrive.kernels.arguments import SWITCH
+from vibrodrive.model.choices import Status
 
 
 @pytest.mark.parametrize("method", ["certified", "fixed"])
@@ -31,6 +32,9 @@ def test_more_switches_than_expected_are_all_stored():
     assert len(few.switches) > 2 * (64 + 128)
     assert (many.switches[: len(few.switches)] == few.switches).all()
     assert (many.switch_errors[: len(few.switches)] == few.switch_errors).all()
+    status = {record: vd.sweep(**hops, transient=0, periods=2, record=record).status for record in ("section", "error")}
+    assert (many.status, status) == (Status.TOO_CLOSE, {"section": Status.OK, "error": Status.TOO_CLOSE})
+    assert 'in `simulate` and with the record "error" for the exact motion' in Status.OK.advice
 
 
 def test_period_is_that_of_the_summary_even_if_the_record_is_short():

@@ -96,8 +96,8 @@ class Status(Named):
 
 
 _ADVICE = {
-    Status.OK: "computed to the end; with the method certified every switch was located and decided with a guarantee, "
-    "relative to the computed state before it",
+    Status.OK: "computed to the end; with the method certified every switch was located and decided with a guarantee: "
+    'in `simulate` and with the record "error" for the exact motion, else relative to the computed state before it',
     Status.TOO_CLOSE: "the margin of a decision is smaller than its possible error (rounding that has grown along the "
     "motion): the motion is valid before this decision; after it, the other possible motion is equally valid; change a "
     "parameter slightly to see both",
