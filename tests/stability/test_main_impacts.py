@@ -1,6 +1,7 @@
 """Tests of cycles of main impacts, and of motions that follow them or do not, with impacts that are written by hand."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -85,6 +86,16 @@ def test_two_impacts_in_the_wrong_order_break_order_but_not_gaps():
     rows["phase"][12:14], rows["speed"][12:14] = rows["phase"][12:14][::-1].copy(), rows["speed"][12:14][::-1].copy()
     assert follow_cycle(cycle, rows, PERIODS, ordered=False) is not None
     assert follow_cycle(cycle, rows, PERIODS) is None
+
+
+@pytest.mark.parametrize("first", range(4))
+@pytest.mark.parametrize("last", range(4))
+def test_part_of_a_cycle_may_span_much_more_or_less_than_its_mean(first, last):
+    """Three of the four gaps span 3 of 28 periods, the other one 25."""
+    cycle = ImpactCycle(np.array([1, 1, 1, 25]), np.full(4, 4.0), np.array([1.0, 2.0, 3.0, 4.0]))
+    whole = landings(np.tile(cycle.gaps, 6), 4.0, np.tile(cycle.speed, 6))
+    rows = whole[first : len(whole) - last]
+    assert len(follow_cycle(cycle, rows, 168)) == len(rows) - 2
 
 
 def test_missing_or_additional_impact_breaks_gaps():
