@@ -145,6 +145,24 @@ def test_curve_of_a_phase_is_cut_where_it_passes_the_end_of_a_period():
     np.testing.assert_array_equal(phase_traces(Branch(np.arange(4.0), turning))[:, 0], [6.1, 6.2, math.nan, 0.2])
 
 
+@pytest.mark.parametrize(
+    ("multiplier", "doubles"),
+    [
+        (lambda d: -1.0 - 300.0 * d, True),
+        (lambda d: -1.0 + 1e-3 * (d - 3e-9), True),
+        (lambda d: -1.0 - 300.0 * (d - 1e-3), False),  # far away
+        (lambda d: 1.0 + 300.0 * d, False),  # a fold, not a period doubling
+        (lambda d: -0.9 if d < 0.0 else math.nan, False),  # an orbit that ends
+        (lambda d: -1.1 if d < 0.0 else math.nan, False),
+    ],
+)
+def test_doubled_orbit_begins_where_the_multiplier_of_its_half_passes_minus_one(multiplier, doubles, monkeypatch):
+    monkeypatch.setattr(Continuation, "multiplier", lambda self, A: multiplier(A - 3.0))
+    sides = Continuation(0.1, 2, 2, False, (1, 2), True)._across(3.0)
+    assert (sides is not None) == doubles
+    assert sides is None or (multiplier(sides[0] - 3.0) < -1.0) != (multiplier(sides[1] - 3.0) < -1.0)
+
+
 def test_no_bifurcations_below_the_onset():
     assert bifurcations((0.5, 1.0)) == []
 

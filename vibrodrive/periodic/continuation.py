@@ -21,7 +21,6 @@ from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returni
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
 ON_BREAKPOINT = 1e-7  # an orbit ends at a breakpoint if, at its last A, a launch phase is closer to it than this (rad)
-NEAR_DOUBLING = 0.05  # largest distance of the multiplier of `parent` from -1 if an orbit ends at a period doubling
 FIRST_STEP = 1e-9  # first step in A of a search that starts at a bifurcation, in units of `scale_of`
 ASTRAY = 1e-4  # largest distance in A of this search from the bifurcation, in units of `scale_of`
 SCALE_FROM = 4.0  # smallest A from which on distances in A are proportional to A, like the spacing of floats
@@ -117,7 +116,7 @@ class Continuation:
         if distance < ON_BREAKPOINT:
             grazes = kind == GRAZING and launch >= point
             return self._touching(last, launch) if grazes else last, kind, last
-        if self.doubled and abs(self.parent.multiplier(last) + 1.0) < NEAR_DOUBLING and (sides := self._across(last)):
+        if self.doubled and (sides := self._across(last)):
             return self.parent.doubling(*sides), DOUBLING, last
         return last, FOLD, last
 
@@ -147,11 +146,11 @@ class Continuation:
         )
 
     def _across(self, A: float) -> tuple[float, float] | None:
-        """Return two values of A below and above a period doubling of `parent`; None if there is none near A."""
+        """Return two values of A between which the multiplier of `parent` passes -1; None if it does not near A."""
         step = FIRST_STEP * scale_of(A)
         while step < ASTRAY * scale_of(A):
             a, b = A - step, A + step
-            if (abs(self.parent.multiplier(a)) < 1.0) != (abs(self.parent.multiplier(b)) < 1.0):
+            if (self.parent.multiplier(a) + 1.0) * (self.parent.multiplier(b) + 1.0) < 0.0:
                 return a, b
             step *= 4.0
         return None
