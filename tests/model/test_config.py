@@ -1,5 +1,6 @@
 """Tests of the configuration file: allowed contents. test_refusals.py has the refusals."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -72,6 +73,19 @@ def test_options_override_the_file():
     assert plan.axes["eps"].tolist() == [0.0, 1e-3]  # the number in [model] is replaced
     assert plan.scalars["tol"] == 1e-4
     assert parse(text, ["A=3", "sweep.B=[0.1, 0.3]"]).plan().axes["B"].tolist() == [0.1, 0.3]
+
+
+@pytest.mark.parametrize("options", list(itertools.permutations(["method=certified", "dtau=0.1", "tol=1e-3"])))
+def test_order_of_options_for_different_keys_does_not_matter(options):
+    """The method removes dtau and tol of the file, never those of another option, which a sweep then refuses."""
+    text = MINIMAL + '[switching]\nmethod = "muller"\ndtau = 0.01\ntol = 1e-9\n'
+    found = parse(text, options).arguments
+    assert {name: found[name] for name in ("method", "dtau", "tol")} == {
+        "method": "certified",
+        "dtau": 0.1,
+        "tol": 1e-3,
+    }
+    assert parse(text, ["method=certified"]).arguments.keys() == {"A", "method"}
 
 
 def test_byte_order_mark_is_ignored(tmp_path):
