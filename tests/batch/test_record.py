@@ -5,6 +5,7 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.model.records import check_record
+from vibrodrive.periodic.continuation import bisect
 
 pytestmark = pytest.mark.jit
 
@@ -25,6 +26,25 @@ def test_impacts_equal_those_of_single_motions():
         between = [len(after[a + 1 : b]) for a, b in zip(*(motion.impacts["row"][k:] for k in (0, 1)), strict=False)]
         assert swept.impact_states[index][1:n].tolist() == between
         assert swept.impact_states[index][0] == -1
+
+
+def test_impact_at_the_phase_of_the_orbit_is_not_the_impact_of_the_orbit():
+    """A mass falls so that its first impact has the last bit of the phase of all later ones, but another speed.
+
+    After this impact the mass rests, so the motion repeats itself from then on, but this impact does not.
+    """
+    run, start = dict(transient=0, periods=12), dict(A=1.5, tau0=4.0)
+    (orbit,) = vd.simulate(1.5, transient=50, periods=1).impacts
+
+    def falls(xi0):
+        return vd.simulate(**start, xi0=xi0, **run).impacts
+
+    _, xi0 = bisect(lambda xi0: falls(xi0)["phase"][0] < orbit["phase"], 0.1, 0.5)
+    impacts = falls(xi0)
+    assert set(impacts["phase"]) == {orbit["phase"]}
+    assert abs(impacts["speed"][0] - orbit["speed"]) > 0.01
+    swept = vd.sweep(**start, xi0=xi0, **run, record="impacts")
+    assert swept.impact_speed[: len(impacts)].tolist() == impacts["speed"].tolist()
 
 
 @pytest.mark.parametrize("record", ["summary", ("impacts",), ["summary", "section"], ("section", "impacts", "summary")])
