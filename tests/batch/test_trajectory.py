@@ -13,6 +13,7 @@ from vibrodrive.batch import describe
 from vibrodrive.batch.trajectory import SWITCH_ERROR
 from vibrodrive.kernels.arguments import SWITCH
 from vibrodrive.model.choices import Status
+from vibrodrive.model.plan import make_plan
 
 
 @pytest.mark.parametrize("method", ["certified", "fixed"])
@@ -145,6 +146,15 @@ def test_conveying_velocity_has_settled_or_is_not_given(omega0, monkeypatch):
     told = motion.describe()
     assert math.isnan(told.rows["machine"]["conveying"])
     assert "has not settled" in told
+
+
+@pytest.mark.jit
+def test_conveying_velocity_with_a_disturbance_is_the_mean_of_all_its_periods():
+    """The disturbance beats with the excitation: halves of the record give means that differ by 5e-6."""
+    A, B, eps, n = 1.5, 0.3, 1e-3, 32 * describe.AVERAGED
+    (found,) = describe.conveying(make_plan({"A": A, "B": B, "eps": eps}), np.array([A]), np.array([B]))
+    gap = vd.sweep(A=A, B=B, eps=eps, xi0=1e6, transient=2000, periods=n).section[:, 0]
+    assert found == pytest.approx((gap[-1] - gap[0]) / (2.0 * math.pi * (n - 1)), abs=1e-6)
 
 
 def test_table_of_a_machine_is_in_si_units():

@@ -194,9 +194,9 @@ def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     section = compute(replace(free, settings=settings, record=(SECTION,)), 0, len(A), check_threads(None)).section
     assert section is not None
     gap, half = section[..., 0], n // 2
-    early, late = ((gap[:, k + half] - gap[:, k]) / (TURN * half) for k in (0, n - 1 - half))
+    early, late, mean = ((gap[:, k] - gap[:, k - m]) / (TURN * m) for k, m in ((half, half), (-1, half), (-1, n - 1)))
     settled = known & (np.abs(early - late) <= SETTLED[eps > 0.0] * A)
-    return np.where(B > 1.0, -math.inf, np.where(settled, (early + late) / 2.0, math.nan))
+    return np.where(B > 1.0, -math.inf, np.where(settled, mean, math.nan))
 
 
 def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Plan) -> list[str]:
