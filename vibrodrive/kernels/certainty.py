@@ -427,11 +427,14 @@ def write_section_error(w, k, i, count, hs, h, end, errors):
 
 @inline
 def write_switch_error(w, i, row, before, end, errors):
-    """Write the bounds of the errors of a switch into row `row`; `end` has the errors at the end of state `before`."""
+    """Write the bounds of the errors of a switch into row `row`; `end` has the errors at the end of state `before`.
+
+    With a disturbance the row lacks the low-order part of φ (motion.py). At ε = 0 there is none.
+    """
     off = errors.rows
     if row < off.shape[0]:
         known = certain(w, i)
-        off[row, 0] = choose(known, end.late + HALF_LAST_BIT, INFINITY)
+        off[row, 0] = choose(known, end.late + choose(w[r.AF + i] > 0.0, HALF_LAST_BIT, 0.0), INFINITY)
         off[row, 1] = choose(known, choose(before == IMPACT, 0.0, end.x), INFINITY)
         off[row, 2] = choose(known, choose(before == IMPACT, 0.0, end.v), INFINITY)
 
