@@ -19,7 +19,6 @@ from vibrodrive.jobs import sweep as runner
 from vibrodrive.jobs.tables import write_table
 from vibrodrive.model import config
 from vibrodrive.model.results import Results
-from vibrodrive.store.header import BEFORE
 
 SWEEP = "[sweep]\nA = {start = 3.0, stop = 3.25, num = 40}\neps = [0, 2e-4]\n[run]\ntransient = 0\nperiods = 6\n"
 ONE = ("--set", "A=3", "--set", "eps=0")
@@ -120,21 +119,20 @@ def test_overwrite_replaces_a_damaged_result_that_is_recognised(run, quick):
         assert_refused(run, "sweep", "sweep.toml", "-o", "s.h5", *option, code=2 if option else 1, words=words)
 
 
-def test_kinds_of_file_of_before_are_answered_with_what_replaces_them(run, idle):
+def test_file_of_another_kind_is_refused_with_the_version_that_wrote_it(run, idle):
     a_sweep("s.h5")
-    for kind in [*BEFORE, "basins"]:
-        with h5py.File("s.h5", "r+") as file:
-            file.attrs["kind"] = kind
-        told = f"contains {kind}, a kind of file of before 0.1.0; "
-        for call in (
-            ("info", "s.h5"),
-            ("info", "--check", "s.h5"),
-            ("plot", "s.h5"),
-            ("sweep", "sweep.toml", "-o", "s.h5"),
-        ):
-            assert_refused(run, *call, words=[told, BEFORE.get(kind, "")])
-        with pytest.raises(NoResult, match=told):
-            vd.load("s.h5")
+    with h5py.File("s.h5", "r+") as file:
+        file.attrs["kind"] = "limits"
+    told = f"kind = limits: must be sweep in vibrodrive {vd.__version__}; read it with vibrodrive {vd.__version__}"
+    for call in (
+        ("info", "s.h5"),
+        ("info", "--check", "s.h5"),
+        ("plot", "s.h5"),
+        ("sweep", "sweep.toml", "-o", "s.h5"),
+    ):
+        assert_refused(run, *call, words=[told])
+    with pytest.raises(NoResult, match=told):
+        vd.load("s.h5")
 
 
 def test_loops_and_pipes_are_refused_by_readers_and_figures(run, idle):

@@ -11,14 +11,13 @@ import xarray as xr
 import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import python
-from vibrodrive.errors import Different, NoResult
+from vibrodrive.errors import Different
 from vibrodrive.model.above import ABOVE, above
 from vibrodrive.model.config import parse
 from vibrodrive.model.own import Own
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.quantities import How
 from vibrodrive.model.records import RECORDS
-from vibrodrive.store.header import BEFORE
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look, verify
 
@@ -131,17 +130,6 @@ def test_codes_of_a_limit_have_their_meanings_in_the_file(tmp_path):
         assert about["flag_values"].tolist() == [int(how) for how in How]
         assert about["flag_meanings"].decode().split() == [how.name.lower() for how in How]
         assert all(how.meaning in about["comment"].decode() for how in How)
-
-
-@pytest.mark.parametrize("kind", [*BEFORE, "switches"])
-def test_kinds_of_files_of_before_are_refused_with_what_to_do(kind, tmp_path):
-    path = made("section", tmp_path / "x.h5")
-    with h5py.File(path, "r+") as file:
-        file.attrs["kind"] = kind
-    for read in (vd.load, look):
-        with pytest.raises(NoResult, match=f"contains {kind}, a kind of file of before 0.1.0; ") as refused:
-            read(path)
-        assert str(refused.value).endswith(BEFORE.get(kind, "reads nor writes it")), "one sentence says what to do"
 
 
 def test_functions_of_higher_layers_exist():

@@ -195,19 +195,9 @@ def check_kind(file: h5py.File) -> None:
         if not is_ours(file):
             raise NoResult(f"{path}: not a result file of vibrodrive")
         if (kind := attribute(file, "kind")) != SWEEP:
-            raise NoResult(f"{path}: contains {kind}, a kind of file of before 0.1.0; {BEFORE.get(kind, NO_LONGER)}")
+            raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
         if (found := attribute(file, SCHEMA)) not in READABLE:
             raise of_another_version(file, f"{SCHEMA} = {found}: must be {' or '.join(map(str, READABLE))}")
-
-
-NO_LONGER = "this version neither reads nor writes it"
-BEFORE = {
-    "limits": 'compute them as a sweep with record = "limit"',
-    "failures": 'compute them as a sweep with record = "failures"',
-    "orbits": "`vibrodrive orbits CONFIG -o FILE.csv` writes a table instead",
-    "curves": "`vibrodrive orbits CONFIG -o FILE.csv` writes a table instead",
-}
-"""What to do about kinds of files that no release has written."""
 
 
 def of_another_version(file: h5py.File, what: str) -> NoResult:
