@@ -43,7 +43,7 @@ from vibrodrive.model.plain import plain
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
-from vibrodrive.stability.limit import each_limit
+from vibrodrive.stability.limit import LimitSearch, plan_limits
 from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band
 from vibrodrive.stability.main_impacts import impact_cycle
 from vibrodrive.stability.structure import ReferenceOrbit, keeps
@@ -166,7 +166,8 @@ def searched(name: str, amplitudes: tuple[float, ...], bases: list[ReferenceOrbi
     rows: list[dict[str, Any]] = [{} for _ in amplitudes]
     fields = ("kept_below", "last_kept", "share_kept", "searched_to")
     if name not in OWN:
-        for i, limit in each_limit({"A": amplitudes, "transient": TRANSIENT, "periods": PERIODS}, name):
+        plan = plan_limits({"A": amplitudes, "transient": TRANSIENT, "periods": PERIODS}, name)
+        for i, limit in LimitSearch(plan).run():
             if limit.n:
                 rows[i] = {"k2": limit.k2, **{f: getattr(limit, f) for f in fields}}
                 rows[i] |= {"velocity": limit.velocity, "velocity_last": limit.velocity_last}

@@ -17,7 +17,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion
-from vibrodrive.stability.limit import each_limit
+from vibrodrive.stability.limit import LimitSearch, plan_limits
 from vibrodrive.stability.limit_search import GRIDS, search_band
 from vibrodrive.stability.main_impacts import are_main_impacts, follow_cycle
 from vibrodrive.stability.structure import ReferenceOrbit
@@ -35,7 +35,7 @@ def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1
     found = []
     for phase in PHASES:
         arguments = {"A": list(amplitudes), "periods": periods, "section_phase": phase}
-        limits = dict(each_limit(arguments, "eps", criterion=wanted))
+        limits = dict(LimitSearch(plan_limits(arguments), wanted).run())
         found.append([limits[i].k2 for i in range(len(amplitudes))])
     return np.array(found)
 
@@ -94,7 +94,7 @@ def over_window(disturbance: str, amplitudes: Sequence[float] = A) -> dict[str, 
     windows = {"1500 periods": {}, "20 000 periods": {"periods": 20_000}, "from τ0 = 2π": {"tau0": 2 * math.pi}}
     rows = {}
     for name, window in windows.items():
-        found = dict(each_limit({"A": list(amplitudes), "periods": 1500, **window}, disturbance))
+        found = dict(LimitSearch(plan_limits({"A": list(amplitudes), "periods": 1500, **window}, disturbance)).run())
         for end in ("k2", "last_kept"):
             rows[f"{name}, {end}"] = np.array([getattr(found[i], end) for i in range(len(amplitudes))])
     return rows

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 import vibrodrive as vd
-from vibrodrive.stability.limit import each_limit
+from vibrodrive.stability.limit import LimitSearch, plan_limits
 from vibrodrive.stability.limit_search import GRIDS, search_band
 
 KINDS: dict[str, Literal["eps", "dtau"]] = {"ε": "eps", "Δτ": "dtau"}  # disturbances by their symbols
@@ -18,7 +18,7 @@ def limits(disturbance: str, **axes: Any) -> list[Any]:
 
     `axes` are arguments of `vd.limit`. Each result has the attributes of the result of `vd.limit`.
     """
-    found = dict(each_limit({"transient": 1000, "periods": 1500, **axes}, disturbance))
+    found = dict(LimitSearch(plan_limits({"transient": 1000, "periods": 1500, **axes}, disturbance)).run())
     return [found[at] for at in range(len(found))]
 
 

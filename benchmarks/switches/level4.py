@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import vibrodrive as vd
-from vibrodrive.stability.limit import each_limit
+from vibrodrive.stability.limit import LimitSearch, plan_limits
 from vibrodrive.stability.structure import SETTLING, WATCHED, reference_orbit
 
 SCENES = [(A, 0.1) for A in (1.3, 1.5, 2.4, 2.65, 2.7, 2.75, 3.04, 3.1, 3.15, 3.17, 3.2, 3.25)]
@@ -29,7 +29,7 @@ def rows(A: float, B: float) -> Iterator[list[str]]:
     cycle = orbit.cycle
     lists = [" ".join(f"{x:.6g}" for x in column) for column in (cycle.gaps, cycle.phase, cycle.speed)]
     for disturbance, method in WAYS:
-        band = dict(each_limit({"A": A, "B": B, **RECORD}, disturbance, method))[0]
+        ((_, band),) = LimitSearch(plan_limits({"A": A, "B": B, **RECORD}, disturbance, method)).run()
         ends = (band.k2, band.last_kept, band.share_kept, band.searched_to)
         yield [f"{A:g}", f"{B:g}", str(orbit.n), *lists, disturbance, method, *(f"{x:.6g}" for x in ends)]
 

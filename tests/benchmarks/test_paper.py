@@ -18,7 +18,7 @@ INNER = {
     "model.config": {"read"},
     "model.states": {"TRANSITIONS"},
     "stability.failures": {"compared"},
-    "stability.limit": {"each_limit"},
+    "stability.limit": {"LimitSearch", "plan_limits"},
     "stability.limit_search": {"GRIDS", "search_band"},
     "stability.main_impacts": {"are_main_impacts", "impact_gaps"},
     "stability.structure": {"compare_structure", "deviation", "order", "period", "reference_orbit"},

@@ -13,7 +13,6 @@ from vibrodrive.model.physical import Scene
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
 from vibrodrive.periodic.bifurcations import bifurcations, gap_between, spread
 from vibrodrive.periodic.continuation import Continuation
-from vibrodrive.periodic.family import Branch, phase_traces
 from vibrodrive.periodic.search import orbits
 
 pytestmark = pytest.mark.jit  # hundreds of searches
@@ -137,12 +136,6 @@ def test_phase_differences_are_measured_on_the_circle():
     )
     assert gap_between(one, other) == gap_between(other, one) == pytest.approx(0.03)
     assert gap_between(one, two) == gap_between(two, one) == pytest.approx(0.03)
-
-
-def test_curve_of_a_phase_is_cut_where_it_passes_the_end_of_a_period():
-    (orbit,) = orbits(1.5, 0.1, 1)
-    turning = [replace(orbit, phases=np.array([phase])) for phase in (6.1, 6.2, 0.1, 0.2)]
-    np.testing.assert_array_equal(phase_traces(Branch(np.arange(4.0), turning))[:, 0], [6.1, 6.2, math.nan, 0.2])
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from vibrodrive.stability import evaluate, structure
 from vibrodrive.stability import limit as limits
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.evaluate import Motion
-from vibrodrive.stability.limit import _Problem, each_limit, limit
+from vibrodrive.stability.limit import LimitSearch, _Problem, limit, plan_limits
 from vibrodrive.stability.limit_search import BEYOND, GRIDS, search_band, share_kept
 from vibrodrive.stability.main_impacts import never_follows
 
@@ -198,7 +198,7 @@ def test_word_of_the_simplest_motion_is_lost_between_065_and_07():
 def test_sensitivity_grows_with_the_order_of_the_subharmonic():
     A = [2.5, 3.04, 3.1, 3.17]
     for kind in ("eps", "dtau"):
-        found = {k: v for k, v in each_limit({"A": A, "transient": 600, "periods": 400}, kind)}
+        found = dict(LimitSearch(plan_limits({"A": A, "transient": 600, "periods": 400}, kind)).run())
         assert [found[i].n for i in range(4)] == [1, 2, 4, 10]
         k2 = [found[i].k2 for i in range(4)]
         assert k2 == sorted(k2, reverse=True)
@@ -207,7 +207,7 @@ def test_sensitivity_grows_with_the_order_of_the_subharmonic():
 @pytest.mark.jit
 def test_too_short_record_is_reported_for_its_point():
     """The third point has no periodic orbit. `vd.limit` raises the sentence."""
-    found = dict(each_limit({"A": [1.5, 3.1, 3.05711], "transient": 50, "periods": 14}, threads=1))
+    found = dict(LimitSearch(plan_limits({"A": [1.5, 3.1, 3.05711], "transient": 50, "periods": 14}), threads=1).run())
     assert [found[k].n for k in range(3)] == [1, 4, 0]
     assert found[0].k2 > 1e-4
     assert math.isnan(found[1].k2)
@@ -223,7 +223,7 @@ def test_too_short_record_is_reported_for_its_point():
 @pytest.mark.jit
 def test_axes_and_velocity_of_limits():
     some = {"eta": [50.5, 101.3], "A": [1.5, 2.0, 2.5], "transient": 50, "periods": 50}
-    found = dict(each_limit(some))
+    found = dict(LimitSearch(plan_limits(some)).run())
     assert sorted(found) == list(range(6))
     one = limit(2.0, eta=101.3, transient=50, periods=50, threads=1)
     assert found[4] == one
@@ -237,11 +237,11 @@ def test_axes_and_velocity_of_limits():
 @pytest.mark.parametrize("disturbance", GRIDS)
 def test_brief_records_change_no_result(disturbance, monkeypatch):
     """Only many searches use brief records. Here two searches use them, too."""
-    some = {"A": [2.95, 3.1], "transient": 50, "periods": 3 * limits.BRIEF_PERIODS}, disturbance
-    whole, proofs = dict(each_limit(*some)), []
+    plan = plan_limits({"A": [2.95, 3.1], "transient": 50, "periods": 3 * limits.BRIEF_PERIODS}, disturbance)
+    whole, proofs = dict(LimitSearch(plan).run()), []
     monkeypatch.setattr(limits, "TOGETHER", 0)
     monkeypatch.setattr(limits, "never_follows", lambda *of: proofs.append(never_follows(*of)) or proofs[-1])
-    assert dict(each_limit(*some)) == whole
+    assert dict(LimitSearch(plan).run()) == whole
     assert any(proofs)
 
 

@@ -61,7 +61,8 @@ def test_motion_alternating_about_its_orbit_has_no_period():
 def test_shifted_copy_has_the_same_structure_and_gives_its_shift():
     for s in range(3):
         section = np.roll(np.tile(POINTS, (20, 1)), -s, axis=0)
-        found = structure.judge(structure.ReferenceOrbit(POINTS, None), section, np.empty(0, MAIN_IMPACT))
+        moved = SimpleNamespace(section=section, impacts=np.empty(0, MAIN_IMPACT))
+        found = structure.compare_structure(structure.ReferenceOrbit(POINTS, None), moved)
         assert (found.n, found.order, found.rho, found.shift) == (3, True, 0.0, s)
         assert found.word is None, "the word is unknown without the switches"
 

@@ -98,16 +98,3 @@ def traces(branch: Branch, values: Callable[[Orbit], np.ndarray]) -> np.ndarray:
     rows = [np.sort(values(orbit)) for orbit in branch.orbits]
     width = max(map(len, rows), default=0)
     return np.array([np.pad(r, (0, width - len(r)), constant_values=math.nan) for r in rows])
-
-
-def phase_traces(branch: Branch) -> np.ndarray:
-    """Return the phases of the impacts, float64 (n, impacts), over A. Each column has a NaN where it passes 2π."""
-    rows = [branch.orbits[0].phases]
-    for orbit in branch.orbits[1:]:
-        turned = [np.roll(orbit.phases, k) for k in range(len(orbit.phases))]
-        n = min(len(orbit.phases), len(rows[-1]))
-        rows.append(min(turned, key=lambda row: float(np.abs(np.sin(0.5 * (row[:n] - rows[-1][:n]))).sum())))
-    width = max(map(len, rows))
-    curves = np.array([np.pad(row, (0, width - len(row)), constant_values=math.nan) for row in rows])
-    curves[1:][np.abs(np.diff(curves, axis=0)) > math.pi] = math.nan
-    return curves

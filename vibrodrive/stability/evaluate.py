@@ -28,7 +28,7 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import How
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
-from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, judge, keeps, reference_orbit
+from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, keeps, reference_orbit
 
 BATCH_BYTES = 48 << 20  # largest size of the results of motions computed together (a batch); at most two batches exist
 
@@ -60,18 +60,18 @@ class Motion:
         """The same motion with all its switches, computed at the first access."""
         return self._followed()
 
+    @property
+    def switches(self) -> np.ndarray:
+        return self.trajectory.switches
+
     def copy(self) -> Motion:
         """Return a copy, which does not keep the arrays of the motions computed together with this one in memory."""
         return replace(self, section=self.section.copy())
 
     def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
         """Return True if the motion satisfies the criterion."""
-        switches = self.trajectory.switches if criterion.needs_switches else None
+        switches = self.switches if criterion.needs_switches else None
         return keeps(base, self.section, self.impacts, criterion.names, switches)
-
-    def judge(self, base: ReferenceOrbit) -> Structure:
-        """Compare the motion with the orbit (structure.py). If the orbit has no word, `word` of the result is None."""
-        return judge(base, self.section, self.impacts, self.trajectory.switches if base.word else None)
 
 
 class Evaluator:

@@ -25,7 +25,7 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
-from vibrodrive.model.choices import Method, MethodLike, Status
+from vibrodrive.model.choices import MethodLike, Status
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
@@ -39,7 +39,7 @@ from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
 from vibrodrive.stability.main_impacts import LEAST_BEGINNINGS, never_follows
-from vibrodrive.stability.structure import ReferenceOrbit, Structure
+from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
 
@@ -263,7 +263,7 @@ def limit(
     plan = plan_limits({name: value for name, value in written.items() if name not in own}, disturbance, method)
     refuse_axes(plan.axes, ' (for axes use `sweep` with record = "limit")')
     refuse_idle(plan, written)
-    search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads), Halt())
+    search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads))
     warn([*unlikely(plan, of_scene=True), *forgotten(A, plan.scalars.get("B"))])
     with above("the progress of a call")("limit"):
         ((_, found),) = search.run([0])
@@ -272,25 +272,7 @@ def limit(
     return found
 
 
-def each_limit(
-    arguments: Mapping[str, Any],
-    disturbance: str = "eps",
-    method: str | Method | None = None,
-    criterion: str | Criterion = IMPACTS,
-    threads: int | None = None,
-) -> Iterator[tuple[int, Limit]]:
-    """Yield (number of the point, Limit) for limits over axes, in the order in which they are found.
-
-    `arguments` are those arguments of `limit` that describe the motion. The points are all combinations of
-    the values of the axes. The axes have the order of the arguments, and the last axis varies fastest. If `periods` is
-    too small at a point, the numbers of the Limit at this point are NaN, and `how` gives the reason. `criterion` may be
-    a Criterion with names that `parse_criterion` does not allow, such as "order".
-    """
-    plan = plan_limits(arguments, disturbance, method)
-    return LimitSearch(plan, parse_criterion(criterion), check_threads(threads), Halt()).run(range(plan.n_points))
-
-
-def plan_limits(arguments: Mapping[str, Any], disturbance: object, method: object) -> Plan:
+def plan_limits(arguments: Mapping[str, Any], disturbance: object = "eps", method: object = None) -> Plan:
     """Return the checked plan of limits in a disturbance: that of a sweep with the record "limit"."""
     if not isinstance(disturbance, str) or disturbance not in GRIDS:
         kind = ValueError if isinstance(disturbance, str) else TypeError
@@ -374,14 +356,17 @@ class LimitSearch:
     """Searches for the limits in the disturbance `plan.sought` at points of a plan."""
 
     plan: Plan
-    wanted: Criterion
-    threads: int
-    halt: Halt
+    wanted: Criterion = field(default_factory=lambda: parse_criterion(IMPACTS))
+    threads: int = field(default_factory=lambda: check_threads(None))
+    halt: Halt = field(default_factory=Halt)
 
-    def run(self, points: Sequence[int]) -> Iterator[tuple[int, Limit]]:
-        """Yield (number of the point, Limit) for these points of the plan, in the order in which limits are found."""
+    def run(self, points: Sequence[int] | None = None) -> Iterator[tuple[int, Limit]]:
+        """Yield (number of the point, Limit) for points of the plan (None: all), in the order in which they are found.
+
+        If `periods` is too small at a point, the numbers of its Limit are NaN, and `how` gives the reason.
+        """
         active: list[_Problem] = []
-        left = list(points)
+        left = list(range(self.plan.n_points) if points is None else points)
         with Evaluator(self.plan, self.plan.sought, self.threads, self.halt) as evaluator:
             while left or active:
                 if left and len(active) <= AT_A_TIME // 2:
@@ -443,11 +428,11 @@ class LimitSearch:
         if (motion := problem.lost[1]) is None:
             how: dict[str, Any] = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
             return self._limit(problem.index, **numbers, **how)
-        lost = motion.judge(problem.base)
+        lost = compare_structure(problem.base, motion)
         code, text = explain_loss(self.wanted, problem.base, motion, lost)
         if (below := problem.kept[1]) is None:
             text = f"k2 is below the smallest value tried: {text}"
-        kept = below.judge(problem.base) if below is not None else None
+        kept = None if below is None else compare_structure(problem.base, below)
         return self._limit(problem.index, **numbers, kept=kept, lost=lost, code=code, how=text)
 
     def _limit(self, index: int, **found: Any) -> Limit:

@@ -144,21 +144,18 @@ def repeats(sequence: Sequence[Any], cycle: Sequence[Any]) -> bool:
 
 
 def compare_structure(base: ReferenceOrbit, motion: Any) -> Structure:
-    """Compare a disturbed motion, a Trajectory, with the undisturbed orbit."""
-    return judge(base, motion.section, motion.impacts, motion.switches)
+    """Compare a motion, which has the section, impacts and switches of a Trajectory, with an orbit.
 
-
-def judge(
-    base: ReferenceOrbit, section: np.ndarray, impacts: np.ndarray, switches: np.ndarray | None = None
-) -> Structure:
-    """Compare section points, impacts and, if known, switches of one motion with an orbit."""
+    If the orbit has no word, the switches are not needed, and `word` of the result is None.
+    """
+    section, impacts = motion.section, motion.impacts
     rho, shift = deviation(base.points, section)
     return Structure(
         len(base.points),
         impacts=keeps(base, section, impacts, ("impacts",)),
         gaps=keeps(base, section, impacts, ("gaps",)),
         order=bool(order(base.points, section)),
-        word=None if switches is None else keeps(base, section, impacts, ("word",), switches),
+        word=keeps(base, section, impacts, ("word",), motion.switches) if base.word else None,
         rho=float(rho),
         shift=int(shift),
     )
