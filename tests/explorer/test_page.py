@@ -356,7 +356,7 @@ def test_knob_follows_keys_and_mouse_and_motions_at_rest_have_ticks_but_no_limit
     tab.open(explorer.address + SMALL + "&low=0.5&high=1.3&at=0.7&quantity=xi")
     (odd,) = np.nonzero(vd.sweep(**config.parse(shown(tab).toml()).arguments).status)
     assert 0 < len(odd) < 200
-    assert f"{len(odd)} rest for ever" in text(tab, "status")
+    assert f"{len(odd)} at rest permanently" in text(tab, "status")
     ticks = tab.driver.execute_script(
         "const c = document.getElementById('odd');"
         "return [...c.getContext('2d').getImageData(0, 0, c.width, 1).data].filter((_, k) => k % 4 === 3)"

@@ -43,6 +43,10 @@ def test_arrays_equal_names(statuses):
         assert type(array) is np.ndarray
 
 
+def test_each_status_has_words_and_advice():
+    assert len({status.words for status in Status}) == len({status.advice for status in Status}) == len(Status)
+
+
 def test_arrays_show_names(statuses):
     assert str(statuses) == "[[OK, TOO_CLOSE],\n [BUDGET, NOT_COMPUTED]]"
     assert repr(statuses[0]) == "Statuses([OK, TOO_CLOSE])"

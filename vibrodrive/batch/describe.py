@@ -20,7 +20,7 @@ from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.quantities import LONGEST, period_words
 from vibrodrive.model.records import SECTION, SUMMARY
-from vibrodrive.model.states import PLAIN_STATES, states
+from vibrodrive.model.states import IN_WORDS, PLAIN_STATES, states
 
 LEAST = 4 * LONGEST
 """Least number of excitation periods from which the summary is computed. They suffice to find the longest period."""
@@ -226,7 +226,7 @@ def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Pla
     if found["sequence"] > 0:
         cycle = " ".join(states(found["sequence"]))
         long = f"a cycle of more than {PLAIN_STATES}"  # its number is no text for a reader
-        said.append("states: " + (long if cycle[0].isdigit() else f"{cycle} (Up, Down, Stick, Rest, Impact)"))
+        said.append("states: " + (long if cycle[0].isdigit() else f"{cycle} ({IN_WORDS})"))
     mean, most = found["impact_speed_mean"], found["impact_speed_max"]
     if scene is None:
         said.append(f"mean impact speed {mean:.6g}, largest {most:.6g}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from vibrodrive import State
 from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
 from vibrodrive.model import choices, drawing, names, physical, records
 
@@ -198,5 +199,6 @@ def known() -> dict[str, Any]:
         "in_si": {name: symbol(name, si=True) for name in shown},
         "starts": [start._asdict() for start in STARTS],
         "about": ABOUT,
+        "states": [state.name.lower() for state in State],
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
     }

@@ -171,11 +171,7 @@ def _nearest(done: np.ndarray) -> np.ndarray:
     return source.reshape(-1)
 
 
-STATUS_WORDS = {
-    choices.Status.TOO_CLOSE: "undecided by rounding",
-    choices.Status.BUDGET: "stopped by their budget of switches",
-    choices.Status.NEVER_LEAVES: "rest for ever",
-}
+COUNTED = (choices.Status.TOO_CLOSE, choices.Status.BUDGET, choices.Status.NEVER_LEAVES)
 PERIODS = 16  # longest period that `spans_of` finds
 NARROWEST = 0.03  # least width of a span of equal periods, as a share of the window
 
@@ -185,13 +181,13 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
 
     The arrays are the image, with y upwards, and its palette (empty for a diagram, whose shades the page colours). The
     head has the place of the image in coordinates of the axes, which are decimal logarithms along a logarithmic axis;
-    whether the ordinate has the range of the values (`fit`); the number of motions with each of STATUS_WORDS
+    whether the ordinate has the range of the values (`fit`); the number of motions with each status of COUNTED
     (`counts`), and in a diagram their columns (`odd`); and the `spans` of equal periods.
     """
     columns, rows = view.grid
     left, right = edges(view, SPAN, columns)
     status = level.sweep.results[0].status
-    where = {words: np.flatnonzero(status == s) for s, words in STATUS_WORDS.items()} if level.complete else {}
+    where = {s.words: np.flatnonzero(status == s) for s in COUNTED} if level.complete else {}
     where = {words: points for words, points in where.items() if len(points)}
     head: dict[str, Any] = {"x": left, "dw": right - left, "map": view.mode == MAP, "fit": False, "empty": False}
     head |= {"counts": {words: len(points) for words, points in where.items()}, "odd": {}, "spans": []}

@@ -1,5 +1,4 @@
 // The motion: the mass on the shaken incline, its phase curve, and its time curve with a line at the present time.
-const STATES = ["up", "down", "stick", "rest", "impact"];
 const WORDS = {up: "slides up", down: "slides down", stick: "sticks", rest: "rests", impact: "hits"};
 const SLOPE = 0.16; // angle of the drawn incline in radians; the true angle is not used
 const TEMPO = 0.7; // shakes a second
@@ -37,7 +36,7 @@ const draw_curve = (c, {state}, across, up) => {
   c.lineWidth = 0.1 * rem();
   for (let k = 0; k + 1 < across.length;) {
     const from = k;
-    c.strokeStyle = css(`--${STATES[state[k]] === "impact" ? "rest" : STATES[state[k]]}`);
+    c.strokeStyle = css(`--${known.states[state[k]] === "impact" ? "rest" : known.states[state[k]]}`);
     c.beginPath();
     c.moveTo(across[k], up[k]);
     while (k + 1 < across.length && state[k] === state[from] && Number.isFinite(up[k + 1])) c.lineTo(across[k + 1], up[++k]);
@@ -79,7 +78,7 @@ const draw_mass = () => {
   if (motion) {
     k = Math.max(0, motion.time.findLastIndex((t) => t <= at));
     gap = (Number.isFinite(motion.xi[k]) ? motion.xi[k] : 0) / motion.over[1];
-    state = STATES[motion.state[k]];
+    state = known.states[motion.state[k]];
   }
   c.translate((width - length) / 2, Math.min(height - 1.6 * size, height / 2 + 0.16 * length));
   c.rotate(-SLOPE);

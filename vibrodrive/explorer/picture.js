@@ -222,7 +222,7 @@ const colour = () => {
   Object.assign(odd_canvas, {width: columns, height: 1}).style.width = `${columns}px`;
   const marks = odd_canvas.getContext("2d");
   for (const [words, places] of Object.entries(odd)) {
-    marks.fillStyle = css(words.startsWith("rest") ? "--quiet" : "--down");
+    marks.fillStyle = css(words.includes("rest") ? "--quiet" : "--down");
     for (const column of places) marks.fillRect(column, 0, 1, 1);
   }
 };

@@ -12,7 +12,7 @@ from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
-from vibrodrive.figures.conditions import STATUS_WORDS, choice, conditions, of_sweep, rest_phrases, some, status_phrases
+from vibrodrive.figures.conditions import choice, conditions, of_sweep, rest_phrases, some, status_phrases
 from vibrodrive.figures.ink import FAINTEST, ink_of
 from vibrodrive.figures.plane import NUMBERED, draw_lines, upright
 from vibrodrive.figures.style import (
@@ -229,7 +229,7 @@ def mark_statuses(ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
         if len(there):
             height = np.full(len(there), 0.975)
             colour = look().support if value == Status.NEVER_LEAVES else look().other
-            mark: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": colour, "mfc": "none", "label": STATUS_WORDS[value]}
+            mark: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": colour, "mfc": "none", "label": value.words}
             ax.plot(there, height, marker, transform=ax.get_xaxis_transform(), **mark)
 
 

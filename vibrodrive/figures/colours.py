@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize, to_rgba
 
-from vibrodrive.figures.conditions import STATUS_WORDS
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.choices import LONGEST, Status
 from vibrodrive.model.drawing import check_range
@@ -65,7 +64,7 @@ class Painted(NamedTuple):
     def blank(self) -> str:
         """Legend entry for the hatched points, "" if there are none."""
         hatched = [name for name, colour in self.apart if colour == "none"]
-        return " or ".join([*hatched, *([STATUS_WORDS[Status.NOT_COMPUTED]] if np.ma.is_masked(self.cells) else [])])
+        return " or ".join([*hatched, *([Status.NOT_COMPUTED.words] if np.ma.is_masked(self.cells) else [])])
 
     def phrases(self) -> list[str]:
         """Return the number of points in each group outside the scale, except those that their status counts."""
@@ -144,7 +143,7 @@ def _statuses(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -
     kind = np.full(values.shape, -1)
     for k, status in enumerate(SHOWN):
         kind[values == status] = k
-    return kind, ["ok", *(STATUS_WORDS[s] for s in SHOWN[1:])], list(look.statuses)
+    return kind, [s.words for s in SHOWN], list(look.statuses)
 
 
 def _codes(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -> Classes:

@@ -12,12 +12,9 @@ from vibrodrive.model.drawing import STARTS
 ALWAYS_SAID = ("A", "B", "a0", "omega0", "frequency", "mu", "alpha", "mass", "eps")
 PANELS = 6  # largest number of panels of one figure
 
-STATUS_WORDS = {
-    Status.TOO_CLOSE: "too close to a decision",
-    Status.BUDGET: "out of budget",
-    Status.NEVER_LEAVES: "at rest permanently",
-    Status.NOT_COMPUTED: "not computed",
-}
+COUNTED = (Status.TOO_CLOSE, Status.BUDGET, Status.NEVER_LEAVES, Status.NOT_COMPUTED)
+"""Statuses whose points are counted in the note of a figure; figures of limits show where others are."""
+
 _T = TypeVar("_T")
 
 
@@ -47,11 +44,11 @@ def of_sweep(results: Any) -> dict[str, Any]:
 
 
 def status_phrases(status: np.ndarray) -> list[str]:
-    """Return the number of points of each status other than OK as phrases.
+    """Return the number of points of each status of COUNTED as phrases.
 
     For example: "not computed: 3 of 100 points", "out of budget: 2".
     """
-    counts = {name: int((status == s).sum()) for s, name in STATUS_WORDS.items()}
+    counts = {s.words: int((status == s).sum()) for s in COUNTED}
     found = [f"{name}: {count}" for name, count in counts.items() if count]
     return [f"{found[0]} of {status.size} points", *found[1:]] if found else []
 

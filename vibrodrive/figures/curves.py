@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibrodrive.figures.bifurcation import COORDINATES, coordinates, name_quantities, quantity_index
-from vibrodrive.figures.conditions import STATUS_WORDS, conditions
+from vibrodrive.figures.conditions import conditions
 from vibrodrive.figures.style import explain, given_axes, label_axes, letter, look, narrow, new, note, styled
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import Style, Width
@@ -217,7 +217,7 @@ def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]
     known = told[0]
     apart = [n for n in known if any(other.get(n) != known[n] for other in told)]
     common = {n: value for n, value in known.items() if n not in apart}
-    statuses = [STATUS_WORDS[Status(m.status)] for m in motions if m.status != Status.OK]
+    statuses = [Status(m.status).words for m in motions if m.status != Status.OK]
     return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
 
 

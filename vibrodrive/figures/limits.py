@@ -28,7 +28,7 @@ METHODS = {
     Method.CERTIFIED: "certified", Method.FIXED: "switches on the grid", Method.MULLER: "Muller",
 }  # fmt: skip
 BAND = "from the first loss on, at least half of the values kept"
-MISSING = {Status.NO_ORBIT: "no periodic motion", Status.TOO_SHORT: "record too short", Status.BUDGET: "out of budget"}
+MISSING = (Status.NO_ORBIT, Status.TOO_SHORT, Status.BUDGET)
 WIDE = 0.035  # a range of the axis with one period has a label if it is at least this share of the abscissa
 MARKED = 60  # a curve with at most this many values has marks
 
@@ -125,7 +125,7 @@ def _draw(ax: Axes, x: np.ndarray, first: np.ndarray, last: np.ndarray, number: 
 
 def _gaps(several: Sequence[Results]) -> str:
     """Return a phrase with the reasons why computed points are not drawn, and their numbers."""
-    counts = {text: sum(int((one.status == status).sum()) for one in several) for status, text in MISSING.items()}
+    counts = {s.words: sum(int((one.status == s).sum()) for one in several) for s in MISSING}
     counts["no limit found"] = sum(int(np.isposinf(one.k2).sum()) for one in several)
     there = [f"{text} ({count})" for text, count in counts.items() if count]
     return f"missing points: {', '.join(there)}" if there else ""

@@ -94,6 +94,22 @@ class Status(Named):
         """One sentence with the result and the action to take."""
         return _ADVICE[self]
 
+    @property
+    def words(self) -> str:
+        """The status of a motion in the words of figures and pages."""
+        return _WORDS[self]
+
+
+_WORDS = {
+    Status.OK: "ok",
+    Status.TOO_CLOSE: "too close to a decision",
+    Status.BUDGET: "out of budget",
+    Status.NEVER_LEAVES: "at rest permanently",
+    Status.NO_ORBIT: "no periodic motion",
+    Status.TOO_SHORT: "record too short",
+    Status.RAISED: "function raised an exception",
+    Status.NOT_COMPUTED: "not computed",
+}
 
 _ADVICE = {
     Status.OK: "computed to the end; with the method certified every switch was located and decided with a guarantee: "

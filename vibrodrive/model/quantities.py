@@ -13,7 +13,7 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 from vibrodrive.model.choices import LONGEST, UNSEEN, Status
-from vibrodrive.model.states import State, states
+from vibrodrive.model.states import IN_WORDS, State, states
 
 
 class How(IntEnum):
@@ -165,7 +165,7 @@ SUMMARIES = (
     ),
     Quantity(
         "sequence", "<i8", -1, f"number that identifies the cycle of states, 0: no cycle, {UNSEEN}: unknown",
-        label="cycle of states: Up, Down, Stick, Rest, Impact", shown=CYCLES, special=SHORT,
+        label=f"cycle of states: {IN_WORDS}", shown=CYCLES, special=SHORT,
         lacking="record too short", names=states,
     ),
     Quantity(

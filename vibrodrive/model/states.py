@@ -24,6 +24,8 @@ class State(Named):
     IMPACT = 4
 
 
+IN_WORDS = ", ".join(state.name.capitalize() for state in State)
+
 LASTING = (State.UP, State.DOWN, State.STICK, State.REST)  # all states but the impact, which takes no time
 
 TRANSITIONS = (
