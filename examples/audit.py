@@ -24,12 +24,12 @@ import numpy as np
 
 import vibrodrive as vd
 from vibrodrive import State
-from vibrodrive.jobs.tables import read_table
 from vibrodrive.model import config
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.physical import UNITS, column, measure
 from vibrodrive.model.quantities import QUANTITIES
+from vibrodrive.store.tables import read_table
 
 RIGHT, MISSED, OTHER = "right", "missed", "another state"
 """Verdicts: the right switch (possibly late or early); an earlier switch was missed; a different state begins or

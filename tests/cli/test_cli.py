@@ -20,10 +20,10 @@ from tests.support import fake
 from tests.support.process import python
 from vibrodrive.cli import cli
 from vibrodrive.jobs.progress import Show, Tally, duration
-from vibrodrive.jobs.tables import read_table
 from vibrodrive.model import config
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store.layout import Origin
+from vibrodrive.store.tables import read_table
 
 SMALL = """
 title = "Small"

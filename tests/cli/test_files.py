@@ -16,9 +16,9 @@ from vibrodrive.errors import NoResult
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.style import save
 from vibrodrive.jobs import sweep as runner
-from vibrodrive.jobs.tables import write_table
 from vibrodrive.model import config
 from vibrodrive.model.results import Results
+from vibrodrive.store.tables import write_table
 
 SWEEP = "[sweep]\nA = {start = 3.0, stop = 3.25, num = 40}\neps = [0, 2e-4]\n[run]\ntransient = 0\nperiods = 6\n"
 ONE = ("--set", "A=3", "--set", "eps=0")

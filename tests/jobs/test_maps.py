@@ -6,6 +6,7 @@ Limits and bifurcations can be drawn over a map.
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import vibrodrive as vd
@@ -13,9 +14,9 @@ from tests.support import fake
 from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.errors import ConfigError
 from vibrodrive.figures.map import map_figure
-from vibrodrive.figures.plane import Exact
+from vibrodrive.figures.plane import Exact, read_lines
 from vibrodrive.jit.slices import Halt
-from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
+from vibrodrive.jobs.maps import undisturbed_gaps
 from vibrodrive.jobs.orbits import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
@@ -83,13 +84,17 @@ def test_only_limits_and_bifurcations_are_drawn_over_a_map(tmp_path):
     orbit, fold = "stable orbit,2.5,0.1,1,1,-0.9,,,0.56,1.3,UP", "fold,3.19,0.1,3,2,,,,0.5,1.1,UP"
     (tmp_path / "orbits.csv").write_text("\n".join([",".join(COLUMNS), orbit, fold]))
     (tmp_path / "other.csv").write_text("A,B\n2.5,0.1\n")
-    limits, bifurcation = read_overlays([tmp_path / "limits.h5", tmp_path / "orbits.csv"])
+    limits, bifurcation = read_lines([tmp_path / "limits.h5", tmp_path / "orbits.csv"])
     assert limits.k2.shape == (2,)
     assert bifurcation == Exact("fold", 3, 2, 3.19, 0.1)
+    assert read_lines(pd.read_csv(tmp_path / "orbits.csv")) == read_lines(str(tmp_path / "orbits.csv")) == [bifurcation]
+    for other in (3, [3], vd.load(tmp_path / "summary.h5"), pd.DataFrame({"A": [2.5]})):
+        with pytest.raises(ValueError, match=r"^over = .*: must be limits \(record"):
+            read_lines(other)
     for name, words in (("summary.h5", 'record = "limit"'), ("other.csv", "a table of `vibrodrive orbits")):
-        with pytest.raises(ConfigError, match=f"--over = '.*must be .*{words}"):
-            read_overlays([tmp_path / name])
-    assert read_overlays([]) == []
+        with pytest.raises(ValueError, match=f"over = '.*must be .*{words}"):
+            read_lines([tmp_path / name])
+    assert read_lines([]) == []
     table = (tmp_path / "orbits.csv").read_bytes()
     for content, words in (
         (table.replace(b",", b";"), "separator = ';': must be a comma"),
@@ -102,6 +107,6 @@ def test_only_limits_and_bifurcations_are_drawn_over_a_map(tmp_path):
     ):
         (tmp_path / "other.csv").write_bytes(content)
         with pytest.raises(ConfigError, match=re.escape(f"other.csv: {words}")):
-            read_overlays([tmp_path / "other.csv"])
+            read_lines([tmp_path / "other.csv"])
     (tmp_path / "other.csv").write_bytes(b"\xef\xbb\xbf" + table.replace(b"\n", b"\r\n") + b"\r\n\r\n")
-    assert read_overlays([tmp_path / "other.csv"]) == [bifurcation], "as a spreadsheet writes it"
+    assert read_lines([tmp_path / "other.csv"]) == [bifurcation], "as a spreadsheet writes it"

@@ -5,13 +5,13 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.figures.orbits import bifurcation_diagram, cobweb
-from vibrodrive.figures.plane import Exact
-from vibrodrive.jobs.orbits import COLUMNS, check, find, printed, read_bifurcations, rows
-from vibrodrive.jobs.tables import read_table, write_table
+from vibrodrive.figures.plane import Exact, read_lines
+from vibrodrive.jobs.orbits import COLUMNS, check, find, printed, rows
 from vibrodrive.model.config import parse
 from vibrodrive.periodic.family import Family, family, section
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import orbits
+from vibrodrive.store.tables import read_table, write_table
 
 pytestmark = pytest.mark.jit  # these tests run hundreds of searches
 
@@ -47,7 +47,7 @@ def test_table_holds_every_orbit_and_bifurcation(found, tmp_path):
     ends = [row for row in there if "orbit" not in row["kind"]]
     sides = [[float(row[f"multiplier_{side}"] or "nan") for side in ("below", "above")] for row in ends]
     assert np.array_equal(sides, [[b.multiplier_below, b.multiplier_above] for b in found.bifurcations], equal_nan=True)
-    assert read_bifurcations(tmp_path / "o.csv") == [
+    assert read_lines(tmp_path / "o.csv") == [
         Exact(b.kind, b.orbit.period, b.orbit.impacts, b.A, b.B) for b in found.bifurcations
     ]
 

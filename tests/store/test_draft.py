@@ -9,13 +9,13 @@ from matplotlib.figure import Figure
 
 from vibrodrive.errors import Busy
 from vibrodrive.figures.style import save
-from vibrodrive.jobs.tables import write_table
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store import draft as drafts
 from vibrodrive.store import lock as locks
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.lock import Lock
+from vibrodrive.store.tables import write_table
 from vibrodrive.store.writer import open_writer
 
 

@@ -71,9 +71,9 @@ def read(config: Path, overrides: tuple[str, ...] = ()) -> Config:
 
 def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Path | None, Path | None]:
     """Return (path of the table, path of the figure) of `-o`, each None if it is not wanted. Raises ConfigError."""
-    from vibrodrive.jobs.tables import ENDING
     from vibrodrive.model.drawing import FORMATS
     from vibrodrive.store.place import check_replaced
+    from vibrodrive.store.tables import ENDING
 
     found: dict[str, Path] = {}
     for path in outputs or (default,):

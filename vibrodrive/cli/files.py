@@ -80,9 +80,9 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
 
 def _print_table(file: Path) -> None:
     """Print a line for each point. Damaged blocks are left out and named in messages; the exit code is then 1."""
-    from vibrodrive.jobs.tables import rows_of, write_lines
     from vibrodrive.store.dataset import table
     from vibrodrive.store.load import load
+    from vibrodrive.store.tables import rows_of, write_lines
 
     damaged: list[str] = []
     with left_out(damaged):

@@ -33,7 +33,7 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
         check_figure(picture, {"configuration": config})
     from vibrodrive.figures.style import drawn_as, save
     from vibrodrive.jobs.orbits import COLUMNS, check, drawn, find, printed, rows
-    from vibrodrive.jobs.tables import write_table
+    from vibrodrive.store.tables import write_table
 
     with common.working(config.stem), drawn_as(**settings.look):
         found = find(*check(settings))

@@ -135,12 +135,14 @@ def _figure(
 ) -> tuple[Figure, float]:
     """Return (figure of a file and of the files `over`, computed share)."""
     from vibrodrive.figures import diagrams as figures
-    from vibrodrive.jobs.maps import read_overlays, undisturbed_gaps
+    from vibrodrive.figures.plane import read_lines
+    from vibrodrive.jobs.maps import undisturbed_gaps
     from vibrodrive.store.load import load
 
     results = load(file)
     wanted = check_drawing(configured, results.plan, options)
-    others: dict[str, Any] = {"over": read_overlays(over)} if over else {}
+    with in_one_line("--"):
+        others: dict[str, Any] = {"over": read_lines(over)}
     if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS:
         results = results.dimensionless()
     if wanted.get("quantity") == KEPT.name:

@@ -41,7 +41,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     from vibrodrive.batch.trajectory import follow
     from vibrodrive.figures.curves import FIRST, trajectory_figure
     from vibrodrive.figures.style import save
-    from vibrodrive.jobs.tables import rows_of, write_table
+    from vibrodrive.store.tables import rows_of, write_table
 
     with working(config.stem):
         motion = follow(plan)

@@ -4,7 +4,7 @@ A spot that contains more values is darker. This darkness, 0 to 1, is the *ink* 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +14,7 @@ from matplotlib.image import AxesImage
 
 from vibrodrive.figures.conditions import choice, conditions, of_sweep, rest_phrases, some, status_phrases
 from vibrodrive.figures.ink import FAINTEST, ink_of
-from vibrodrive.figures.plane import NUMBERED, draw_lines, upright
+from vibrodrive.figures.plane import NUMBERED, draw_lines, read_lines, upright
 from vibrodrive.figures.style import (
     as_shown,
     equation,
@@ -34,9 +34,6 @@ from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import QUANTITIES, SECTIONS, row_of
 from vibrodrive.model.records import IMPACTS
-
-if TYPE_CHECKING:
-    from vibrodrive.periodic.bifurcations import Bifurcation
 
 COORDINATES = tuple(q.name for q in SECTIONS)
 PANEL_ROWS = 420
@@ -58,7 +55,7 @@ def bifurcation(
     x: str | None = None,
     limits: tuple[float, float] | None = None,
     cmap: str | Colormap | None = None,
-    over: Sequence[Bifurcation] = (),
+    over: Any = (),
     *,
     ax: Any = None,
     style: Style | None = None,
@@ -83,9 +80,9 @@ def bifurcation(
     cmap : str or Colormap, optional
         colour map of Matplotlib, from spots with few values to spots with many; by default that of `style`. Spots
         without values have no colour. `ax.images[0].set_cmap` changes it later.
-    over : list of Bifurcation, optional
+    over : list of Bifurcation, or a file or a table of these, optional
         upright lines at these bifurcations (`vd.bifurcations`, at the B of each panel), with the period of the orbit.
-        The abscissa must be A or, with a scene, a0, omega0 or frequency.
+        The abscissa must be A or, with a scene, a0, omega0 or frequency. For files and tables see `map`.
 
     Raises
     ------
@@ -103,7 +100,7 @@ def bifurcation(
     (2, '$A$')
     """
     check_range("limits", limits, row_of(results.quantities, quantity))
-    marked = [over] if hasattr(over, "axes") else list(over)  # a Results alone is refused
+    marked = read_lines(over)
     unit = results.measure(quantity)
     visited, limits = unit.shown_of(_visited(results, quantity)), unit.ends(limits)
     names = list(results.axes)

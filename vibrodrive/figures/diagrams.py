@@ -16,6 +16,7 @@ from vibrodrive.figures.conditions import choice, conditions, of_sweep, rest_phr
 from vibrodrive.figures.curves import as_motions, check_titles, phase_curve, shared_by, trajectory_figure
 from vibrodrive.figures.limits import limits_figure
 from vibrodrive.figures.map import map_figure
+from vibrodrive.figures.plane import read_lines
 from vibrodrive.figures.style import INCHES, explain, given_axes, letter, look, narrow, new, note, styled
 from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad
@@ -94,20 +95,19 @@ def from_results(
     y: str | None = None,
     limits: tuple[float, float] | None = None,
     cmap: Any = None,
-    *,
-    ax: Any = None,
-    **others: Any,
+    over: Any = None,
+    undisturbed: np.ndarray | None = None,
 ) -> Figure:
     """Draw a sweep. `choose_drawing` chooses the kind of the figure.
 
-    The arguments are those of `Results.plot`. `others` contains the arguments `over` and `undisturbed` of `map_figure`.
+    The arguments are those of `Results.plot`, and `undisturbed` of `map_figure`.
     """
     kind, quantity = choose_drawing(results, kind, quantity, x=x, y=y, limits=limits, cmap=cmap)
     if kind == MAP:
-        return map_figure(results, quantity, x, y, limits=limits, cmap=cmap, **others)
+        return map_figure(results, quantity, x, y, over, limits, undisturbed, cmap)
     if kind == BIFURCATION:
-        return bifurcation(results, quantity, x, limits, cmap, others.get("over") or ())
-    if others.get("over"):
+        return bifurcation(results, quantity, x, limits, cmap, over)
+    if read_lines(over):
         raise ValueError(bad("kind", kind, f"{MAP} or {BIFURCATION}, over which lines are drawn"))
     return limits_figure(results) if kind == BANDS else poincare(results)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -24,7 +24,7 @@ from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
 from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
 from vibrodrive.figures.given import fit_label, in_short_lines
 from vibrodrive.figures.looks import HATCHED
-from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed
+from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed, read_lines
 from vibrodrive.figures.style import (
     as_shown,
     equation,
@@ -44,9 +44,6 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity, row_of
 from vibrodrive.model.results import Results
 
-if TYPE_CHECKING:
-    from vibrodrive.periodic.bifurcations import Bifurcation
-
 
 def label_of(results: Results, row: Quantity) -> str:
     """Return the name of a quantity for its scale. The limit k₂ is named with its disturbance."""
@@ -65,7 +62,7 @@ def map_figure(
     quantity: str = "period",
     x: str | None = None,
     y: str | None = None,
-    over: Sequence[Bifurcation | Results] | Results = (),
+    over: Any = (),
     limits: tuple[float, float] | None = None,
     undisturbed: np.ndarray | None = None,
     cmap: str | Colormap | None = None,
@@ -89,10 +86,11 @@ def map_figure(
         main impacts, are those of the undisturbed motion.
     x, y : str, optional
         axes to the right and upwards; by default the two longest axes, in the order of the sweep.
-    over : list of Bifurcation, or Results with the record "limit", or a list with both, optional
-        lines over the map. Bifurcations (`vd.bifurcations`, at several B) are joined at neighbouring values of B; the
-        axes of the map must be A and B, or axes of a scene that determine A and B. Limits over one axis need a map over
-        this axis and ε or Δτ.
+    over : list of Bifurcation, or Results with the record "limit", or a file, a table or a list of these, optional
+        lines over the map. Bifurcations are those of `vd.bifurcations` at several B, or of the table that
+        `vibrodrive orbits` writes, as a file or as a DataFrame. They are joined at neighbouring values of B; the axes
+        of the map must be A and B, or axes of a scene that determine A and B. Limits over one axis, also of a result
+        file, need a map over this axis and ε or Δτ.
     limits : (float, float), optional
         range of the colours of a continuous quantity, with a scene in SI units; by default the range of all values or,
         if there are at least 1000 values, of 99 % of them. Values below and above the range have their own colours,
@@ -131,9 +129,8 @@ def map_figure(
         raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT.name} needs it"))
     unit = results.measure(quantity)
     values = _kept(results, undisturbed) if row is KEPT else unit.shown_of(recorded(results, row))
-    several: list[Any] = [over] if isinstance(over, Results) else list(over)
-    limited = [one for one in several if isinstance(one, Results)]
-    exact = [one if isinstance(one, Exact) else Exact.of(one) for one in several if not isinstance(one, Results)]
+    there = read_lines(over)
+    exact = [one for one in there if isinstance(one, Exact)]
     lines = placed(exact, results, x, y) if exact else []
     if y is None and cmap is not None:
         raise ValueError(bad("cmap", cmap, "left out over one axis, where all points have one colour"))
@@ -161,7 +158,7 @@ def map_figure(
     note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left" if y else "right")
     if lines:
         draw_lines(ax, lines)
-    for limit in limited:
+    for limit in (one for one in there if isinstance(one, Results)):
         draw_limits(ax, limit, results, x, y)
     outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
     blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []

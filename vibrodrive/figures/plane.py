@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,10 +16,12 @@ from matplotlib.transforms import Bbox
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note
 from vibrodrive.model.bifurcations import BIFURCATIONS
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import AMPLITUDES, amplitude_axis, incline_axis, with_A_and_B
+from vibrodrive.model.results import Results
+from vibrodrive.store.tables import ENDING, read_table
 
 if TYPE_CHECKING:
-    from vibrodrive.model.results import Results
     from vibrodrive.periodic.bifurcations import Bifurcation
 
 HALO = 0.7
@@ -42,6 +45,44 @@ class Exact(NamedTuple):
     @classmethod
     def of(cls, found: Bifurcation) -> Exact:
         return cls(found.kind, found.orbit.period, found.orbit.impacts, found.A, found.B)
+
+
+OVER = (
+    'limits (record = "limit" over one axis), bifurcations, a file of either (.h5; .csv, a table of `vibrodrive orbits '
+    "CONFIG -o FILE.csv`), this table of pandas, or a list of these"
+)
+
+
+def read_lines(over: Any) -> list[Any]:
+    """Return the limits (Results) and bifurcations (Exact) to be drawn over a map. Raises ValueError with one sentence
+    for anything else than OVER."""
+    if over is None or (isinstance(over, list | tuple) and not isinstance(over, Exact)):
+        return [line for one in over or () for line in read_lines(one)]
+    if isinstance(over, str | os.PathLike):
+        from vibrodrive.store.load import check_path, load  # needs HDF5
+
+        path = check_path(over)
+        there: Any = read_table(path) if path.suffix.lower() == ENDING else [load(path)]
+        over = str(path)
+    else:
+        there = over.to_dict("records") if hasattr(over, "to_dict") else [over]
+    try:
+        return [line for one in there for line in _line(one)]
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise ValueError(bad("over", over, OVER)) from None
+
+
+def _line(one: Any) -> Iterator[Any]:
+    if isinstance(one, Mapping):  # a row of a table, which also has the orbits
+        if one["kind"] in BIFURCATIONS:
+            period, impacts = int(one["period"]), int(one["impacts"])
+            yield Exact(one["kind"], period, impacts, float(one["A"]), float(one["B"]))
+    elif not isinstance(one, Results):
+        yield one if isinstance(one, Exact) else Exact.of(one)
+    elif one.plan.seeks:
+        yield one
+    else:
+        raise ValueError(one.record)
 
 
 class Line(NamedTuple):
@@ -130,16 +171,15 @@ def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[
 
 
 def upright(
-    over: Sequence[Any], results: Any, x: str, index: Mapping[str, int], ends: tuple[float, float]
+    found: Sequence[Any], results: Any, x: str, index: Mapping[str, int], ends: tuple[float, float]
 ) -> list[Line]:
     """Return the bifurcations of one panel of a diagram over the axis x as upright lines, in the units of figures.
 
     `index` gives the value of each other axis in the panel, `ends` are the ends of the ordinate. Raises ValueError if x
     does not determine A, or if there are no bifurcations at the B of the panel.
     """
-    if any(hasattr(one, "axes") for one in over):
+    if any(isinstance(one, Results) for one in found):
         raise ValueError("over = limits: must be left out for a diagram, because limits are drawn over a map")
-    found = [one if isinstance(one, Exact) else Exact.of(one) for one in over]
     if x not in AMPLITUDES or x not in results.axes:
         raise ValueError(f"over = bifurcations: must be left out, because A is not given by the axis {x} alone")
     known = with_A_and_B({**results.scalars, **{name: float(results.axes[name][k]) for name, k in index.items()}})

@@ -9,18 +9,14 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from vibrodrive.batch.sweep import collect
-from vibrodrive.errors import ConfigError
 from vibrodrive.figures.orbits import bifurcation_diagram
-from vibrodrive.figures.plane import Exact, plane_figure
-from vibrodrive.jobs.tables import read_table
-from vibrodrive.model.bifurcations import BIFURCATIONS
+from vibrodrive.figures.plane import plane_figure
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
 from vibrodrive.model.described import counted
@@ -123,16 +119,3 @@ def drawn(found: Found) -> Figure:
         return plane_figure(found.bifurcations, found.max_period)
     simulated = collect(replace(found.plan, record=(SECTION,))).dimensionless()
     return bifurcation_diagram(found.family, simulated)
-
-
-def read_bifurcations(path: Path) -> list[Exact]:
-    """Return the bifurcations in a table of `vibrodrive orbits -o FILE.csv`. Raises ConfigError for another file."""
-    table = read_table(path)
-    try:
-        known = [row for row in table if row["kind"] in BIFURCATIONS]
-        return [
-            Exact(row["kind"], int(row["period"]), int(row["impacts"]), float(row["A"]), float(row["B"]))
-            for row in known
-        ]
-    except (KeyError, TypeError, ValueError):
-        raise ConfigError(bad("--over", str(path), "a table of `vibrodrive orbits CONFIG -o FILE.csv`")) from None

@@ -434,7 +434,7 @@ class Results:
         x: str | None = None,
         y: str | None = None,
         limits: tuple[float, float] | None = None,
-        over: Sequence[Any] | Results | None = None,
+        over: Any = None,
         cmap: str | Colormap | None = None,
         ax: Axes | Sequence[Axes] | None = None,
         style: Style | None = None,
@@ -469,7 +469,7 @@ class Results:
             axes.
         limits : (float, float), optional
             range of the quantity (diagram and map); by default that of the values (for a map see `vd.plot.map`).
-        over : list of Bifurcation, Results with the record "limit", or a list with both, optional
+        over : list of Bifurcation, Results with the record "limit", or a file, a table or a list of these, optional
             lines over a map (see `vd.plot.map`); bifurcations also over a diagram.
         cmap : str or matplotlib Colormap, optional
             colours of the values (diagram and map).
@@ -499,8 +499,8 @@ class Results:
             result that would be hidden.
         """
         drawn = above("the figure of results")
-        lines = {} if over is None else {"over": over}
-        return drawn(self, kind, quantity, x, y, limits, cmap, **lines, ax=ax, style=style, width=width, notes=notes)
+        look = {"ax": ax, "style": style, "width": width, "notes": notes}
+        return drawn(self, kind, quantity, x, y, limits, cmap, over, **look)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:
