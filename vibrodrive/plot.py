@@ -33,12 +33,11 @@ Two diagrams in the same axes, in two colours:
 2
 """
 
-from vibrodrive.figures.bifurcation import bifurcation
 from vibrodrive.figures.curves import phase_curve
-from vibrodrive.figures.diagrams import poincare
 from vibrodrive.figures.limits import limits_figure as limits
 from vibrodrive.figures.map import map_figure as map
 from vibrodrive.figures.orbits import cobweb
+from vibrodrive.figures.sections import bifurcation, poincare
 
 __all__ = [
     "bifurcation",

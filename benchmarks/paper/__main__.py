@@ -15,7 +15,8 @@ from benchmarks.paper import claims_grid, claims_limits, claims_physical, claims
 from benchmarks.paper.claim import CLAIMS, Claim, Outcome, page
 from benchmarks.paper.figures import FIGURES
 from benchmarks.paper.motions import Paper
-from vibrodrive.figures import style
+from vibrodrive.figures.sheet import drawn_on
+from vibrodrive.figures.style import save
 
 WITH_CLAIMS = (claims_grid, claims_limits, claims_physical, claims_switches, claims_undisturbed)
 """Modules whose import registers the claims."""
@@ -37,10 +38,10 @@ def draw(paper: Paper, names: list[str], folder: Path) -> None:
     """Draw the named figures into NAME.png and NAME.pdf."""
     for name in (n for n in names if n in FIGURES):
         say(f"{name}: {FIGURES[name].title}")
-        with style.drawn_as("print", "double"):
-            figure = FIGURES[name].draw(paper)
+        with drawn_on(style="print") as sheet:
+            figure = FIGURES[name].draw(paper, sheet)
         for ending in (".png", ".pdf"):
-            style.save(figure, folder / f"{name}{ending}")
+            save(figure, folder / f"{name}{ending}")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Polygon, Rectangle
 
 from vibrodrive import State
-from vibrodrive.figures import style
+from vibrodrive.figures.sheet import Sheet
 from vibrodrive.model.states import TRANSITIONS
 
 INK = "black"
@@ -30,9 +30,9 @@ GROUND = -THICKNESS - 2.0 * RADIUS
 CORNER = (-0.9, GROUND)
 
 
-def drawing() -> Figure:
+def drawing(sheet: Sheet) -> Figure:
     """Draw mass, incline and obstacle. x, y, ξ' and F_H are positive in the direction of their arrows."""
-    fig, axes = style.new(1, 1, height=2.8)
+    fig, axes = sheet.new(height=2.8)
     ax = axes[0, 0]
     ax.set_axis_off()
     ax.set_aspect("equal")
@@ -129,12 +129,12 @@ SLANTING: dict[tuple[State, State], tuple[Place, Place]] = {
 }
 
 
-def scheme(path: Collection[tuple[int, int]], named: str) -> Figure:
+def scheme(sheet: Sheet, path: Collection[tuple[int, int]], named: str) -> Figure:
     """Draw the five states and the transitions between them, with thick arrows for the transitions in `path`.
 
     path : pairs (before, after) of the transitions of a motion; `named` is their label in the legend.
     """
-    fig, axes = style.new(1, 1, height=3.4)
+    fig, axes = sheet.new(height=3.4)
     ax = axes[0, 0]
     ax.set_axis_off()
     ax.set_xlim(-0.75, 6.3)
@@ -150,11 +150,11 @@ def scheme(path: Collection[tuple[int, int]], named: str) -> Figure:
     for before, function, decision, after in TRANSITIONS:
         paired, thick = (after, before) in both, (before, after) in path
         drawn: dict[str, Any] = (
-            {"width": THICK, "head": 12, "color": style.look().main} if thick else {"width": 0.8, "head": 9}
+            {"width": THICK, "head": 12, "color": sheet.look.main} if thick else {"width": 0.8, "head": 9}
         )
         _arrow(ax, *_ends(before, after, paired), **drawn)
         _label(ax, before, after, paired, function, decision)
-    style.explain(fig, [Line2D([], [], color=style.look().main, lw=THICK, label=named)] if path else [])
+    sheet.explain(fig, [Line2D([], [], color=sheet.look.main, lw=THICK, label=named)] if path else [])
     return fig
 
 

@@ -10,7 +10,7 @@ from tests.figures.made import results
 from tests.support.process import python
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
-from vibrodrive.figures.bifurcation import PANEL_ROWS
+from vibrodrive.figures.image import PANEL_ROWS
 from vibrodrive.model.choices import Status
 
 A = np.linspace(3.0, 3.2, 200)

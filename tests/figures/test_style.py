@@ -12,7 +12,9 @@ from tests.figures.made import results
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.curves import periods_ticks
 from vibrodrive.figures.looks import LOOKS
-from vibrodrive.figures.style import FORMATS, INCHES, drawn_as, equation, explain, look, new, note, number, save
+from vibrodrive.figures.sheet import drawn_on
+from vibrodrive.figures.style import FORMATS, INCHES, LETTERS, save
+from vibrodrive.figures.texts import equation, number
 from vibrodrive.model.drawing import WIDTHS
 from vibrodrive.model.records import How
 
@@ -35,13 +37,13 @@ def test_print_is_black_and_white_and_the_screen_is_not(swept, tmp_path):
 @pytest.mark.parametrize("width", WIDTHS)
 def test_note_and_legend_fit_the_width_of_a_column(width):
     phrases = [rf"$\varepsilon_{k} = 2\cdot10^{{-4}}$ and some words" for k in range(9)]
-    with drawn_as(width=width):
-        fig, axes = new(height=3.0)
+    with drawn_on(width=width) as sheet:
+        fig, axes = sheet.new(height=3.0)
         axes[0, 0].set_title("a) a name", loc="left")
-        note(axes[0, 0], phrases)
+        sheet.note(axes[0, 0], phrases)
         for k in range(7):
             axes[0, 0].plot([0, k], label=f"an entry of the legend {k}")
-        explain(fig)
+        sheet.explain(fig)
         fig.draw_without_rendering()
     assert fig.get_figwidth() == INCHES[width]
     (legend,), said = fig.legends, axes[0, 0]._right_title
@@ -98,15 +100,16 @@ def test_names_of_classes_leave_room(axes, width):
     assert 0 <= said.get_window_extent().x0 < said.get_window_extent().x1 <= figure.bbox.width
 
 
-def test_style_applies_within_its_context_only(swept):
+def test_style_applies_within_its_block_only(swept):
     before = dict(mpl.rcParams)
-    with drawn_as("print", "single"):
-        with drawn_as("screen"):
-            assert look() is LOOKS["screen"]
-            assert new(height=3.0)[0].get_figwidth() == INCHES["single"]
-        assert look() is LOOKS["print"]
-    figures.bifurcation(swept)
-    assert look() is LOOKS["screen"]
+    with drawn_on(style="print", width="single") as outer:
+        with drawn_on() as inner:
+            assert inner.look is LOOKS["screen"]
+            assert inner.new(height=3.0)[0].get_figwidth() == INCHES["double"]
+        assert outer.look is LOOKS["print"]
+        figures.bifurcation(swept)
+        assert outer.new(height=3.0)[0].get_figwidth() == INCHES["single"]
+        assert mpl.rcParams["font.size"] == LETTERS["single"][0]
     assert dict(mpl.rcParams) == before
 
 
@@ -121,9 +124,10 @@ def test_same_figure_is_the_same_file_with_its_letters(swept, tmp_path):
 
 @pytest.mark.parametrize("count", [3, 117, 1500])
 def test_ticks_of_periods_are_round(count):
-    ax = new(height=2.0)[1][0, 0]
     low = 2 * math.pi * 1000
-    periods_ticks(ax, low, low + 2 * math.pi * count)
+    with drawn_on() as sheet:
+        ax = sheet.new(height=2.0)[1][0, 0]
+        periods_ticks(sheet, ax, low, low + 2 * math.pi * count)
     shown = [int(t.get_text()) for t in ax.get_xticklabels()]
     step = shown[1] - shown[0]
     assert step / 10 ** math.floor(math.log10(step)) in (1, 2, 5)

@@ -31,13 +31,13 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     table, picture = common.targets(outputs, Path(config.stem + ".png"), config)
     if picture:
         check_figure(picture, {"configuration": config})
-    from vibrodrive.figures.style import drawn_as, save
+    from vibrodrive.figures.style import save
     from vibrodrive.jobs.orbits import COLUMNS, check, drawn, find, printed, rows
     from vibrodrive.store.tables import write_table
 
-    with common.working(config.stem), drawn_as(**settings.look):
+    with common.working(config.stem):
         found = find(*check(settings))
-        figure = drawn(found) if picture else None
+        figure = drawn(found, **settings.look) if picture else None
     click.echo(printed(found))
     if table:
         write_table(table, COLUMNS, rows(found))

@@ -86,13 +86,16 @@ def draw(
 
     Damaged blocks are left out and named in messages; the exit code is then 1.
     """
-    from vibrodrive.figures.style import drawn_as, save
+    from vibrodrive.figures.style import save
 
     damaged: list[str] = []
     configured, own = configured_in(files[0])
-    with drawn_as(**(own | (look or {}))), left_out(damaged):
+    look = own | (look or {})
+    with left_out(damaged):
         several = len(files) > 1
-        figure, share = _several(files, options, over) if several else _figure(files[0], configured, options, over)
+        figure, share = (
+            _several(files, options, over, look) if several else _figure(files[0], configured, options, over, look)
+        )
     save(figure, target, dpi)
     if share < 1:
         say(f"{files[0]}: {100 * share:.1f} % computed")
@@ -131,7 +134,7 @@ def left_out(damaged: list[str]) -> Iterator[None]:
 
 
 def _figure(
-    file: Path, configured: dict[str, Any], options: dict[str, Any], over: tuple[Path, ...]
+    file: Path, configured: dict[str, Any], options: dict[str, Any], over: tuple[Path, ...], look: dict[str, Any]
 ) -> tuple[Figure, float]:
     """Return (figure of a file and of the files `over`, computed share)."""
     from vibrodrive.figures import diagrams as figures
@@ -149,10 +152,12 @@ def _figure(
         with working(file.name):
             others["undisturbed"] = undisturbed_gaps(results)
     with in_one_line():
-        return figures.from_results(results, **wanted, **others), results.computed
+        return figures.from_results(results, **wanted, **others, **look), results.computed
 
 
-def _several(files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path, ...]) -> tuple[Figure, float]:
+def _several(
+    files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path, ...], look: dict[str, Any]
+) -> tuple[Figure, float]:
     """Return (figure of several files of limits, least computed share)."""
     from vibrodrive.figures.limits import check_limits, limits_figure
     from vibrodrive.store.load import load
@@ -166,7 +171,7 @@ def _several(files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path,
         except ValueError as error:
             raise click.ClickException(f"{file}: {error}") from None
     with in_one_line():
-        return limits_figure(results), min(one.computed for one in results)
+        return limits_figure(results, **look), min(one.computed for one in results)
 
 
 def check_drawing(figure: dict[str, Any], plan: Plan, options: dict[str, Any] | None = None) -> dict[str, Any]:

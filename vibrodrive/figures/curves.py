@@ -12,10 +12,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.bifurcation import COORDINATES, coordinates, name_quantities, quantity_index
-from vibrodrive.figures.conditions import conditions
-from vibrodrive.figures.style import explain, given_axes, label_axes, letter, look, narrow, new, note, styled
-from vibrodrive.model.choices import Status
+from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates, quantity_index
+from vibrodrive.figures.sheet import Sheet, documented, drawn_on
+from vibrodrive.figures.texts import shared_by
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.states import State
@@ -71,7 +70,7 @@ def curve(trajectory: Trajectory, points_per_period: int = POINTS) -> Curve:
     return Curve(rows[:, 0], rows[:, 1], rows[:, 2], jumps)
 
 
-@styled
+@documented
 def phase_curve(
     source: Any,
     titles: Sequence[str] | None = None,
@@ -102,23 +101,24 @@ def phase_curve(
     """
     motions = as_motions(source)
     alone = len(motions) == 1
-    rows, cols = (len(motions), 1) if narrow() else (1, len(motions))
-    height = 3.2 if alone else 3.4 * rows if narrow() else 2.9
-    options: dict[str, Any] = {"width": 5.0} if alone else {}
-    if titles is not None:
-        check_titles(titles, len(motions))
-    shared = shared_by(motions)
-    grid: dict[str, Any] = {"height": height, "sharex": True, "sharey": True, **options}
-    fig, axes = new(rows, cols, shows=[("xi", "dxi")] * len(motions), said=shared, **grid)
-    for k, (motion, ax) in enumerate(zip(motions, axes.ravel(), strict=True)):
-        draw_phase(ax, motion)
-        letter(ax, None if alone else k, titles[k] if titles else "", asked=titles is not None)
-    note(axes[0, -1], shared)
-    explain(fig)
-    return fig
+    with drawn_on(ax, style, width, notes) as sheet:
+        rows, cols = (len(motions), 1) if sheet.narrow else (1, len(motions))
+        height = 3.2 if alone else 3.4 * rows if sheet.narrow else 2.9
+        options: dict[str, Any] = {"width": 5.0} if alone else {}
+        if titles is not None:
+            check_titles(titles, len(motions))
+        shared = shared_by(motions)
+        grid: dict[str, Any] = {"height": height, "sharex": True, "sharey": True, **options}
+        fig, axes = sheet.new(rows, cols, shows=[("xi", "dxi")] * len(motions), said=shared, **grid)
+        for k, (motion, ax) in enumerate(zip(motions, axes.ravel(), strict=True)):
+            draw_phase(sheet, ax, motion)
+            sheet.letter(ax, None if alone else k, titles[k] if titles else "", asked=titles is not None)
+        sheet.note(axes[0, -1], shared)
+        sheet.explain(fig)
+        return fig
 
 
-def draw_phase(ax: Axes, motion: Trajectory) -> None:
+def draw_phase(sheet: Sheet, ax: Axes, motion: Trajectory) -> None:
     """Draw one phase curve."""
     switches = np.stack([motion.switches[name] for name in ("phase", "xi", "dxi")], axis=1)
     different = len(np.unique(np.round(switches, 6), axis=0))
@@ -129,15 +129,17 @@ def draw_phase(ax: Axes, motion: Trajectory) -> None:
         period = np.floor((drawn.tau - drawn.tau[0]) / (2.0 * math.pi) + 1e-9)
         lines = np.split(np.stack([drawn.xi, drawn.dxi], axis=1), np.flatnonzero(np.diff(period)) + 1)
         faint = max(FAINT, len(lines) ** -0.5)
-        ax.add_collection(LineCollection(lines, color=look().main, alpha=faint, lw=0.4, zorder=0.4, rasterized=True))
+        ax.add_collection(
+            LineCollection(lines, color=sheet.look.main, alpha=faint, lw=0.4, zorder=0.4, rasterized=True)
+        )
         ax.autoscale_view()
     else:
         drawn = _shown(motion, first(curve(motion), max(1, different)))
-        ax.plot(drawn.xi, drawn.dxi, color=look().main)
-    thin: dict[str, Any] = {"color": look().support, "lw": 0.25 if many else 0.5, "zorder": 0.5}
+        ax.plot(drawn.xi, drawn.dxi, color=sheet.look.main)
+    thin: dict[str, Any] = {"color": sheet.look.support, "lw": 0.25 if many else 0.5, "zorder": 0.5}
     ax.plot(*_joined(drawn.jumps[:, :, 1:]), **thin, label=motion.measure("dxi").words(JUMP))
-    ax.axhline(0.0, color=look().support, lw=0.4, zorder=0.5)
-    name_quantities(ax, motion, "xi", "dxi")
+    ax.axhline(0.0, color=sheet.look.support, lw=0.4, zorder=0.5)
+    sheet.name_quantities(ax, motion, "xi", "dxi")
 
 
 def _shown(motion: Trajectory, drawn: Curve) -> Curve:
@@ -153,7 +155,7 @@ def first(drawn: Curve, periods: int) -> Curve:
     return Curve(drawn.tau[kept], drawn.xi[kept], drawn.dxi[kept], drawn.jumps[drawn.jumps[:, 0, 0] <= end])
 
 
-def draw_time(ax: Axes, motion: Trajectory, quantity: str, shown: int | None) -> None:
+def draw_time(sheet: Sheet, ax: Axes, motion: Trajectory, quantity: str, shown: int | None) -> None:
     """Draw ξ or ξ' over τ, and sin τ, with τ counted in excitation periods or, with a scene, over the time in ms.
 
     Only the first `shown` periods are drawn, or all periods if `shown` is None.
@@ -164,61 +166,60 @@ def draw_time(ax: Axes, motion: Trajectory, quantity: str, shown: int | None) ->
     low, high = drawn.tau[[0, -1]]
     clock = motion.measure("tau")
     begin, unit = (0.0, 1.0) if clock.si == "1" else (low, clock.shown_of(1.0))
-    ax.plot((drawn.tau - begin) * unit, drawn[column], color=look().main)
+    ax.plot((drawn.tau - begin) * unit, drawn[column], color=sheet.look.main)
     across, up = _joined(drawn.jumps[:, :, [0, column]])
-    ax.plot((across - begin) * unit, up, color=look().main, lw=0.5)
+    ax.plot((across - begin) * unit, up, color=sheet.look.main, lw=0.5)
     fine = np.linspace(low, high, max(2, round((high - low) * 30)))
     name, height = r"$\sin\tau$", 1.0
     if clock.si != "1":
         name, height = "excitation, not to scale", np.nanmax(np.abs(drawn[column]))
-    ax.plot((fine - begin) * unit, height * np.sin(fine), color=look().support, lw=0.7, zorder=0, label=name)
-    ax.axhline(0.0, color=look().support, lw=0.4, zorder=0)
+    ax.plot((fine - begin) * unit, height * np.sin(fine), color=sheet.look.support, lw=0.7, zorder=0, label=name)
+    ax.axhline(0.0, color=sheet.look.support, lw=0.4, zorder=0)
     if clock.si == "1":
-        periods_ticks(ax, low, high)
+        periods_ticks(sheet, ax, low, high)
     else:
         ax.set_xlim(0.0, (high - low) * unit)
         ax.set_xlabel(clock.label("time") + " from the beginning of the record")
-    name_quantities(ax, motion, None, quantity)
+    sheet.name_quantities(ax, motion, None, quantity)
 
 
-@styled
 def trajectory_figure(
-    trajectory: Trajectory, curves: Sequence[str] = ("phase", "time"), shown: int | None = FIRST, *, ax: Any = None
+    trajectory: Trajectory,
+    curves: Sequence[str] = ("phase", "time"),
+    shown: int | None = FIRST,
+    *,
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+    notes: bool | None = None,
 ) -> Figure:
     """Draw one motion, with one panel for each of `curves`. `Trajectory.plot` describes the arguments."""
     _check_curves(curves, shown)
     tall = [1.5 if name in ("phase", "section") else 1.0 for name in curves]
     common = shared_by([trajectory], section="section" in curves)
     shows = [SHOWS[name] for name in curves]
-    fig, axes = new(len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall, shows=shows, said=common)
-    periods = len(trajectory.section)
-    for k, (name, ax) in enumerate(zip(curves, axes[:, 0], strict=True)):
-        if len(curves) > 1:
-            letter(ax, k)
-        if name == "phase":
-            draw_phase(ax, trajectory)
-        elif name == "section":
-            ax.plot(*coordinates(trajectory, trajectory.section).T, ".", ms=2, mew=0, color=look().main)
-            name_quantities(ax, trajectory, "xi", "dxi")
-        else:
-            quantity = "xi" if name == "time" else "dxi"
-            draw_time(ax, trajectory, quantity, shown)
-        shared = [] if k else common
-        if name in OVER_TIME and shown is not None and shown < periods:
-            shared = [*shared, f"first {shown} of {periods} periods shown"]
-        note(ax, shared)
-    explain(fig)
-    return fig
-
-
-def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]:
-    """Return the conditions common to all motions, and the statuses other than OK."""
-    told = [m.arguments | (m.scene.given if m.scene else {}) for m in motions]
-    known = told[0]
-    apart = [n for n in known if any(other.get(n) != known[n] for other in told)]
-    common = {n: value for n, value in known.items() if n not in apart}
-    statuses = [Status(m.status).words for m in motions if m.status != Status.OK]
-    return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
+    with drawn_on(ax, style, width, notes) as sheet:
+        fig, axes = sheet.new(
+            len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall, shows=shows, said=common
+        )
+        periods = len(trajectory.section)
+        for k, (name, ax) in enumerate(zip(curves, axes[:, 0], strict=True)):
+            if len(curves) > 1:
+                sheet.letter(ax, k)
+            if name == "phase":
+                draw_phase(sheet, ax, trajectory)
+            elif name == "section":
+                ax.plot(*coordinates(trajectory, trajectory.section).T, ".", ms=2, mew=0, color=sheet.look.main)
+                sheet.name_quantities(ax, trajectory, "xi", "dxi")
+            else:
+                quantity = "xi" if name == "time" else "dxi"
+                draw_time(sheet, ax, trajectory, quantity, shown)
+            shared = [] if k else common
+            if name in OVER_TIME and shown is not None and shown < periods:
+                shared = [*shared, f"first {shown} of {periods} periods shown"]
+            sheet.note(ax, shared)
+        sheet.explain(fig)
+        return fig
 
 
 def _check_curves(curves: Sequence[str], shown: int | None) -> None:
@@ -231,39 +232,25 @@ def _check_curves(curves: Sequence[str], shown: int | None) -> None:
         raise ValueError(bad("shown", shown, "left out, because no curve over time is drawn"))
 
 
-def check_titles(titles: Sequence[str], panels: int) -> Sequence[str]:
-    """Return the titles. Raises ValueError if there is not one for each panel."""
-    if isinstance(titles, str) or len(titles) != panels:
-        raise ValueError(bad("titles", titles, f"a list of {panels}, one for each panel"))
-    return titles
-
-
-def as_motions(source: Any) -> list[Trajectory]:
-    """Return one trajectory or a sequence of trajectories as a list; without their scenes unless all have one."""
-    motions = [source] if hasattr(source, "sample") else list(source)
-    alike = all(m.scene is not None for m in motions)
-    return [m if alike or m.scene is None else m.dimensionless() for m in motions]
-
-
 def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (abscissae, ordinates) of n segments (n, 2, 2) as one line, broken by NaN between the segments."""
     broken = np.concatenate([pairs, np.full((len(pairs), 1, 2), np.nan)], axis=1).reshape(-1, 2)
     return broken[:, 0], broken[:, 1]
 
 
-def periods_ticks(ax: Axes, low: float, high: float) -> None:
+def periods_ticks(sheet: Sheet, ax: Axes, low: float, high: float) -> None:
     """Set a τ axis from `low` to `high`, with ticks that count excitation periods 2π from the first period shown."""
-    mine = not given_axes()
+    mine = not sheet.given
     if not mine:
         low, high = ax.dataLim.intervalx  # of all motions in the user's axes, whose first periods may differ
     first = math.floor(low / (2 * math.pi) + 1e-9)
     count = max(1, round((high - low) / (2 * math.pi)))
     origin = first if mine else 0
-    round_numbers = MaxNLocator(nbins=12 if mine and not narrow() else 6, steps=[1, 2, 5, 10], integer=True)
+    round_numbers = MaxNLocator(nbins=12 if mine and not sheet.narrow else 6, steps=[1, 2, 5, 10], integer=True)
     shown = np.asarray(round_numbers.tick_values(first - origin, first - origin + count))
     shown = shown[(shown >= first - origin) & (shown <= first - origin + count)]
     ax.set_xticks((origin + shown) * 2 * math.pi, [f"{k:.0f}" for k in shown])
     if mine:
         ax.set_xlim(low, high)
     start = rf" - {origin}" if origin else ""
-    label_axes(ax, rf"$\tau/2\pi{start}$", None)
+    sheet.label(ax, rf"$\tau/2\pi{start}$", None)

@@ -14,9 +14,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.bifurcation import is_geometric, keep_range
-from vibrodrive.figures.conditions import conditions, of_sweep
-from vibrodrive.figures.style import as_shown, explain, label_axes, look, name_axes, new, note, styled
+from vibrodrive.figures.image import is_geometric, keep_range
+from vibrodrive.figures.sheet import Sheet, documented, drawn_on
+from vibrodrive.figures.texts import as_shown, conditions, of_sweep
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.parameters import bad, bad_axes
@@ -33,7 +33,7 @@ WIDE = 0.035  # a range of the axis with one period has a label if it is at leas
 MARKED = 60  # a curve with at most this many values has marks
 
 
-@styled
+@documented
 def limits_figure(
     results: Results | Sequence[Results],
     *,
@@ -74,24 +74,33 @@ def limits_figure(
     if len({one.measure("velocity").si for one in several}) > 1:
         several = [one.dimensionless() for one in several]
     unit = several[0].measure("velocity")
-    fig, axes = new(1, 1, height=4.2)
-    ax = axes[0, 0]
-    ax.set(xscale="log" if is_geometric(np.sort(values)) else "linear", yscale="log")
-    order = np.argsort(values)
-    along = as_shown(x, values[order])
-    for number, one in enumerate(several):
-        first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
-        _draw(ax, along, first, last, number, f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}")
-    ax.margins(x=0.0)
-    keep_range(ax, along)
-    name_axes(ax, x, None)
-    label_axes(ax, None, unit.label("limit as a velocity $V$"))
-    _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
-    apart = {x, "eps", "dtau", "method"}
-    known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
-    note(ax, [*conditions(known, apart, section=False), _gaps(several)], above=True)
-    explain(fig)
-    return fig
+    with drawn_on(ax, style, width, notes) as sheet:
+        fig, axes = sheet.new(height=4.2)
+        ax = axes[0, 0]
+        ax.set(xscale="log" if is_geometric(np.sort(values)) else "linear", yscale="log")
+        order = np.argsort(values)
+        along = as_shown(x, values[order])
+        for number, one in enumerate(several):
+            first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
+            _draw(
+                sheet,
+                ax,
+                along,
+                first,
+                last,
+                number,
+                f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}",
+            )
+        ax.margins(x=0.0)
+        keep_range(ax, along)
+        sheet.name(ax, x, None)
+        sheet.label(ax, None, unit.label("limit as a velocity $V$"))
+        _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
+        apart = {x, "eps", "dtau", "method"}
+        known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
+        sheet.note(ax, [*conditions(known, apart, section=False), _gaps(several)], above=True)
+        sheet.explain(fig)
+        return fig
 
 
 def check_limits(one: Results, first: Results) -> None:
@@ -113,13 +122,14 @@ def _ends(one: Results) -> list[np.ndarray]:
         return [scale * one.k2, scale * np.maximum(one.k2, one.half_kept)]
 
 
-def _draw(ax: Axes, x: np.ndarray, first: np.ndarray, last: np.ndarray, number: int, name: str) -> None:
+def _draw(sheet: Sheet, ax: Axes, x: np.ndarray, first: np.ndarray, last: np.ndarray, number: int, name: str) -> None:
     """Draw the limits of one result as a line, and the band above it."""
-    colour, pattern = look().lines[number % len(look().lines)]
+    look = sheet.look
+    colour, pattern = look.lines[number % len(look.lines)]
     marked: dict[str, Any] = {"marker": "o", "markersize": 2.2} if len(x) <= MARKED else {}
     ax.plot(x, first, ls=pattern, color=colour, lw=0.9, label=name, **marked)
     if (last > first).any():
-        ax.fill_between(x, first, last, color=look().bands[number % len(look().bands)], lw=0, label=BAND)
+        ax.fill_between(x, first, last, color=look.bands[number % len(look.bands)], lw=0, label=BAND)
         ax.plot(x, last, color=colour, lw=0.25)
 
 

@@ -19,23 +19,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from vibrodrive.figures.bifurcation import FullestImage, add_image, is_geometric, keep_range, pooled
 from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
-from vibrodrive.figures.conditions import conditions, of_sweep, rest_phrases, status_phrases
-from vibrodrive.figures.given import fit_label, in_short_lines
+from vibrodrive.figures.image import FullestImage, add_image, is_geometric, keep_range, pooled
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed, read_lines
-from vibrodrive.figures.style import (
+from vibrodrive.figures.sheet import Sheet, documented, drawn_on, fit_label
+from vibrodrive.figures.texts import (
     as_shown,
+    conditions,
     equation,
-    explain,
-    given_axes,
-    label_axes,
-    look,
-    name_axes,
-    new,
-    note,
-    styled,
+    in_short_lines,
+    of_sweep,
+    rest_phrases,
+    status_phrases,
 )
 from vibrodrive.model.choices import UNSEEN
 from vibrodrive.model.drawing import MAP, Style, Width, check_range, choose_drawing
@@ -56,7 +52,7 @@ TALLER = 0.6
 FINEST = 4000  # largest number of columns, and of rows, of the image of cells with unequal widths
 
 
-@styled
+@documented
 def map_figure(
     results: Any,
     quantity: str = "period",
@@ -134,36 +130,37 @@ def map_figure(
     lines = placed(exact, results, x, y) if exact else []
     if y is None and cmap is not None:
         raise ValueError(bad("cmap", cmap, "left out over one axis, where all points have one colour"))
-    painted = paint(row, values[index], status, unit.ends(limits), look().with_map(cmap))
-    rest = [n for n in names if n not in (x, y)]
-    counts = {n: len(results.axes[n]) for n in rest}
-    said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
-    said += conditions(of_sweep(results), names, section=row in LAST)
-    alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
-    shows = None if alone else (x, quantity)
-    label = unit.label(label_of(results, row))
-    fig, panels = new(1, 1, width=WIDTH, height=3.7 + (TALLER if lines else 0.0), shows=[shows], said=said)
-    ax = panels[0, 0]
-    across = as_shown(x, results.axes[x])
-    if y is None:
-        _draw_line(ax, painted, values[index], across, label)
-    else:
-        cells = [values[index], painted.cells.filled(-1)]
-        cells = [one.T for one in cells] if names.index(x) < names.index(y) else cells
-        drawn = _draw_cells(ax, painted, across, as_shown(y, results.axes[y]), *cells)
-        _add_bar(fig, drawn, painted, label)
-    name_axes(ax, x, y)
-    said += rest_phrases(values[index], status) if row is LAST[1] else []
-    said += painted.phrases() if y is None or (row.classes and row.special) else []
-    note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left" if y else "right")
-    if lines:
-        draw_lines(ax, lines)
-    for limit in (one for one in there if isinstance(one, Results)):
-        draw_limits(ax, limit, results, x, y)
-    outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
-    blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
-    explain(fig, outside + blank if y is not None else [])
-    return fig
+    with drawn_on(ax, style, width, notes, cmap) as sheet:
+        painted = paint(row, values[index], status, unit.ends(limits), sheet.look)
+        rest = [n for n in names if n not in (x, y)]
+        counts = {n: len(results.axes[n]) for n in rest}
+        said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
+        said += conditions(of_sweep(results), names, section=row in LAST)
+        alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
+        shows = None if alone else (x, quantity)
+        label = unit.label(label_of(results, row))
+        fig, panels = sheet.new(width=WIDTH, height=3.7 + (TALLER if lines else 0.0), shows=[shows], said=said)
+        ax = panels[0, 0]
+        across = as_shown(x, results.axes[x])
+        if y is None:
+            _draw_line(sheet, ax, painted, values[index], across, label)
+        else:
+            cells = [values[index], painted.cells.filled(-1)]
+            cells = [one.T for one in cells] if names.index(x) < names.index(y) else cells
+            drawn = _draw_cells(sheet, ax, painted, across, as_shown(y, results.axes[y]), *cells)
+            _add_bar(fig, drawn, painted, label)
+        sheet.name(ax, x, y)
+        said += rest_phrases(values[index], status) if row is LAST[1] else []
+        said += painted.phrases() if y is None or (row.classes and row.special) else []
+        sheet.note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left" if y else "right")
+        if lines:
+            draw_lines(sheet, ax, lines)
+        for limit in (one for one in there if isinstance(one, Results)):
+            draw_limits(ax, limit, results, x, y)
+        outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
+        blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
+        sheet.explain(fig, outside + blank if y is not None else [])
+        return fig
 
 
 def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[str, str | None]:
@@ -238,7 +235,7 @@ class RarestImage(FullestImage):
 
 
 def _draw_cells(
-    ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, values: np.ndarray, kind: np.ndarray
+    sheet: Sheet, ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, values: np.ndarray, kind: np.ndarray
 ) -> RarestImage:
     """Draw cells (y, x) as an image, with their values or, for classes, the numbers of these."""
     extent: Any = []
@@ -253,7 +250,7 @@ def _draw_cells(
     add_image(drawn, np.ma.masked_array(values, outside))
     if painted.blank:
         ax.add_patch(Rectangle((0, 0), 1, 1, transform=ax.transAxes, zorder=-1, **HATCHED))
-    if not given_axes():
+    if not sheet.given:
         ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
     return drawn
 
@@ -269,13 +266,13 @@ def _evenly(values: np.ndarray) -> np.ndarray:
     return np.searchsorted(borders[1:-1], centres)
 
 
-def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
+def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
     """Draw marks over the only axis. Each class has a separate level. A quantity without classes has a scale, and
     arrows show the values beyond its ends. Points outside the scale have marks at the edge, so that none is missing."""
     order = np.argsort(x, kind="stable")
     x, values = x[order], values[order]
     kind, n = painted.cells[order].filled(-1), len(painted.labels)
-    dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": look().main}
+    dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": sheet.look.main}
     shown = kind < (n or SHADES)
     ax.plot(x, np.where((kind >= 0) & shown, kind if n else values, np.nan), ".", **dots)
     if n:
@@ -289,18 +286,18 @@ def _draw_line(ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, la
         for number, mark, end, name in beyond:
             if (kind == number).any():
                 there = np.where(kind == number, end, np.nan)
-                ax.plot(x, there, mark, ms=4, mew=0, color=look().other, clip_on=False, label=name)
+                ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
                 ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
     for number, (name, _) in enumerate(painted.apart, painted.first_apart):
         there, low = kind == number, not n and bool((values[kind == number] <= 0).all())
         mark = "v" if low else "^" if np.isposinf(values[there]).all() else "." if name == RESTS else "x"
-        thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": look().support, "mfc": "none", "label": name}
+        thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": sheet.look.support, "mfc": "none", "label": name}
         at = np.full(there.sum(), 0.025 if low else 0.975)
         ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)
     if is_geometric(x):
         ax.set_xscale("log")
     keep_range(ax, x)
-    label_axes(ax, None, label)
+    sheet.label(ax, None, label)
 
 
 def _broken(labels: Sequence[str]) -> list[str]:

@@ -14,10 +14,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibrodrive.figures.bifurcation import full_range
-from vibrodrive.figures.conditions import conditions, of_sweep
 from vibrodrive.figures.looks import INK
-from vibrodrive.figures.style import equation, explain, label_axes, look, name_axes, new, note, styled
+from vibrodrive.figures.sections import full_range
+from vibrodrive.figures.sheet import documented, drawn_on
+from vibrodrive.figures.texts import conditions, equation, of_sweep
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width
 from vibrodrive.model.results import Results
@@ -28,7 +28,7 @@ from vibrodrive.periodic.search import Orbit
 CURVE_POINTS = 400
 
 
-def bifurcation_diagram(found: Family, brute: Results) -> Figure:
+def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
     """Draw ξ' at the section over A for every orbit, stable ones as solid and unstable ones as dashed lines, with the
     bifurcations as marks. The simulated motions `brute`, a sweep over A, are grey points below them and give the phase
     of the section."""
@@ -37,34 +37,42 @@ def bifurcation_diagram(found: Family, brute: Results) -> Figure:
     def values(orbit: Orbit) -> np.ndarray:
         return section(orbit, phase)[:, 1]
 
-    fig, axes = new(height=4.5)
-    ax = axes[0, 0]
-    there = np.asarray(brute.section)[..., 1]
-    dots: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0, "color": look().support}
-    ax.plot(np.repeat(brute.axes["A"], there.shape[-1]), there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots)
-    seen = [there]
-    for branch in found.branches():
-        drawn: dict[str, Any] = {"color": look().main, "ls": "-", "lw": 1.1, "label": "stable orbit"}
-        if branch.unstable:
-            drawn = {"color": look().other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
-        seen.append(traces(branch, values))
-        ax.plot(branch.A, seen[-1], zorder=2, **drawn)
-    for name, kind in BIFURCATIONS.items():
-        points = [
-            (b.A, y) for b in found.bifurcations if b.kind == name and len(b.orbit.phases) for y in values(b.orbit)
-        ]
-        if points:
-            mark: dict[str, Any] = {"ms": 3.8, "mfc": INK if kind.marker == "|" else "white", "mec": INK, "mew": 0.7}
-            ax.plot(*zip(*points, strict=True), kind.marker, **mark, label=kind.label, zorder=3)
-    ax.set(xlim=(found.A[0], found.A[-1]), ylim=full_range(seen, 0.05))
-    name_axes(ax, "A", "dxi")
-    known = {n: value for n, value in of_sweep(brute).items() if n not in ("A", "eps", "method")}
-    note(ax, [f"orbits up to {found.max_period} periods", *conditions(known)])
-    explain(fig, [Line2D([], [], ms=5, label="simulated", **dots)])
-    return fig
+    with drawn_on(**look) as sheet:
+        fig, axes = sheet.new(height=4.5)
+        ax = axes[0, 0]
+        there = np.asarray(brute.section)[..., 1]
+        dots: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0, "color": sheet.look.support}
+        ax.plot(
+            np.repeat(brute.axes["A"], there.shape[-1]), there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots
+        )
+        seen = [there]
+        for branch in found.branches():
+            drawn: dict[str, Any] = {"color": sheet.look.main, "ls": "-", "lw": 1.1, "label": "stable orbit"}
+            if branch.unstable:
+                drawn = {"color": sheet.look.other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
+            seen.append(traces(branch, values))
+            ax.plot(branch.A, seen[-1], zorder=2, **drawn)
+        for name, kind in BIFURCATIONS.items():
+            points = [
+                (b.A, y) for b in found.bifurcations if b.kind == name and len(b.orbit.phases) for y in values(b.orbit)
+            ]
+            if points:
+                mark: dict[str, Any] = {
+                    "ms": 3.8,
+                    "mfc": INK if kind.marker == "|" else "white",
+                    "mec": INK,
+                    "mew": 0.7,
+                }
+                ax.plot(*zip(*points, strict=True), kind.marker, **mark, label=kind.label, zorder=3)
+        ax.set(xlim=(found.A[0], found.A[-1]), ylim=full_range(seen, 0.05))
+        sheet.name(ax, "A", "dxi")
+        known = {n: value for n, value in of_sweep(brute).items() if n not in ("A", "eps", "method")}
+        sheet.note(ax, [f"orbits up to {found.max_period} periods", *conditions(known)])
+        sheet.explain(fig, [Line2D([], [], ms=5, label="simulated", **dots)])
+        return fig
 
 
-@styled
+@documented
 def cobweb(
     A: float,
     B: float = 0.1,
@@ -101,26 +109,34 @@ def cobweb(
     ['cobweb of an orbit', 'impacts of the orbit']
     """
     system = ImpactMap(A, B)
-    fig, axes = new(1, 1, height=4.6, width=4.8)
-    ax = axes[0, 0]
-    turn = 2.0 * math.pi
-    ax.plot([0, turn], [0, turn], color=look().support, lw=0.6, label="next phase = phase")
-    edges = [0.0, *system.breakpoints.tolist(), turn]
-    for a, b in itertools.pairwise(edges):
-        # near a grazing the map has the slope of a square root, so the points are denser at the ends of a branch
-        inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, CURVE_POINTS))
-        phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
-        image = system(phi).phase
-        image[1:][np.abs(np.diff(image)) > math.pi] = math.nan  # where the phase wraps around
-        ax.plot(phi, image, color=look().main, lw=1.0, label="phase of the next impact")
-    for point in system.breakpoints.tolist():
-        ax.axvline(point, color=look().support, lw=0.5, ls=":", label="breakpoint of the map")
-    if orbit is not None:
-        path = np.repeat(np.append(orbit.phases, orbit.phases[0]), 2)
-        ax.plot(path[:-1], path[1:], color=look().other, lw=0.7, ls="--", label="cobweb of an orbit")
-        ax.plot(orbit.phases, np.roll(orbit.phases, -1), "o", ms=3.5, color=look().other, label="impacts of the orbit")
-    ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
-    label_axes(ax, r"$\varphi_i$", r"$\varphi_{i+1}$", upright=16.0)
-    note(ax, [equation("A", A), equation("B", B)])
-    explain(fig)
-    return fig
+    with drawn_on(ax, style, width, notes) as sheet:
+        fig, axes = sheet.new(height=4.6, width=4.8)
+        ax = axes[0, 0]
+        turn = 2.0 * math.pi
+        ax.plot([0, turn], [0, turn], color=sheet.look.support, lw=0.6, label="next phase = phase")
+        edges = [0.0, *system.breakpoints.tolist(), turn]
+        for a, b in itertools.pairwise(edges):
+            # near a grazing the map has the slope of a square root, so the points are denser at the ends of a branch
+            inner = 0.5 * (a + b) - 0.5 * (b - a) * np.cos(np.linspace(0, math.pi, CURVE_POINTS))
+            phi = np.clip(inner, math.nextafter(a, b), math.nextafter(b, a))
+            image = system(phi).phase
+            image[1:][np.abs(np.diff(image)) > math.pi] = math.nan  # where the phase wraps around
+            ax.plot(phi, image, color=sheet.look.main, lw=1.0, label="phase of the next impact")
+        for point in system.breakpoints.tolist():
+            ax.axvline(point, color=sheet.look.support, lw=0.5, ls=":", label="breakpoint of the map")
+        if orbit is not None:
+            path = np.repeat(np.append(orbit.phases, orbit.phases[0]), 2)
+            ax.plot(path[:-1], path[1:], color=sheet.look.other, lw=0.7, ls="--", label="cobweb of an orbit")
+            ax.plot(
+                orbit.phases,
+                np.roll(orbit.phases, -1),
+                "o",
+                ms=3.5,
+                color=sheet.look.other,
+                label="impacts of the orbit",
+            )
+        ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
+        sheet.label(ax, r"$\varphi_i$", r"$\varphi_{i+1}$", upright=16.0)
+        sheet.note(ax, [equation("A", A), equation("B", B)])
+        sheet.explain(fig)
+        return fig

@@ -14,7 +14,8 @@ from matplotlib.path import Path as LinePath
 from matplotlib.transforms import Bbox
 
 from vibrodrive.figures.looks import INK
-from vibrodrive.figures.style import as_shown, explain, look, name_axes, new, note
+from vibrodrive.figures.sheet import Sheet, drawn_on
+from vibrodrive.figures.texts import as_shown
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import AMPLITUDES, amplitude_axis, incline_axis, with_A_and_B
@@ -94,13 +95,13 @@ class Line(NamedTuple):
     up: np.ndarray
 
 
-def draw_lines(ax: Axes, lines: Sequence[Line]) -> None:
+def draw_lines(sheet: Sheet, ax: Axes, lines: Sequence[Line]) -> None:
     """Draw curves over a plane whose limits are set, each with the period of its orbit."""
     known: set[str] = set()
     limits = ax.get_xlim(), ax.get_ylim()
     for k, line in enumerate(lines):
         kind = BIFURCATIONS[line.kind]
-        colour = kind.colour if look().coloured else kind.ink
+        colour = kind.colour if sheet.look.coloured else kind.ink
         # draw all halos first, so that no halo hides a line
         halo: dict[str, Any] = {"lw": kind.width + 2 * HALO, "color": "white", "alpha": 0.7, "solid_capstyle": "butt"}
         ax.plot(line.across, line.up, "-", zorder=4, **halo)
@@ -133,19 +134,24 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
     ax.text(left, up, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
-def plane_figure(found: Sequence[Bifurcation], max_period: int) -> Figure:
+def plane_figure(found: Sequence[Bifurcation], max_period: int, **look: Any) -> Figure:
     """Draw bifurcations at several values of B as lines in the plane of A and B, each with the period of its orbit."""
-    fig, axes = new(1, 1, height=4.6)
-    ax = axes[0, 0]
-    exact = [Exact.of(one) for one in found]
-    if exact:
-        (low, high), (start, stop) = ([f(values) for f in (min, max)] for values in list(zip(*exact, strict=True))[3:])
-        ax.set(xlim=(low, high), ylim=(start, stop))
-    draw_lines(ax, [Line(o[0].kind, o[0].period, *np.array([(e.A, e.B) for e in o]).T) for o in joined(exact)])
-    name_axes(ax, "A", "B")
-    note(ax, f"{NUMBERED}, up to {max_period}")
-    explain(fig)
-    return fig
+    with drawn_on(**look) as sheet:
+        fig, axes = sheet.new(height=4.6)
+        ax = axes[0, 0]
+        exact = [Exact.of(one) for one in found]
+        if exact:
+            (low, high), (start, stop) = (
+                [f(values) for f in (min, max)] for values in list(zip(*exact, strict=True))[3:]
+            )
+            ax.set(xlim=(low, high), ylim=(start, stop))
+        draw_lines(
+            sheet, ax, [Line(o[0].kind, o[0].period, *np.array([(e.A, e.B) for e in o]).T) for o in joined(exact)]
+        )
+        sheet.name(ax, "A", "B")
+        sheet.note(ax, f"{NUMBERED}, up to {max_period}")
+        sheet.explain(fig)
+        return fig
 
 
 def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[Line]:

@@ -113,9 +113,9 @@ def printed(found: Found) -> str:
     return "\n".join([*lines, f"{said}; orbits of up to {counted(found.max_period, 'period')} at {values}: {kinds}"])
 
 
-def drawn(found: Found) -> Figure:
+def drawn(found: Found, **look: Any) -> Figure:
     """Draw the orbits over simulated motions; with several values of B the plane of A and B."""
     if found.family is None:
-        return plane_figure(found.bifurcations, found.max_period)
+        return plane_figure(found.bifurcations, found.max_period, **look)
     simulated = collect(replace(found.plan, record=(SECTION,))).dimensionless()
-    return bifurcation_diagram(found.family, simulated)
+    return bifurcation_diagram(found.family, simulated, **look)

@@ -1,0 +1,362 @@
+"""What a figure is drawn on: a new figure in a style and a width, or the axes that the user gives as `ax`.
+
+A drawing function has the arguments `ax`, `style`, `width` and `notes` of `drawn_on`, which makes the Sheet that it
+passes to the functions that it calls.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Literal, TypeVar, cast
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.colors import Colormap, to_hex, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import LayoutEngine
+from matplotlib.lines import Line2D
+
+from vibrodrive.figures.looks import LOOKS, ramp
+from vibrodrive.figures.style import INCHES, LETTERS, ShownFigure, drawn_as
+from vibrodrive.figures.texts import SYMBOLS, UNITS, in_lines, in_short_lines, length, name_of
+from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
+from vibrodrive.model.parameters import bad
+from vibrodrive.model.quantities import QUANTITIES
+
+MARGIN = 0.8  # width in inches of the labels beside the axes
+BESIDE = 10  # width of a line in a legend and of the space around it, in letters
+NOTE = 0.8  # size of a note relative to titles
+LETTER = 0.45  # mean width of a letter, in units of its size
+
+Shows = tuple[str, str] | None
+"""Names of the quantities to the right and upwards in a panel; None for a panel that cannot show several results."""
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+class Sheet:
+    """A new figure.
+
+    Attributes
+    ----------
+    look : colours (looks.py).
+    narrow : True for one column, where panels are below each other instead of side by side.
+    given : True for axes of the user (Given).
+    """
+
+    given = False
+
+    def __init__(
+        self, style: Style | None, width: Width | None, notes: bool | None, cmap: str | Colormap | None
+    ) -> None:
+        self.style: Style = style or "screen"
+        self.width: Width = width or "double"
+        self.notes = notes is not False
+        self.look = LOOKS[self.style].with_map(cmap)
+        self.narrow = width == "single"
+
+    def new(
+        self,
+        rows: int = 1,
+        cols: int = 1,
+        *,
+        height: float,
+        width: float = INCHES["double"],
+        shows: Sequence[Shows] = (),
+        said: Sequence[str] = (),
+        **options: Any,
+    ) -> tuple[Any, np.ndarray]:
+        """Return the Figure and its axes as an object array (rows, cols).
+
+        `height` and `width` are in inches, for a figure of two columns. A figure of one column is narrower, and its
+        height is multiplied by the root of the ratio of the widths, a compromise between equal shape and equal height.
+
+        The axes of the user may show several results if each panel has the same quantities `shows`; the phrases `said`
+        then tell the results apart. Raises ValueError if there is not one Axes for each panel, or if these show
+        something else.
+        """
+        inches = min(width, INCHES[self.width])
+        fig = ShownFigure(self.style, self.width, figsize=(inches, height * math.sqrt(inches / width)))
+        return fig, fig.subplots(rows, cols, squeeze=False, **options)
+
+    def name(self, ax: Axes, x: str | None, y: str | None) -> None:
+        """Label the axes with the symbols of two quantities, with their units (None: no change)."""
+        across, up = (None if name is None else name_of(name) for name in (x, y))
+        self.label(ax, across, up, upright=0.0 if y in UNITS else 9.0)
+
+    def label(self, ax: Axes, x: str | None, y: str | None, upright: float = 0.0) -> None:
+        """Label the outer axes of a grid of panels with texts (None: no change).
+
+        In a new figure, which makes room for it, the text of the ordinate is upright at the distance `upright` in
+        points, unless this is 0. The user's axes keep the labels that they have.
+        """
+        turned: dict[str, Any] = {"rotation": 0, "labelpad": upright, "va": "center"}
+        if x is not None and _is_outer(ax.xaxis, "bottom", "top") and not (self.given and ax.get_xlabel()):
+            ax.set_xlabel(x)
+        if y is not None and _is_outer(ax.yaxis, "left", "right") and not (self.given and ax.get_ylabel()):
+            ax.set_ylabel(y, **(turned if upright and not self.given else {}))
+            fit_label(ax)
+
+    def name_quantities(self, ax: Axes, source: Any, x: str | None, y: str | None) -> None:
+        """Label the axes with two quantities of a Results or a Trajectory (None: no change), by their symbols or, with
+        a scene, by words and units."""
+        for across, quantity in ((True, x), (False, y)):
+            if quantity is None:
+                continue
+            unit = source.measure(quantity)
+            if quantity in SYMBOLS and unit.si == "1" and not unit.apart:
+                self.name(ax, *((quantity, None) if across else (None, quantity)))
+            else:
+                words = unit.label(QUANTITIES[quantity].words)
+                self.label(ax, *((words, None) if across else (None, words)))
+
+    def letter(self, ax: Axes, index: int | None, text: str = "", asked: bool = False) -> None:
+        """Write a), b), … (nothing for None) and `text` at the upper left of a panel.
+
+        In the user's axes `text` belongs to the notes. It is the title there if the user has `asked` for it.
+        """
+        if asked or self.notes:
+            ax.set_title(
+                " ".join(filter(None, ("" if index is None else f"{chr(ord('a') + index)})", text))), loc="left"
+            )
+
+    def note(
+        self, ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right"
+    ) -> None:
+        """Write a note in small letters at the upper right of a panel.
+
+        If note and name of the panel do not fit into one line, or if `above`, the note is above the name. A sequence of
+        phrases is wrapped between the phrases. `side` is "left" for a panel with a colour bar and without a name. In
+        the user's axes the phrases become the title of the legend, if he wants notes.
+        """
+        if not self.notes:
+            return
+        size = NOTE * LETTERS[self.width][0]
+        room = int(72 * (ax.figure.figure.get_figwidth() - MARGIN) / (LETTER * size))
+        text = text if isinstance(text, str) else in_lines(text, room)
+        cell, name = ax.get_subplotspec(), ax.get_title(loc="left")
+        alone = cell is None or cell.get_gridspec().ncols == 1
+        fits = not name or (alone and length(name) / NOTE + length(text.rsplit("\n", 1)[-1]) + BESIDE < room)
+        ax.set_title(text + "\n" if text and (above or not fits) else text, loc=side, fontsize=size, color="0.35")
+
+    def explain(self, fig: Figure, more: Sequence[Artist] = ()) -> None:
+        """Draw a legend of all labels, each once, and of the entries `more`, below the figure, and break labels that
+        are too long for the height that remains.
+
+        In the axes of the user the legend is in each of them, with the notes as its title, if he wants notes or if they
+        show several results.
+        """
+        named = named_in(fig.axes) | {str(handle.get_label()): handle for handle in more}
+        if named and self.notes:
+            room = 72 * fig.get_figwidth() / (LETTER * LETTERS[self.width][2])
+            columns = max(1, int(room / (BESIDE + max(map(length, named)))))
+            fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
+        if max(map(label_share, fig.axes)) > 0.4:  # notes and legend take up to about half of the height
+            cast(LayoutEngine, fig.get_layout_engine()).execute(fig)
+            for ax in fig.axes:
+                fit_label(ax)
+
+
+class Mark(Line2D):
+    """Legend entry of one result in the user's axes, without data. The next result in these axes reads from it what is
+    shown there, and the phrases that describe the result."""
+
+    def __init__(self, colour: str, shows: Shows, said: Sequence[str]) -> None:
+        super().__init__([], [], color=colour, marker="s", ls="none", label="_")
+        self.shows, self.said = shows, said
+
+
+class Given(Sheet):
+    """The user's axes during one call of a drawing function. They keep his style: only data are drawn, in the next
+    colour of their cycle, and several results with the same quantities share one Axes."""
+
+    given = True
+
+    def __init__(self, axes: Any, style: Style | None, notes: bool | None, cmap: str | Colormap | None) -> None:
+        super().__init__(style, None, bool(notes), cmap)
+        self.axes = list(np.array(axes, dtype=object).reshape(-1))
+        self.own_style, self.cmap = style is not None, cmap
+        self.said: dict[Axes, list[str]] = {}  # phrases of the notes
+
+    def new(
+        self, rows: int = 1, cols: int = 1, *, shows: Sequence[Shows] = (), said: Sequence[str] = (), **_: Any
+    ) -> tuple[Any, np.ndarray]:
+        count = rows * cols
+        if any(isinstance(getattr(ax, "figure", None), ShownFigure) for ax in self.axes):
+            raise ValueError(
+                bad("ax", self.axes[0], "Axes of a figure of yours, because this figure has its own style")
+            )
+        if not all(isinstance(ax, Axes) for ax in self.axes) or not len(self.axes) == len(set(self.axes)) == count:
+            allowed = "one Axes" if count == 1 else f"{count} different Axes, one for each panel"
+            raise ValueError(bad("ax", self.axes[0] if len(self.axes) == 1 else self.axes, allowed))
+        panels = list(zip(self.axes, shows or [None] * count, strict=True))
+        for ax, names in panels:
+            for known in marks_of(ax):
+                if names is None or known.shows is None:
+                    raise ValueError(bad("ax", ax, "Axes without a result, because two such figures hide each other"))
+                if known.shows != names:
+                    needed = f"Axes without a result or with {names[1]} over {names[0]}"
+                    raise ValueError(bad("ax", ax, f"{needed}, but it shows {known.shows[1]} over {known.shows[0]}"))
+        self._colour()
+        for ax, names in panels:  # only now, so that a refusal changes nothing
+            ax.add_line(Mark(self.look.main, names, said))
+            self.said[ax] = []
+        return self.axes[0].figure, np.array(self.axes, dtype=object).reshape(rows, cols)
+
+    def _colour(self) -> None:
+        """Choose the colours of the data."""
+        if self.cmap is not None:
+            colour, density = to_hex(self.look.density(1.0)), self.look.density
+        else:
+            colour = self._next_colour()
+            density = ramp((*to_rgba(colour)[:3], 0.0), colour)  # spots without ink show what is below them
+        contrast = self.look.other if self.own_style else to_hex(self.axes[0].xaxis.label.get_color())
+        lines = ((colour, "-"), *self.look.lines[1:])
+        self.look = self.look._replace(main=colour, other=contrast, lines=lines, density=density)
+
+    def _next_colour(self) -> str:
+        """Return the next colour of the cycle of the axes or, if there is one, of `style`."""
+        if not self.own_style:
+            probes = [ax.plot([], [])[0] for ax in self.axes]  # the public way to a colour of the cycle
+            for probe in probes:
+                probe.remove()
+            return to_hex(probes[0].get_color())
+        colours = list(dict.fromkeys(colour for colour, _ in self.look.lines))
+        used = len(marks_of(self.axes[0]))
+        if used >= len(colours):
+            raise ValueError(bad("style", self.style, f"left out, because it has colours for {used} results only"))
+        return colours[used]
+
+    def letter(self, ax: Axes, index: int | None, text: str = "", asked: bool = False) -> None:
+        if asked:
+            ax.set_title(text)
+        else:
+            self.said[ax] += [text] if text else []
+
+    def note(self, ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Any = "right") -> None:
+        self.said[ax] += [text] if isinstance(text, str) else text
+
+    def explain(self, fig: Figure, more: Sequence[Artist] = ()) -> None:
+        for ax in self.axes:
+            apart = _tell_apart(marks_of(ax))
+            if not self.notes and not apart:
+                continue
+            title = None
+            named = named_in([ax])
+            if self.notes:
+                named |= {str(handle.get_label()): handle for handle in more if ax is self.axes[-1]}
+                shared = [phrase for phrase in self.said[ax] if phrase not in apart]
+                points = 72 * ax.get_window_extent().width / ax.figure.dpi
+                title = in_lines(shared, int(0.9 * points / (LETTER * mpl.rcParams["font.size"]))) or None
+            if named or title:
+                ax.legend(list(named.values()), list(named), title=title)
+
+
+def marks_of(ax: Axes) -> list[Mark]:
+    """Return the marks of the results that axes show."""
+    return [line for line in ax.lines if isinstance(line, Mark)]
+
+
+def _tell_apart(marks: Sequence[Mark]) -> list[str]:
+    """Label several marks, each with the phrases that not all of them have, and return the labels and these phrases."""
+    if len(marks) < 2:
+        return []
+    common = set.intersection(*(set(mark.said) for mark in marks))
+    phrases = [[phrase for phrase in mark.said if phrase not in common] for mark in marks]
+    labels = [", ".join(own) for own in phrases]
+    labels = [label if labels.count(label) == 1 else f"{label or 'result'} ({k})" for k, label in enumerate(labels, 1)]
+    for mark, label in zip(marks, labels, strict=True):
+        mark.set_label(label)
+    return labels + [phrase for own in phrases for phrase in own]
+
+
+def named_in(axes: Sequence[Axes]) -> dict[str, Artist]:
+    """Return the artists of axes that have a label, by label."""
+    named: dict[str, Artist] = {}
+    for ax in axes:
+        named |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    return named
+
+
+def label_share(ax: Axes) -> float:
+    """Return the extent of the label of the ordinate, or of a colour bar, as a share of the height of its axes."""
+    return ax.yaxis.label.get_window_extent().height / ax.get_window_extent().height
+
+
+def fit_label(ax: Axes) -> None:
+    """Break the label of the ordinate, or of a colour bar, into lines that are not longer than its axes."""
+    ax.yaxis.label.set_text(in_short_lines(ax.get_ylabel(), math.ceil(label_share(ax))))
+
+
+def _is_outer(axis: Axis, *sides: str) -> bool:
+    """Return False for an axis without tick labels, as between panels that share it."""
+    shown = axis.get_tick_params()
+    return any(shown.get(f"label{side}", side in ("bottom", "left")) for side in sides)
+
+
+@contextmanager
+def drawn_on(
+    ax: Any = None,
+    style: Style | None = None,
+    width: Width | None = None,
+    notes: bool | None = None,
+    cmap: str | Colormap | None = None,
+) -> Iterator[Sheet]:
+    """Give the sheet for one figure. Within the block a new figure has the settings of its style and width, and those
+    of the user stay in force for his axes. Raises ValueError for an unknown argument, and for `width` with `ax`."""
+    for key, value, known in (("style", style, STYLES), ("width", width, WIDTHS)):
+        if value is not None and value not in known:
+            raise ValueError(bad(key, value, "one of " + ", ".join(known)))
+    if notes not in (None, False, True):
+        raise ValueError(bad("notes", notes, "True or False"))
+    if ax is None:
+        sheet = Sheet(style, width, notes, cmap)
+        with drawn_as(sheet.style, sheet.width):
+            yield sheet
+    elif width is not None:
+        raise ValueError(bad("width", width, "left out with ax, because its figure has a width"))
+    else:
+        yield Given(ax, style, notes, cmap)
+
+
+SHARED_PARAMETERS = """\
+ax : Axes or sequence of Axes, optional
+    your Matplotlib axes, one for each panel; by default those of a new figure. They keep their style: the data have the
+    next colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second result
+    in the same axes has another colour, and a key then names the difference.
+style : "screen" or "print", optional
+    "screen" has colours that colour-blind readers can distinguish; "print" is black and white, for a journal. The
+    default is "screen" or, with `ax`, the colours of the axes.
+width : "double" or "single", optional
+    width of a new figure, left out with `ax`. "double" is two columns of a page, at most 174 mm; "single" is one
+    column, 84 mm. The default is "double".
+notes : bool, optional
+    True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default is True
+    for a new figure, and False with `ax`."""
+
+SHARED_RETURNS = """\
+Returns
+-------
+Figure
+    Matplotlib figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file. With
+    `ax`, it is the figure of these axes."""
+
+SHARED_RAISES = """\
+ValueError
+    if the style or the width is unknown, if `ax` does not have one Axes for each panel, or if these axes show other
+    quantities or a result that would be hidden."""
+
+
+def documented(function: _F) -> _F:
+    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to the docstring of a drawing function."""
+    described, heading, examples = (inspect.getdoc(function) or "").partition("\n\nExamples\n")
+    parameters, _, raises = described.partition("\n\nRaises\n------\n")
+    raises = "\n".join(["Raises\n------", *filter(None, [raises]), SHARED_RAISES])
+    function.__doc__ = f"{parameters}\n{SHARED_PARAMETERS}\n\n{SHARED_RETURNS}\n\n{raises}{heading}{examples}"
+    return function

@@ -1,0 +1,193 @@
+"""Texts in figures: symbols, numbers and equations, the parameters common to the motions shown, and their statuses."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.drawing import STARTS
+from vibrodrive.model.names import NAMES, SCENE_AXES
+from vibrodrive.model.plan import POINT
+
+if TYPE_CHECKING:
+    from vibrodrive.batch.trajectory import Trajectory
+
+PHASES = ("section_phase", "tau0")
+PARTS = (1, 2, 3, 4, 6)  # possible denominators of phases that are written as fractions of π
+
+SYMBOLS = {name: row.mathtext for name, row in NAMES.items() if row.mathtext}
+UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
+WORDS = {"frequency": "Excitation frequency "}  # before a symbol that the paper does not have
+
+ALWAYS_SAID = ("A", "B", "a0", "omega0", "frequency", "mu", "alpha", "mass", "eps")
+PANELS = 6  # largest number of panels of one figure
+
+COUNTED = (Status.TOO_CLOSE, Status.BUDGET, Status.NEVER_LEAVES, Status.NOT_COMPUTED)
+"""Statuses whose points are counted in the note of a figure; figures of limits show where others are."""
+
+_T = TypeVar("_T")
+
+
+def symbol(name: str) -> str:
+    """Return the axis label of a parameter or quantity; a name without a symbol is unchanged."""
+    return f"${SYMBOLS[name]}$" if name in SYMBOLS else name
+
+
+def name_of(name: str) -> str:
+    """Return the label of an axis: the symbol of a parameter or quantity with its unit."""
+    return WORDS.get(name, "") + symbol(name) + (f" in {UNITS[name]}" if name in UNITS else "")
+
+
+def number(value: float) -> str:
+    """Return a value as mathtext without dollars: 0.1, 3.04, 2·10⁻⁴."""
+    text = f"{value:.6g}"
+    if "e" not in text and (value == 0 or abs(value) >= 1e-2):
+        return text
+    mantissa, exponent = f"{value:.5e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".")
+    power = rf"10^{{{int(exponent)}}}"
+    if mantissa in ("1", "-1"):
+        return mantissa[:-1] + power
+    return rf"{mantissa}\cdot{power}"
+
+
+def phase(value: float) -> str:
+    """Return a phase as mathtext without dollars: π/2, 3π/4, 0, 2."""
+    for part in PARTS:
+        count = round(value * part / math.pi)
+        if count and value == count * math.pi / part:
+            times = {1: "", -1: "-"}.get(count, str(count))
+            return rf"{times}\pi" + (f"/{part}" if part > 1 else "")
+    return number(value)
+
+
+def equation(name: str, value: float) -> str:
+    """Return an equation such as “ε = 2·10⁻⁴” as mathtext."""
+    if name not in SYMBOLS:
+        return f"{name} = ${number(value)}$"
+    unit, value = UNITS.get(name, ""), float(as_shown(name, value))
+    written = phase(value) if name in PHASES else number(value)
+    return f"${SYMBOLS[name]} = {written}$" + (unit if unit == "°" else f" {unit}".rstrip())
+
+
+def as_shown(name: str, values: Any) -> Any:
+    """Return values of a parameter, number or array, in the unit used in figures."""
+    return values * NAMES[name].scale if name in SCENE_AXES else values
+
+
+def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section: bool = True) -> list[str]:
+    """Return the conditions common to all motions as phrases, without the parameters in `apart`.
+
+    `known` contains parameters, `method`, `transient` and `periods`, like the `arguments` of a trajectory or the result
+    of `of_sweep`. If `section`, the phase of the section is included.
+    """
+    disturbed = "eps" in apart or known.get("eps", 0.0) > 0.0
+    names = [*ALWAYS_SAID, *(["eta"] if disturbed else [])]
+    said = [equation(n, known[n]) for n in names if n in known and n not in apart]
+    if "method" in known:
+        method = Method(known["method"])
+        said.append(method.name.lower())
+        if method != Method.CERTIFIED and "dtau" not in apart:
+            said.append(equation("dtau", known["dtau"]))
+    if {"transient", "periods"} <= known.keys():
+        said.append(f"periods {known['transient'] + 1}–{known['transient'] + known['periods']}")
+    last = [*(["section_phase"] if section else []), *STARTS]
+    return said + [equation(n, known[n]) for n in last if n in known and n not in apart]
+
+
+def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]:
+    """Return the conditions common to all motions, and the statuses other than OK."""
+    told = [m.arguments | (m.scene.given if m.scene else {}) for m in motions]
+    known = told[0]
+    apart = [n for n in known if any(other.get(n) != known[n] for other in told)]
+    common = {n: value for n, value in known.items() if n not in apart}
+    statuses = [Status(m.status).words for m in motions if m.status != Status.OK]
+    return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
+
+
+def of_sweep(results: Any) -> dict[str, Any]:
+    """Return the scalars and settings of a sweep, which are common to all points."""
+    return {**results.scalars, **vars(results.settings)}
+
+
+def status_phrases(status: np.ndarray) -> list[str]:
+    """Return the number of points of each status of COUNTED as phrases.
+
+    For example: "not computed: 3 of 100 points", "out of budget: 2".
+    """
+    counts = {s.words: int((status == s).sum()) for s in COUNTED}
+    found = [f"{name}: {count}" for name, count in counts.items() if count]
+    return [f"{found[0]} of {status.size} points", *found[1:]] if found else []
+
+
+def rest_phrases(dxi: np.ndarray, status: np.ndarray) -> list[str]:
+    """Return the share of section points with ξ' = 0 as a phrase. `dxi` (…, n) or (…) has the status (…).
+
+    Motions that rest permanently are not counted, because their status says so.
+    """
+    moving = dxi[status != Status.NEVER_LEAVES]
+    known = np.count_nonzero(np.isfinite(moving))
+    rests = np.count_nonzero(moving == 0.0)
+    if not rests:
+        return []
+    all_of_them = "at rest at every section point (another section phase may show the motion)"
+    return [all_of_them if rests == known else f"at rest at {100 * rests / known:.2g} % of the section points"]
+
+
+def some(items: Sequence[_T]) -> list[_T]:
+    """Return at most PANELS of the items, evenly spaced, with the first and the last."""
+    if len(items) <= PANELS:
+        return list(items)
+    return [items[round(k)] for k in np.linspace(0, len(items) - 1, PANELS)]
+
+
+def choice(shown: int, total: int, of: str) -> list[str]:
+    """Return ["6 of 9 panels shown"] if some panels or lines are not shown, and [] if all are shown."""
+    return [f"{shown} of {total} {of} shown"] if shown < total else []
+
+
+def place_of(results: Any, at: Mapping[str, int]) -> str:
+    """Return the values of the axes at these indices as text. The axis `point` gives the values of its parameters."""
+    values: dict[str, float] = {}
+    for name, index in at.items():
+        along = results.points if name == POINT else {name: results.axes[name]}
+        values |= {parameter: array[index] for parameter, array in along.items()}
+    return ", ".join(equation(name, value) for name, value in values.items())
+
+
+def computed(status: np.ndarray) -> np.ndarray:
+    """Return True for each point that has a section. A point with the status TOO_CLOSE has the section of one of the
+    possible motions."""
+    return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))
+
+
+def in_lines(phrases: Iterable[str], letters: int, between: str = ", ") -> str:
+    """Join phrases, or words, in lines of at most `letters` letters."""
+    lines = [""]
+    for phrase in filter(None, phrases):
+        longer = f"{lines[-1]}{between}{phrase}" if lines[-1] else phrase
+        if lines[-1] and length(longer) > letters:
+            lines[-1] += between.rstrip()
+            lines.append(phrase)
+        else:
+            lines[-1] = longer
+    return "\n".join(lines)
+
+
+def in_short_lines(text: str, count: int) -> str:
+    """Break a text into at most `count` lines that are as short as possible."""
+    if count < 2:
+        return text
+    broken = (in_lines(text.split(), letters, " ") for letters in itertools.count(length(text) // count))
+    return next(lines for lines in broken if lines.count("\n") < count)
+
+
+def length(text: str) -> int:
+    """Return the number of letters of a text; a command of mathtext counts as one."""
+    return len(re.sub(r"\\[a-zA-Z]+", "x", re.sub("[${}^_]", "", text)))
