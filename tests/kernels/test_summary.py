@@ -443,6 +443,7 @@ def assert_same(swept, index, motion):
 
 
 @pytest.mark.jit
+@pytest.mark.filterwarnings("ignore:A = .*swapped")
 @pytest.mark.parametrize("seed", range(12))
 def test_summary_has_the_bits_of_the_switches(seed):
     """The scenes cover all methods, points with and without a disturbance, irregular motions, and short records."""
