@@ -23,7 +23,6 @@ import vibrodrive as vd
 from tests.support.process import ROOT
 from vibrodrive.model import plan
 from vibrodrive.model.own import Own
-from vibrodrive.model.quantities import CHECKSUM
 from vibrodrive.model.records import RECORDS
 from vibrodrive.store.layout import variables_of
 from vibrodrive.store.reader import DamagedBlock, look
@@ -146,19 +145,19 @@ def test_interrupted_twice_and_resumed_equals_uninterrupted(name, whole, tmp_pat
 
 @each
 def test_damaged_blocks_are_seen_and_computed_again(name, whole, run):
-    """Each variable is damaged in another block, the checksum of points, of which no result is read, in the last."""
+    """Each variable is damaged in another block."""
     sound = whole.read_bytes()
-    variables = [v.variable for v in variables_of(vd.load(whole).plan) if v is not CHECKSUM]
+    variables = [v.variable for v in variables_of(vd.load(whole).plan)]
     with h5py.File(whole) as file:
-        places = {v: [file[v].id.get_chunk_info(k).byte_offset for k in range(7)] for v in [*variables, "checksum"]}
-    for some in (variables[k : k + 6] for k in range(0, len(variables), 6)):
+        places = {v: [file[v].id.get_chunk_info(k).byte_offset for k in range(7)] for v in variables}
+    for some in (variables[k : k + 7] for k in range(0, len(variables), 7)):
         raw = bytearray(sound)
-        for block, variable in [*enumerate(some), (6, "checksum")]:
+        for block, variable in enumerate(some):
             raw[places[variable][block]] ^= 4
         whole.write_bytes(raw)
         code, _, err = run("info", str(whole), "--check")
         assert code == 1
-        assert all(f"{v}: wrong checksum" in err for v in [*some, "checksum"])
+        assert all(f"{v}: wrong checksum" in err for v in some)
         with pytest.warns(DamagedBlock):
             lost = arrays(vd.load(whole))["status"] == vd.Status.NOT_COMPUTED
         assert np.argwhere(lost)[:, 0].tolist() == [block for block in range(len(some)) for _ in range(2)]

@@ -471,7 +471,9 @@ def test_foreign_files_are_refused_and_unchanged(path):
 def test_another_schema_version_is_refused(finished):
     with h5py.File(finished, "a") as file:
         file.attrs["schema_version"] = 99
-    with pytest.raises(NoResult, match=r"schema_version = 99: must be 3 in .*; read it with vibrodrive [\d.]+, which"):
+    with pytest.raises(
+        NoResult, match=r"schema_version = 99: must be 3 or 4 in .*; read it with vibrodrive [\d.]+, which"
+    ):
         load(finished)
     with pytest.raises(NoResult, match="schema_version = 99"):
         open_writer(finished, make(), Origin(TEXT))

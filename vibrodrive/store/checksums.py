@@ -6,11 +6,18 @@ point has a second checksum, of the values of all its variables and of the numbe
 (one chunk of each variable) are written together. After a power failure the status of a block may be on the disk
 without the data of the block, or the index may be damaged. Only the checksums of the points detect these faults.
 
+Zeros are a special case: a chunk whose bytes a power failure or a hole has set to zero has the right fletcher32, 0. So
+the lowest byte of a checksum is the status + 1: no computed point has the checksum 0, and a status can be verified
+without reading the values. Values that may be such zeros, or that HDF5 fills in for a chunk without an entry in the
+index, are verified by the checksums of their points when they are read. So are zeros in integers that may be -1,
+because fletcher32 does not distinguish the words 0 and 65535.
+
 The SHA-256 of the plan (model/plan.py) covers the axes, and that of the configuration its text. The other numeric
 attributes are compared with the plan.
 """
 
 import hashlib
+from collections.abc import Callable
 from typing import NamedTuple
 
 import h5py
@@ -18,9 +25,10 @@ import numpy as np
 
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.quantities import SECTIONS
+from vibrodrive.model.quantities import SECTIONS, Quantity
 from vibrodrive.store.header import BROKEN
-from vibrodrive.store.layout import Progress, Tile, variables_of
+from vibrodrive.store.layout import SCHEMA, Progress, Tile, any_in_blocks, starts, tiles, variables_of
+from vibrodrive.store.netcdf import attribute
 
 _POINT = np.uint64(0x9E3779B97F4A7C15)
 _SECTION = np.array([1, 0xBF58476D1CE4E5B9], np.uint64)
@@ -63,6 +71,16 @@ def record_sums(name: str, values: np.ndarray) -> np.ndarray:
     return np.add.reduce(words, axis=1) * weight
 
 
+def is_sealed(file: h5py.File) -> bool:
+    """Return True if the lowest byte of the checksums in an open file is the status + 1."""
+    return bool(attribute(file, SCHEMA) > 3)
+
+
+def sealed(sums: np.ndarray, status: np.ndarray) -> np.ndarray:
+    """Return checksums whose lowest byte is the status + 1."""
+    return sums & ~np.uint64(255) | (status + 1).astype(np.uint64)
+
+
 def _words(array: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(array).view(np.uint64)
 
@@ -75,54 +93,86 @@ class Marks(NamedTuple):
     wrong: dict[int, str]  # fault of each damaged block, by the number of the block
 
 
-def read_marks(file: h5py.File, where: list[Tile]) -> Marks:
-    """Read the statuses of all blocks. A block counts as computed if no point of the block is NOT_COMPUTED."""
-    data, wrong = file["status"], {}
+def read_marks(file: h5py.File, plan: Plan, *, verify: bool = True) -> Marks:
+    """Read the statuses of all blocks, and `verify` them. A block counts as computed if no point of the block is
+    NOT_COMPUTED."""
+    wrong: dict[int, str] = {}
+    lost: dict[int, str] = {}
+    status = _read_chunks(file["status"], plan, wrong)
+    there = status != Status.NOT_COMPUTED
+    odd = np.zeros_like(there)
+    if verify:
+        sums = _read_chunks(file["checksum"], plan, lost)  # later, because a sweep writes the status after its checksum
+        odd = there & ((sealed(sums, status) != sums) if is_sealed(file) else (sums == 0))
+    begun, lacking, odd = (any_in_blocks(flags, starts(plan)).ravel() for flags in (there, ~there, odd))
+    odd[list(lost)] = True
+    for k in np.flatnonzero(begun & (lacking | odd)).tolist():
+        part = "status: only a part of the block is marked as computed"
+        wrong[k] = part if lacking[k] else lost.get(k, "status: does not match the checksums of the points")
+    if wrong:
+        where = tiles(plan)
+        for k in wrong:
+            status[where[k].slab] = Status.NOT_COMPUTED
+    return Marks(status, begun & ~lacking & ~odd, wrong)
+
+
+def _read_chunks(data: h5py.Dataset, plan: Plan, wrong: dict[int, str]) -> np.ndarray:
+    """Return all values of a variable with one value for each point. Unreadable blocks are added to `wrong`, and have
+    the fill value."""
     try:
-        status = data[...]
-    except OSError:  # read the undamaged chunks one by one
-        status = np.full(data.shape, int(Status.NOT_COMPUTED), np.int8)
-        for k, tile in enumerate(where):
+        return np.asarray(data[...])
+    except BROKEN:  # read the undamaged chunks one by one
+        values = np.full(data.shape, data.fillvalue, data.dtype)
+        for k, tile in enumerate(tiles(plan)):
             try:
-                status[tile.slab] = data[tile.slab]
-            except OSError:
-                wrong[k] = "status: wrong checksum"
-    done = np.zeros(len(where), bool)
-    for k, tile in enumerate(where):
-        missing = status[tile.slab] == Status.NOT_COMPUTED
-        done[k] = not missing.any()
-        if missing.any() and not missing.all():
-            wrong[k] = "status: only a part of the block is marked as computed"
-    return Marks(status, done, wrong)
+                values[tile.slab] = data[tile.slab]
+            except BROKEN:
+                wrong[k] = f"{data.name.strip('/')}: wrong checksum"
+        return values
+
+
+def perhaps_lost(values: np.ndarray, variable: Quantity) -> bool:
+    """Return True if values of a block, or of a part of it, may be zeros or fill values in the place of lost values."""
+    first, integers = values.flat[0], values.dtype.kind == "i"
+    suspect = first == 0 or first == variable.fill or first != first
+    if suspect and (((values == 0) if first == 0 else (values == variable.fill) | (values != values)).all()):
+        return True
+    return integers and variable.along == "impact" and bool((values == 0).any())
 
 
 def check_blocks(file: h5py.File, where: list[Tile], plan: Plan, progress: Progress) -> Marks:
     """Read all computed blocks, and return the marks of the file. `wrong` includes the blocks with a wrong checksum."""
-    marks = read_marks(file, where)
+    marks, check = read_marks(file, plan), checker(file, plan)
     for k in np.flatnonzero(marks.done).tolist():
-        if fault := check_block(file, where[k], plan):
+        if fault := check(where[k]):
             marks.wrong[k] = fault
         progress(k + 1, len(where))
     return marks
 
 
-def check_block(file: h5py.File, tile: Tile, plan: Plan) -> str | None:
-    """Return the fault of a block that is marked as computed, or None."""
-    values = {}
-    n = tile.stop - tile.start
-    for variable in variables_of(plan):
-        try:
-            read = file[variable.variable][tile.slab]
-        except BROKEN:
-            return f"{variable.variable}: wrong checksum"
-        values[variable.name] = read.reshape(n, -1) if variable.along else read.reshape(n)
-    if not np.isin(values["status"], ENDINGS).all():
-        return "status: unknown value"
-    sums = point_sums(tile.start, values["margin"], values["switches"].astype(np.int64), values["status"])
-    for column, q in enumerate(SECTIONS):
-        sums += section_sums(values[q.name], column) if q.name in values else np.uint64(0)
-    for q in plan.quantities:
-        sums += record_sums(q.name, values[q.name])
-    if not np.array_equal(values["checksum"], sums):
-        return "the values do not match their checksum"
-    return None
+def checker(file: h5py.File, plan: Plan) -> Callable[[Tile], str | None]:
+    """Return a function that returns the fault of a block that is marked as computed, or None."""
+    variables, with_seal = {v: file[v.variable] for v in variables_of(plan)}, is_sealed(file)
+
+    def check(tile: Tile) -> str | None:
+        values = {}
+        n = tile.stop - tile.start
+        for variable, data in variables.items():
+            try:
+                read = data[tile.slab]
+            except BROKEN:
+                return f"{variable.variable}: wrong checksum"
+            values[variable.name] = read.reshape(n, -1) if variable.along else read.reshape(n)
+        status = values["status"]
+        if not np.isin(status, ENDINGS).all():
+            return "status: unknown value"
+        sums = point_sums(tile.start, values["margin"], values["switches"].astype(np.int64), status)
+        for column, q in enumerate(SECTIONS):
+            sums += section_sums(values[q.name], column) if q.name in values else np.uint64(0)
+        for q in plan.quantities:
+            sums += record_sums(q.name, values[q.name])
+        if not np.array_equal(values["checksum"], sealed(sums, status) if with_seal else sums):
+            return "the values do not match their checksum"
+        return None
+
+    return check

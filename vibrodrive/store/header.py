@@ -25,7 +25,7 @@ from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
-from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, coordinates, digest
+from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, chunk_of, coordinates, digest, variables_of
 from vibrodrive.store.netcdf import attribute
 from vibrodrive.version import __version__
 
@@ -39,11 +39,12 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 class Header(NamedTuple):
-    """Plan, configuration and versions of a file."""
+    """Plan, configuration and versions of a file, and how another program has rewritten it ("" if none has)."""
 
     plan: Plan
     origin: Origin
     versions: dict[str, str]
+    rewritten: str
 
 
 class _Bytes(io.FileIO):
@@ -143,6 +144,21 @@ def damaged(path: str | Path, what: str) -> Damaged:
     return Damaged(f"{path}: damaged ({what}); {RESTORE}")
 
 
+def rewritten(path: str | Path, what: str, readers: str = "h5py, xarray and other programs for HDF5") -> NoResult:
+    """Return the error for a file that another program has written anew from one of this program."""
+    told = f"rewritten by another program ({what}): its numbers can be read by {readers}, but it cannot be resumed"
+    return NoResult(f"{path}: {told}")
+
+
+MARKS = ("_NCProperties", "history")
+"""Attributes that the netCDF library, h5netcdf and NCO leave in a file that they write."""
+
+
+def _altered(file: h5py.File, what: str) -> NoResult:
+    """Return the error for contents that are not those that this program has written."""
+    return rewritten(file.filename, what) if any(m in file.attrs for m in MARKS) else damaged(file.filename, what)
+
+
 @contextlib.contextmanager
 def interpreting(path: str | Path) -> Iterator[None]:
     """Raise Damaged if the reader in the block fails to interpret the contents.
@@ -196,8 +212,14 @@ def check_kind(file: h5py.File) -> None:
             raise NoResult(f"{path}: not a result file of vibrodrive")
         if (kind := attribute(file, "kind")) != SWEEP:
             raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
+        if lacking := [name for name in NEEDED if name not in file.attrs]:
+            raise rewritten(path, f"without the attribute {lacking[0]}")
         if (found := attribute(file, SCHEMA)) not in READABLE:
             raise of_another_version(file, f"{SCHEMA} = {found}: must be {' or '.join(map(str, READABLE))}")
+
+
+NEEDED = (SCHEMA, "title", "config", "overrides", "versions", "plan", "plan_sha256")
+"""Attributes that are read, in addition to those of `is_ours`."""
 
 
 def of_another_version(file: h5py.File, what: str) -> NoResult:
@@ -242,22 +264,51 @@ def read_header(file: h5py.File) -> Header:
     with interpreting(path):
         for name, what in (("config", "configuration"), ("plan", "plan")):
             if digest(attribute(file, name)) != attribute(file, f"{name}_sha256"):
-                raise damaged(path, f"the SHA-256 of the {what} differs from the stored SHA-256")
+                raise _altered(file, f"the SHA-256 of the {what} differs from the stored SHA-256")
         outline = json.loads(attribute(file, "plan"))
         record = _record(file, outline)
         stored = _stored(file, outline, quantities(record))
-        axes, together = ({name: file[name][...] for name in outline.get(part, {})} for part in ("axes", "points"))
+        axes, together = (
+            {name: _variable(file, name)[...] for name in outline.get(part, {})} for part in ("axes", "points")
+        )
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
-                raise damaged(path, f"axis {name}: changed after it was written")
+                raise _altered(file, f"axis {name}: changed after it was written")
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
-        tiling = file["status"].chunks if axes else None
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling, record, together, stored)
-        for variable in layout.variables_of(plan):
-            data = file[variable.variable]
-            if data.chunks != layout.chunk_of(variable, plan) or data.dtype != np.dtype(variable.dtype):
-                raise damaged(path, f"{variable.variable}: wrong chunk shape or data type")
-        return Header(plan, origin_of(file), versions_of(file))
+        tiling = tuple(outline.get("tiling") or _variable(file, "status").chunks or ()) if axes else ()
+        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling or None, record, together, stored)
+        return Header(plan, origin_of(file), versions_of(file), how_rewritten(file, plan))
+
+
+def _variable(file: h5py.File, name: str) -> h5py.Dataset:
+    """Return a variable. Raises NoResult if the file has none of this name, and Damaged if its header is damaged."""
+    try:
+        if isinstance(data := file[name], h5py.Dataset):
+            return data
+    except KeyError:
+        if name not in [*file]:  # and not a damaged header
+            raise rewritten(file.filename, f"without the variable {name}") from None
+    raise damaged(file.filename, f"{name}: no variable")
+
+
+def how_rewritten(file: h5py.File, plan: Plan) -> str:
+    """Return how the variables of a file differ from those of this program, although all can be read; "" if they do
+    not. Raises NoResult if one cannot be read."""
+    found = ""
+    for v in variables_of(plan):
+        data = _variable(file, v.variable)
+        if data.dtype != np.dtype(v.dtype) or data.shape != layout.shape_of(v, plan):
+            raise _altered(file, f"{v.variable}: wrong shape or data type")
+        if not found and not is_as_written(data, chunk_of(v, plan)):
+            found = f"{v.variable} has other chunks or filters"
+    return found
+
+
+def is_as_written(data: h5py.Dataset, chunk: tuple[int, ...]) -> bool:
+    """Return True if a variable has the chunks of this program, and no other filter than fletcher32."""
+    made = data.id.get_create_plist()
+    filters = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
+    return bool(data.chunks == chunk and filters == [h5py.h5z.FILTER_FLETCHER32])
 
 
 def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:

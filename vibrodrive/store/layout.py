@@ -33,8 +33,9 @@ from vibrodrive.store import netcdf
 from vibrodrive.store.describe import comment, plain
 from vibrodrive.version import __version__
 
-SWEEP, SCHEMA, READABLE = "sweep", "schema_version", (3,)
-"""The kind of the file, the attribute with the number of its schema, and the schemas that this version reads."""
+SWEEP, SCHEMA, READABLE = "sweep", "schema_version", (3, 4)
+"""The kind of the file, the attribute with the number of its schema, and the schemas that this version reads. In schema
+3 checksums are not sealed (checksums.py), and the plan lacks the tiling."""
 
 Progress = Callable[[int, int], None]  # function called with (done, total)
 
@@ -108,6 +109,18 @@ def tiles(plan: Plan) -> list[Tile]:
     ]
 
 
+def starts(plan: Plan) -> list[range]:
+    """Return the first indices of the blocks along each axis of the file."""
+    return [range(0, n, k) for n, k in zip(plan.shape or (1,), plan.chunk or (1,), strict=True)]
+
+
+def any_in_blocks(flags: np.ndarray, cuts: Sequence[Sequence[int]]) -> np.ndarray:
+    """Return whether any flag of each block is True. `cuts` are the first indices of the blocks along each axis."""
+    for axis, cut in enumerate(cuts):
+        flags = np.logical_or.reduceat(flags, list(cut), axis=axis)
+    return flags
+
+
 def blank(variable: Quantity, chunk: tuple[int, ...]) -> bytes:
     """Return an empty chunk as the file stores it, with its checksum."""
     with h5py.File("blank", "w", driver="core", backing_store=False) as memory:
@@ -120,6 +133,11 @@ def blank(variable: Quantity, chunk: tuple[int, ...]) -> bytes:
 def chunk_of(variable: Quantity, plan: Plan) -> tuple[int, ...]:
     """Return the shape of a chunk of a variable: the shape of a block, then the length of its own dimension, if any."""
     return (plan.chunk or (1,)) + length_along(variable.along, plan.settings.periods)
+
+
+def shape_of(variable: Quantity, plan: Plan) -> tuple[int, ...]:
+    """Return the shape of a variable in the file."""
+    return (plan.shape or (1,)) + chunk_of(variable, plan)[len(plan.chunk or (1,)) :]
 
 
 def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
@@ -193,6 +211,7 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     """Return the root attributes. They contain no date, so that two runs of one configuration give equal files."""
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
+    parts["tiling"] = plan.chunk
     if plan.record != (SECTION,):
         parts["record"] = [one.outline for one in plan.record]
     if rows := {one: one.rows for one in functions(plan.record) if one.rows}:

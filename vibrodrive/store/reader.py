@@ -4,7 +4,8 @@ import contextlib
 import functools
 import math
 import warnings
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,23 +17,25 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, counted, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.quantities import POINTS, SECTIONS
+from vibrodrive.model.quantities import POINTS, SECTIONS, Quantity
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
-from vibrodrive.store.checksums import check_block, check_blocks, read_marks
+from vibrodrive.store.checksums import check_blocks, checker, perhaps_lost, read_marks
 from vibrodrive.store.compare import compare, written
 from vibrodrive.store.describe import acting
 from vibrodrive.store.header import (
+    BROKEN,
     Header,
     damaged_descriptions,
     identity,
     interpreting,
+    is_as_written,
     open_result,
     read_header,
     reading,
 )
-from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, tiles
+from vibrodrive.store.layout import Progress, Tile, axes_of, chunk_of, quiet, starts, tiles, variables_of
 
 
 def read(file: h5py.File) -> Results:
@@ -42,7 +45,7 @@ def read(file: h5py.File) -> Results:
     """
     header = read_header(file)
     plan = header.plan
-    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, {})
+    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, _Seen())
     return Results.of(plan, source, header.origin.title)
 
 
@@ -50,10 +53,18 @@ class DamagedBlock(UserWarning):
     """Warning that blocks cannot be read and are left out. The message names these blocks in one line."""
 
 
-def _read(
-    path: Path, own: tuple[object, ...], plan: Plan, damaged: dict[int, str], name: str, index: Index
-) -> np.ndarray:
-    """Return the array `name` of Results at an index, and add the faults of damaged blocks to `damaged`.
+@dataclass
+class _Seen:
+    """What the reading of some arrays of a file has shown: damaged blocks with their faults, blocks that are verified
+    completely, and whether all statuses are verified."""
+
+    damaged: dict[int, str] = field(default_factory=dict)
+    sound: set[int] = field(default_factory=set)
+    marks: bool = False
+
+
+def _read(path: Path, own: tuple[object, ...], plan: Plan, seen: _Seen, name: str, index: Index) -> np.ndarray:
+    """Return the array `name` of Results at an index, and add to what is seen.
 
     `own` is the identity of the file. In the array `status` the points of damaged blocks are NOT_COMPUTED.
     """
@@ -65,20 +76,18 @@ def _read(
             raise Different(f"{path}: was replaced since by the file of another sweep; load it again")
         need = sum(math.prod(_shape(file[n], index)) * file[n].dtype.itemsize for n in names)
         refuse_large_reading(f"{path}: {name}", need * len(names))  # two columns are read, and stacked
-        where = tiles(plan)
-        _, done, wrong = read_marks(file, where)
-        arrays = None
-        if done.all():
-            with contextlib.suppress(OSError):  # after an error the arrays are read block by block
-                arrays = [np.asarray(file[n][index]) for n in names]
-        if arrays is None:
-            finished = {k: where[k] for k in np.flatnonzero(done).tolist()}
-            arrays, unreadable = _blockwise([file[n] for n in names], index, finished)
-            wrong |= {k: check_block(file, where[k], plan) or "unreadable" for k in unreadable}
-    damaged |= wrong
+        status, done, wrong = read_marks(file, plan, verify=not seen.marks)
+        seen.marks = bool(done.all())
+        if name == "status":
+            arrays = [np.asarray(status[index])]
+        else:
+            variables = [v for v in variables_of(plan) if v.variable in names]
+            arrays, left_out = _arrays(file, plan, variables, index, done, seen.sound)
+            wrong |= left_out
+    seen.damaged |= wrong
     if name == "status":
-        for k in damaged:
-            if (found := _place(index, where[k])) is not None:
+        for k in seen.damaged:  # also those that another array has shown
+            if (found := _place(index, tiles(plan)[k])) is not None:
                 arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
@@ -87,26 +96,52 @@ def _read(
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
 
-def _blockwise(
-    variables: list[h5py.Dataset], index: Index, finished: dict[int, Tile]
-) -> tuple[list[np.ndarray], list[int]]:
-    """Return (arrays at an index, numbers of unreadable blocks). Unreadable blocks have fill values in all arrays.
+def _arrays(
+    file: h5py.File, plan: Plan, variables: list[Quantity], index: Index, done: np.ndarray, sound: set[int]
+) -> tuple[list[np.ndarray], dict[int, str]]:
+    """Return (arrays of variables at an index, faults of the blocks that are left out and have fill values).
 
-    Only finished blocks are read, because a sweep may be writing any other block.
+    Only finished blocks are read, because a sweep may be writing any other block. If values may be lost, their blocks
+    are verified, unless they are in `sound`, to which they are then added.
     """
-    arrays = [np.full(_shape(data, index), data.fillvalue, data.dtype) for data in variables]
-    unreadable = []
-    for k, tile in finished.items():
-        if (found := _place(index, tile)) is None:
-            continue
-        try:
-            parts = [data[found[0]] for data in variables]
-        except OSError:
-            unreadable.append(k)
-            continue
-        for array, part in zip(arrays, parts, strict=True):
-            array[found[1]] = part
-    return arrays, unreadable
+    stored = [file[v.variable] for v in variables]
+    where, touched = tiles(plan), _touched(plan, index)
+    places = {k: found for k in touched[done[touched]].tolist() if (found := _place(index, where[k])) is not None}
+    arrays: list[np.ndarray] = []
+    wrong: dict[int, str] = {}
+    check: Callable[[Tile], str | None] | None = None
+    if done.all():
+        with contextlib.suppress(*BROKEN):  # after an error the arrays are read block by block
+            arrays = [np.asarray(data[index]) for data in stored]
+    if not arrays:
+        arrays = [np.full(_shape(data, index), v.fill, data.dtype) for data, v in zip(stored, variables, strict=True)]
+        for k, (within, into) in places.items():
+            try:
+                parts = [data[within] for data in stored]
+            except BROKEN:
+                wrong[k] = "unreadable"
+                continue
+            for array, part in zip(arrays, parts, strict=True):
+                array[into] = part
+    ours = all(is_as_written(data, chunk_of(v, plan)) for data, v in zip(stored, variables, strict=True))
+    for k, (_, into) in places.items():
+        parts = [array[into] for array in arrays]
+        if k in wrong or (k not in sound and (not ours or any(map(perhaps_lost, parts, variables)))):
+            check = check or checker(file, plan)
+            if fault := check(where[k]) or wrong.get(k):
+                wrong[k] = fault
+                for array, variable in zip(arrays, variables, strict=True):
+                    array[into] = variable.fill
+            else:
+                sound.add(k)
+    return arrays, wrong
+
+
+def _touched(plan: Plan, index: Index) -> np.ndarray:
+    """Return the numbers of the blocks of which `index` selects a part."""
+    grid = np.arange(len(plan.blocks())).reshape([len(cut) for cut in starts(plan)])
+    at = tuple(i if isinstance(i, slice) else i // c for i, c in zip(index, plan.chunk or (1,), strict=True))
+    return np.ravel(grid[at])
 
 
 def _shape(data: h5py.Dataset, index: Index) -> tuple[int, ...]:
@@ -174,6 +209,7 @@ class Report:
             "settings": {name: value for name, value in shared.items() if name not in scalars},
             "statuses": self.statuses,
             "damaged": self.complaints(),
+            "rewritten": self.header.rewritten,
         }
 
     def lines(self) -> Lines:
@@ -195,6 +231,8 @@ class Report:
             ("switches", str(shared["method"])),
             ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
         ]
+        if self.header.rewritten:
+            found.append(("rewritten", f"by another program ({self.header.rewritten}): it cannot be resumed"))
         return found + [("status", f"{name}: {counted(points, 'point')}") for name, points in self.statuses.items()]
 
 
@@ -202,7 +240,7 @@ def look(path: Path) -> Report:
     """Return the progress of a file without reading its sections. Raises the exceptions of `load`."""
     with reading(path) as file:
         header = read_header(file)
-        status, done, wrong = read_marks(file, tiles(header.plan))
+        status, done, wrong = read_marks(file, header.plan)
         return Report(header, done, count_statuses(status), wrong, [])
 
 

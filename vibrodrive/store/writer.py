@@ -23,16 +23,18 @@ from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import SECTIONS
 from vibrodrive.model.size import refuse_large_file
 from vibrodrive.store import layout, netcdf
-from vibrodrive.store.checksums import check_blocks, point_sums, record_sums, section_sums
+from vibrodrive.store.checksums import check_blocks, is_sealed, point_sums, record_sums, sealed, section_sums
 from vibrodrive.store.compare import joined
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.header import (
     RESTORE,
     damaged,
     damaged_descriptions,
+    how_rewritten,
     open_result,
     open_to_write,
     read_header,
+    rewritten,
     unwritable,
     versions_of,
 )
@@ -74,6 +76,7 @@ class Writer:
         self._lock = lock
         self._pending: dict[int, np.ndarray] = {}
         self._committed_at = time.monotonic()
+        self._sealed, self._rewritten = is_sealed(file), how_rewritten(file, plan)
         self._data = {v.variable: file[v.variable] for v in variables_of(plan)}
         self._chunk = np.empty(8 * math.prod(plan.chunk) * plan.settings.periods + 4, np.uint8)
 
@@ -89,6 +92,7 @@ class Writer:
     def write(self, block: Block) -> None:
         """Write a finished block. Commit this and all pending blocks if the last commit was more than GROUP_SECONDS
         ago. Raises Unwritable."""
+        self._refuse_rewritten()
         k = block.index
         sums = point_sums(block.start, block.margin, block.switches, block.status)
         if block.section is not None:
@@ -98,6 +102,8 @@ class Writer:
             values = block.records[q.name].astype(q.dtype, copy=False)
             self._put(k, q.variable, values)
             sums += record_sums(q.name, values)
+        if self._sealed:
+            sums = sealed(sums, block.status)
         self._put(k, "margin", block.margin)
         self._put(k, "switches", block.switches)
         self._put(k, "checksum", sums)
@@ -108,12 +114,15 @@ class Writer:
     def check(self, progress: Progress = quiet) -> None:
         """Read all committed blocks, and mark damaged blocks as missing, so that they are computed again.
 
-        Raises Damaged for damage outside the blocks, Unwritable, and the exceptions of `progress`.
+        Raises Damaged for damage outside the blocks, NoResult if a block is missing in a file that another program has
+        rewritten, Unwritable, and the exceptions of `progress`.
         """
         with open_result(self.path) as file:
             _, done, wrong = check_blocks(file, self.tiles, self.plan, progress)
             for name in damaged_descriptions(file, self.plan):
                 raise damaged(self.path, name)
+        if wrong or not done.all():
+            self._refuse_rewritten()
         for k in wrong:
             # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5
             # would read a damaged chunk before it writes a part of this chunk.
@@ -143,6 +152,11 @@ class Writer:
         with contextlib.suppress(OSError, RuntimeError):
             self._file.close()
         self._lock.release()
+
+    def _refuse_rewritten(self) -> None:
+        """Refuse to write into a file with other chunks or filters: bytes written directly would be unreadable."""
+        if self._rewritten:
+            raise rewritten(self.path, self._rewritten, "vd.load, xarray and others")
 
     def _put_section(self, k: int, name: str, values: np.ndarray) -> np.ndarray:
         """Write one column of a section, and return it as a contiguous array that is valid until the next call."""

@@ -1,0 +1,173 @@
+"""Zeros that a power failure, a sparse copy or a hole leaves in a file never pass as results.
+
+HDF5's checksum of zeros is 0, so a chunk whose bytes are all zero is right for HDF5; and the status OK is 0. Zeros in
+the index of chunks lose chunks, whose values HDF5 replaces by the fill value.
+"""
+
+import warnings
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.support import fake
+from vibrodrive.errors import NoResult
+from vibrodrive.model.choices import Status
+from vibrodrive.model.plan import make_plan
+from vibrodrive.store.layout import Origin, variables_of
+from vibrodrive.store.load import load
+from vibrodrive.store.reader import DamagedBlock, look, verify
+from vibrodrive.store.writer import open_writer
+
+RECORDED = {"section": ("section",), "several": ("impacts", "error"), "summary": ("summary",), "limit": ("limit",)}
+BLOCKS = 3
+
+
+def made(name, periods=12):
+    axes = {"A": [3.0, 3.1, 3.2, 3.3, 3.4], "eps": [0.0, 2e-4]} if name != "limit" else {"A": np.linspace(3, 3.1, 10)}
+    plan = make_plan({**axes, "transient": 0, "periods": periods, "record": RECORDED[name]})
+    return replace(plan, tiling=(2, 2) if name != "limit" else (4,))
+
+
+def block(plan, k):
+    """Return a block as motions have it: with points that are all OK or not, few impacts, and numbers that are zero."""
+    b = fake.block(plan, k)
+    records = dict(b.records)
+    for q in plan.quantities:
+        if q.along:
+            records[q.name] = np.where(np.arange(records[q.name].shape[1]) < 4, records[q.name], q.fill).astype(q.dtype)
+    if k == 1:
+        records |= {name: np.zeros_like(records[name]) for name in ("period", "energy", "how") if name in records}
+    return b._replace(status=b.status if k else np.zeros_like(b.status), records=records)
+
+
+def write(path, plan, which):
+    writer = open_writer(path, plan, Origin(""))
+    for k in which:
+        writer.write(block(writer.plan, k))
+    writer.close()
+
+
+def truth(plan, name):
+    """Return the values of all points, without the file."""
+    parts = [block(plan, k) for k in range(len(plan.blocks()))]
+    return np.concatenate([b.records[name] if name in b.records else getattr(b, name) for b in parts])
+
+
+def arrays(plan):
+    section = ["section"] if "section" in plan.record else []
+    return [*section, "margin", "switches", *(q.name for q in plan.quantities)]
+
+
+def with_hole(path, content, start, stop):
+    holed = bytearray(content)
+    holed[start:stop] = bytes(stop - start)
+    path.write_bytes(holed)
+
+
+def assert_no_wrong_number(path, plan, names):
+    """Assert that each point of the arrays is right or, by its status, not computed; and the status, if read alone."""
+    results, alone = load(path), np.asarray(load(path).status).reshape(-1)
+    found = {name: results[name].reshape(plan.n_points, *results[name].shape[len(plan.axes) :]) for name in names}
+    status = np.asarray(results.status).reshape(-1)
+    for name, values in found.items():
+        right = [v.tobytes() == t.astype(v.dtype).tobytes() for v, t in zip(values, truth(plan, name), strict=True)]
+        fill = (np.isnan(values) if values.dtype.kind == "f" else values == -1).reshape(plan.n_points, -1).all(axis=1)
+        assert (right | fill & (status == Status.NOT_COMPUTED)).all(), name
+    for one in (status, alone):
+        there = one != Status.NOT_COMPUTED
+        assert (one[there] == truth(plan, "status")[there]).all()
+
+
+@pytest.mark.parametrize("which", [range(BLOCKS), [0]], ids=["complete", "begun"])
+@pytest.mark.parametrize("name", ["section", "several", "limit"])
+def test_zeroed_chunk_is_no_result(tmp_path, name, which):
+    """Its block is named and left out by every reader, and is computed again."""
+    path, plan = tmp_path / "x.h5", made(name)
+    write(path, plan, which)
+    content, statuses = path.read_bytes(), look(path).statuses
+    with h5py.File(path) as file:
+        chunks = {
+            (v.variable, k): file[v.variable].id.get_chunk_info(k) for v in variables_of(plan) for k in range(BLOCKS)
+        }  # fmt: skip
+    for (variable, k), chunk in chunks.items():
+        with_hole(path, content, chunk.byte_offset, chunk.byte_offset + chunk.size)
+        if path.read_bytes() == content:
+            continue  # the values are zeros
+        array = {"section_xi": "section", "section_dxi": "section", "motion_period": "period", "checksum": "margin"}
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            assert_no_wrong_number(path, plan, [array.get(variable, variable)] if variable != "status" else [])
+        told = [str(w.message) for w in caught]
+        lost = k in which or variable == "status"
+        assert all(f": block {k} (" in text for text in told), variable
+        assert bool(told) == lost, variable
+        assert list(verify(path).faults) == [k] * lost
+        assert look(path).statuses.get("OK", 0) <= statuses["OK"]
+        writer = open_writer(path, plan, Origin(""))
+        writer.check()
+        assert writer.missing() == sorted({*range(BLOCKS)} - {*which} | ({k} if lost else {*()}))
+        for missing in writer.missing():
+            writer.write(block(plan, missing))
+        writer.close()
+        assert verify(path).complete
+        assert_no_wrong_number(path, plan, arrays(plan))
+        assert load(path).computed == 1.0
+
+
+def test_hole_between_values_that_hdf5_cannot_see_is_no_result(tmp_path):
+    """HDF5's checksum counts words modulo 65535, and does not distinguish -1 (no impact) from 0."""
+    path, plan = tmp_path / "x.h5", made("several", periods=300)
+    write(path, plan, range(BLOCKS))
+    content = path.read_bytes()
+    for name in ("impact_period", "impact_states"):
+        with h5py.File(path) as file:
+            chunk = file[name].id.get_chunk_info(1)
+        start = chunk.byte_offset + 1024
+        assert content[start : start + 512] == b"\xff" * 512
+        with_hole(path, content, start, start + 512)
+        with h5py.File(path) as file:
+            assert (file[name][...] == 0).any(), "HDF5 reads the hole without an error"
+        with pytest.warns(DamagedBlock, match=f"left out of {name}: block 1"):
+            assert (load(path)[name][2:4] == -1).all()
+        path.write_bytes(content)
+
+
+@pytest.mark.parametrize("size", [512, 4096])
+@pytest.mark.parametrize("name", ["section", "several", "summary"])
+def test_hole_anywhere_is_no_result(tmp_path, name, size):
+    """Also in the index of chunks, in the headers of variables, and in attributes: refused, named, or harmless."""
+    path, plan = tmp_path / "x.h5", made(name)
+    write(path, plan, range(BLOCKS))
+    content, statuses = path.read_bytes(), look(path).statuses
+    for start in range(0, len(content), max(size, len(content) // 60 // size * size)):
+        with_hole(path, content, start, start + size)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DamagedBlock)
+            try:
+                assert_no_wrong_number(path, plan, arrays(plan))
+                report = verify(path)
+            except NoResult:
+                continue
+        assert report.statuses.get("OK", 0) <= statuses["OK"]
+
+
+def test_sound_zeros_are_verified_once(tmp_path, monkeypatch):
+    """Each block with zeros is read completely on the first access, and no other block."""
+    from vibrodrive.store import reader
+
+    path, plan = tmp_path / "x.h5", made("summary")
+    write(path, plan, range(BLOCKS))
+    asked, checker = [], reader.checker
+
+    def noting(file, plan):
+        check = checker(file, plan)
+        return lambda tile: asked.append(tile.start) or check(tile)
+
+    monkeypatch.setattr(reader, "checker", noting)
+    results = load(path)
+    for name in ("energy", "period", "momentum", "status"):
+        assert results[name].size
+    assert asked == [plan.blocks()[1][0]]
+    assert (results.energy[2:4] == 0).all()
