@@ -71,6 +71,34 @@ def decorated(k):
     return wrap
 
 
+class Reads:
+    LIMIT = 1.0
+
+    def __init__(self, k=0):
+        self.k, self.calls, self.log = k, 0, []
+
+    def __call__(self, m):
+        self.calls += 1
+        self.log.append(m)
+        return FACTOR * self.k
+
+    @staticmethod
+    def helper(m):
+        return FACTOR
+
+    @functools.cached_property
+    def slow(self):
+        return 1.0
+
+
+def calls_static(m):
+    return Reads.helper(m) + Reads.LIMIT
+
+
+def like_a_list(m):
+    return threading.append(m)  # a module with a function of this name
+
+
 class Weighted:
     def __init__(self, weight, parts):
         self.weight, self.parts = weight, parts
@@ -103,6 +131,10 @@ DIFFERENT = {
     "decorator": (decorated(1)(double), decorated(2)(double)),
     "wrapper": (functools.lru_cache(factory(1)), functools.lru_cache(factory(2))),
     "two lambdas in a line": pair,
+    "tuple in a lambda": (lambda m: sum((1, 2)), lambda m: sum((1, 3))),
+    "set in a lambda": (lambda m: m in {1, 2, 3}, lambda m: m in {1, 2, 4}),
+    "keyword in a lambda": (lambda m: dict(a=1), lambda m: dict(b=1)),
+    "state of an instance that works": (Reads(1), Reads(2)),
     "state of a generator": (factory(1, np.random.default_rng(1)), factory(1, np.random.default_rng(2))),
 }
 
@@ -128,6 +160,43 @@ def test_what_a_function_reads_at_the_top_of_its_module_is_part_of_it(name, valu
     assert set(digest_of(looked_up)[1]) == {"TABLE", "FACTOR"}
     monkeypatch.setitem(looked_up.__globals__, name, value)
     assert sha(looked_up) != before
+
+
+@pytest.mark.parametrize("function", [Reads(1), Reads(1).helper, calls_static])
+def test_what_methods_and_classes_read_is_part_of_them(function, monkeypatch):
+    before = sha(function)
+    monkeypatch.setitem(globals(), "FACTOR", 3.0)
+    assert sha(function) != before
+
+
+def test_class_attribute_is_part_of_what_reads_it(monkeypatch):
+    before = sha(calls_static), sha(Reads())
+    monkeypatch.setattr(Reads, "LIMIT", 2.0)
+    assert not {*before} & {sha(calls_static), sha(Reads())}
+
+
+def test_what_an_instance_does_to_itself_is_not_part_of_it():
+    one = Reads(1)
+    before = sha(one)
+    one(1)
+    assert one.slow
+    assert (one.calls, sha(one)) == (1, before)
+
+
+def test_module_that_looks_like_a_list_is_part_of_a_function(monkeypatch):
+    before = sha(like_a_list)
+    monkeypatch.setitem(globals(), "threading", np)
+    assert sha(like_a_list) != before
+
+
+def test_body_of_a_decorator_is_part_of_its_function():
+    def wrap(body):
+        space = {"functools": functools}
+        inner = f"    @functools.wraps(g)\n    def scaled(m):\n        return {body} * g(m)\n"
+        exec(f"def deco(g):\n{inner}    return scaled", space)
+        return space["deco"](double)
+
+    assert sha(wrap(2)) != sha(wrap(3))
 
 
 def test_what_a_function_changes_itself_is_not_part_of_it(monkeypatch):

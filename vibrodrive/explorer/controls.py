@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from vibrodrive import State
+import vibrodrive as vd
 from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
 from vibrodrive.model import choices, drawing, names, physical, records
 
@@ -199,6 +199,6 @@ def known() -> dict[str, Any]:
         "in_si": {name: symbol(name, si=True) for name in shown},
         "starts": [start._asdict() for start in STARTS],
         "about": ABOUT,
-        "states": [state.name.lower() for state in State],
+        "states": [state.name.lower() for state in vd.State],
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
     }

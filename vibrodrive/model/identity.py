@@ -55,6 +55,10 @@ def source_of(function: Callable[..., Any]) -> str:
         return repr((code.co_code, [c for c in code.co_consts if isinstance(c, PLAIN)], code.co_names))
 
 
+OWN_WORK = ("__init__", "__new__", "__post_init__", "__setstate__")
+"""Methods that give an instance the state on which its result depends. What other methods change is no such state."""
+
+
 class _Digest:
     def __init__(self, home: str) -> None:
         self.home = home  # the top package of the function, which counts as the user's even if it is installed
@@ -88,7 +92,10 @@ class _Digest:
             raise Unknown(f"of {what}, a {type(value).__name__}, the contents are unknown") from None
         self._put("object")
         self.add(what, type(value))
+        changed = () if self._library(type(value).__module__) else _changed_by_methods(type(value))
         for part in [reduced] if isinstance(reduced, str) else reduced:  # a text is the name of a constant
+            if isinstance(part, dict):
+                part = {key: one for key, one in part.items() if key not in changed}
             self.add(what, list(part) if isinstance(part, Iterator) else part)
 
     @_add.register
@@ -137,6 +144,10 @@ class _Digest:
         self._put("module", value.__name__)
         if not self._library(value.__name__):
             self._put(inspect.getsource(value))
+            for name, one in vars(value).items():
+                if not name.startswith("__") and (type(one) in PLAIN or isinstance(one, types.ModuleType)):
+                    self._put(name)
+                    self.add(f"{name} of {value.__name__}", one)
 
     @_add.register
     def _class(self, value: type, what: str) -> None:
@@ -144,12 +155,15 @@ class _Digest:
         if self._library(value.__module__):
             self._put(value.__module__)
             return
-        try:
+        with suppress(OSError, TypeError):  # defined at a prompt
             self._put(inspect.getsource(value))
-        except (OSError, TypeError):  # defined at a prompt
-            for name, one in vars(value).items():
-                if isinstance(one, types.FunctionType):
-                    self.add(f"{name} of {value.__name__}", one)
+        changed = _changed_by_methods(value)
+        for name, one in vars(value).items():
+            one = getattr(one, "__func__", getattr(one, "fget", getattr(one, "func", one)))  # of a property, method, …
+            data = type(one) in (*PLAIN, tuple, list, dict, set, np.ndarray) and not name.startswith("__")
+            if isinstance(one, types.FunctionType) or (data and name not in changed):
+                self._put(name)
+                self.add(f"{name} of {value.__name__}", one)
         for base in value.__bases__:
             self.add(what, base)
 
@@ -159,12 +173,15 @@ class _Digest:
         if self._library(value.__module__ or ""):
             self._put(value.__module__)
             return
-        source = source_of(value)
+        try:
+            source = inspect.getsource(value.__code__)  # not that of a function that it wraps
+        except (OSError, TypeError):
+            source = ""
         self._put(source)
-        if "<lambda>" in value.__qualname__:  # several may share their lines
-            for one in _codes(value.__code__):
-                self._put(one.co_code.hex(), repr(one.co_names), repr(one.co_varnames))
-                self._put(*(repr(c) for c in one.co_consts if type(c) in PLAIN))
+        if not source or "<lambda>" in value.__qualname__:  # several may share their lines
+            for code in _codes(value.__code__):
+                self._put(code.co_code.hex(), repr(code.co_names), repr(code.co_varnames))
+                self.add("a constant", [c for c in code.co_consts if not isinstance(c, types.CodeType)])
         self.add(f"a default of {value.__name__}", value.__defaults__)
         self.add(f"a default of {value.__name__}", value.__kwdefaults__)
         changed = _changed(source) | _names(value.__code__, WRITES)
@@ -176,9 +193,10 @@ class _Digest:
 
     def _name(self, name: str, content: Any, reader: types.FunctionType, changed: set[str]) -> None:
         """Add a name that a function reads, and its value, unless the function changes it."""
-        if name not in changed:
+        code = isinstance(content, type | types.FunctionType | types.ModuleType | types.BuiltinFunctionType)
+        if code or name not in changed:
             self._put(name)
-            if not isinstance(content, type | types.FunctionType | types.ModuleType | types.BuiltinFunctionType):
+            if not code:
                 self.uses.append(name)
             self.add(f"{name} in {reader.__name__}", content)
 
@@ -225,19 +243,39 @@ def _names(code: types.CodeType, operations: tuple[str, ...]) -> set[str]:
 
 def _changed(source: str) -> set[str]:
     """Return the names whose elements or attributes a function changes, such as log in `log.append(x)`."""
+    return {path[0] for path in _places(source)}
+
+
+def _changed_by_methods(kind: type) -> set[str]:
+    """Return the attributes that the methods of a class change, such as n in `self.n += 1`, apart from OWN_WORK."""
+    found = set()
+    for one in kind.__mro__:
+        for name, member in vars(one).items():
+            if isinstance(member, functools.cached_property):
+                found.add(name)
+            elif isinstance(member, types.FunctionType) and name not in OWN_WORK:
+                with suppress(OSError, TypeError):
+                    found |= {path[1] for path in _places(inspect.getsource(member.__code__)) if len(path) > 1}
+    return found
+
+
+def _places(source: str) -> list[list[str]]:
+    """Return what a function changes, as lists of a name and its attributes: `self.log.append(x)` is [self, log]."""
     try:
         tree = ast.parse(textwrap.dedent(source))
     except SyntaxError:  # a lambda inside a call
-        return set()
-    found = set()
+        return []
+    found = []
     for node in ast.walk(tree):
         place: ast.AST | None = None
         if isinstance(node, ast.Attribute | ast.Subscript) and isinstance(node.ctx, ast.Store | ast.Del):
-            place = node.value
+            place = node
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CHANGES:
             place = node.func.value
+        path: list[str] = []
         while isinstance(place, ast.Attribute | ast.Subscript):
+            path = [place.attr, *path] if isinstance(place, ast.Attribute) else path
             place = place.value
         if isinstance(place, ast.Name):
-            found.add(place.id)
+            found.append([place.id, *path])
     return found

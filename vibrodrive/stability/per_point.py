@@ -25,6 +25,7 @@ from vibrodrive.model.described import counted
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import COLUMNS, bad
+from vibrodrive.model.physical import UNITS, column
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
 from vibrodrive.model.records import IMPACTS, SECTION, functions
@@ -96,8 +97,8 @@ def find_limits(
         block, at = empty[span], point - span[1]
         block.status[at] = found.status
         values = {"orbit_period": found.n, "how": found.code}
-        for name, column in block.records.items():
-            column[at] = values[name] if name in values else getattr(found, name)
+        for name, numbers in block.records.items():
+            numbers[at] = values[name] if name in values else getattr(found, name)
         left[span] -= 1
         if not left[span]:
             give(empty.pop(span))
@@ -127,6 +128,8 @@ def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
     A function that raises leaves NaN, and the other points are computed all the same.
     """
     motion = motion_at(plan, block.start + at, halt)
+    for array in (motion.section, motion.switches):  # no function may change what another one reads
+        array.flags.writeable = False
     block.status[at], block.margin[at] = motion.status, motion.margin
     block.switches[at] = np.bincount(motion.switches["after"], minlength=len(State))
     for one in plan.record:
@@ -155,6 +158,11 @@ def with_names(plan: Plan) -> Plan:
             for name in one.returned:
                 _check_name(one, name, {*named, *plan.axes, *plan.together})
                 named.append(name)
+            for q in one.quantities:
+                unit = UNITS[q.scales].si if q.scales else q.unit
+                if (title := column(q.name, unit)) != q.name and title in one.returned:
+                    told = f"another name than {title!r}, the column of {q.name!r} with its unit"
+                    raise ValueError(bad(f"a name of {one}", title, told))
         record.append(one)
     return replace(plan, record=tuple(record))
 
