@@ -15,8 +15,7 @@ from benchmarks.paper import claims_grid, claims_limits, claims_physical, claims
 from benchmarks.paper.claim import CLAIMS, Claim, Outcome, page
 from benchmarks.paper.figures import FIGURES
 from benchmarks.paper.motions import Paper
-from vibrodrive.figures.sheet import drawn_on
-from vibrodrive.figures.style import save
+from vibrodrive.figures import sheet as sheets
 
 WITH_CLAIMS = (claims_grid, claims_limits, claims_physical, claims_switches, claims_undisturbed)
 """Modules whose import registers the claims."""
@@ -38,10 +37,10 @@ def draw(paper: Paper, names: list[str], folder: Path) -> None:
     """Draw the named figures into NAME.png and NAME.pdf."""
     for name in (n for n in names if n in FIGURES):
         say(f"{name}: {FIGURES[name].title}")
-        with drawn_on(style="print") as sheet:
+        with sheets.drawn_on(style="print") as sheet:
             figure = FIGURES[name].draw(paper, sheet)
         for ending in (".png", ".pdf"):
-            save(figure, folder / f"{name}{ending}")
+            sheets.save(figure, folder / f"{name}{ending}")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, Polygon, Rectangle
 
 from vibrodrive import State
-from vibrodrive.figures.sheet import Sheet
+from vibrodrive.figures import sheet as sheets
 from vibrodrive.model.states import TRANSITIONS
 
 INK = "black"
@@ -30,7 +30,7 @@ GROUND = -THICKNESS - 2.0 * RADIUS
 CORNER = (-0.9, GROUND)
 
 
-def drawing(sheet: Sheet) -> Figure:
+def drawing(sheet: sheets.Sheet) -> Figure:
     """Draw mass, incline and obstacle. x, y, ξ' and F_H are positive in the direction of their arrows."""
     fig, axes = sheet.new(height=2.8)
     ax = axes[0, 0]
@@ -129,7 +129,7 @@ SLANTING: dict[tuple[State, State], tuple[Place, Place]] = {
 }
 
 
-def scheme(sheet: Sheet, path: Collection[tuple[int, int]], named: str) -> Figure:
+def scheme(sheet: sheets.Sheet, path: Collection[tuple[int, int]], named: str) -> Figure:
     """Draw the five states and the transitions between them, with thick arrows for the transitions in `path`.
 
     path : pairs (before, after) of the transitions of a motion; `named` is their label in the legend.

@@ -12,34 +12,33 @@ import vibrodrive as vd
 from benchmarks.paper.drawing import drawing, scheme
 from benchmarks.paper.grids import closing, convergents, returning
 from benchmarks.paper.motions import LAGS, Paper, find_phase_slip, without_grid
-from vibrodrive.figures import texts
-from vibrodrive.figures.sheet import Sheet
+from vibrodrive.figures import sheet as sheets
 
 
-def fig02(paper: Paper, sheet: Sheet) -> Figure:
+def fig02(paper: Paper, sheet: sheets.Sheet) -> Figure:
     """Draw the scheme of Fig. 2. The path of the simplest solution is that of the undisturbed motion of Fig. 5."""
     switches = paper.motions("fig05")[0].switches
     path = zip(switches["before"].tolist(), switches["after"].tolist(), strict=True)
     return scheme(sheet, set(path), "path of the simplest solution")
 
 
-def _diagram(name: str) -> Callable[[Paper, Sheet], Figure]:
+def _diagram(name: str) -> Callable[[Paper, sheets.Sheet], Figure]:
     return lambda paper, sheet: vd.plot.bifurcation(paper.results(name), quantity="dxi", style=sheet.style)
 
 
-def _phase_curves(name: str) -> Callable[[Paper, Sheet], Figure]:
+def _phase_curves(name: str) -> Callable[[Paper, sheets.Sheet], Figure]:
     return lambda paper, sheet: vd.plot.phase_curve(
         paper.motions(name), titles=_axis_values(paper, name), style=sheet.style
     )
 
 
-def _sections(name: str) -> Callable[[Paper, Sheet], Figure]:
+def _sections(name: str) -> Callable[[Paper, sheets.Sheet], Figure]:
     return lambda paper, sheet: vd.plot.poincare(
         paper.results(name), reference=paper.undisturbed(name).points, style=sheet.style
     )
 
 
-def fig04(paper: Paper, sheet: Sheet) -> Figure:
+def fig04(paper: Paper, sheet: sheets.Sheet) -> Figure:
     fig, axes = sheet.new(height=2.8)
     motions = paper.motions("fig04")
     for motion, title, (colour, dashes) in zip(motions, _axis_values(paper, "fig04"), sheet.look.lines, strict=False):
@@ -51,14 +50,14 @@ def fig04(paper: Paper, sheet: Sheet) -> Figure:
     return fig
 
 
-def fig11(paper: Paper, sheet: Sheet) -> Figure:
+def fig11(paper: Paper, sheet: sheets.Sheet) -> Figure:
     disturbed = paper.motions("fig11")[0]
     exact = vd.simulate(**without_grid(paper.points("fig11")[0]))
-    titles = ["exact", texts.equation("dtau", disturbed.arguments["dtau"])]
+    titles = ["exact", sheets.equation("dtau", disturbed.arguments["dtau"])]
     return vd.plot.phase_curve([exact, disturbed], titles=titles, style=sheet.style)
 
 
-def fig12(paper: Paper, sheet: Sheet) -> Figure:
+def fig12(paper: Paper, sheet: sheets.Sheet) -> Figure:
     motion = paper.motions("fig12")[0]
     slip = find_phase_slip(motion, paper.undisturbed("fig12"))
     drawn = motion.sample(400)
@@ -83,12 +82,12 @@ def fig12(paper: Paper, sheet: Sheet) -> Figure:
     return fig
 
 
-def coexisting(paper: Paper, sheet: Sheet) -> Figure:
+def coexisting(paper: Paper, sheet: sheets.Sheet) -> Figure:
     """Draw a map of starts. The colour shows ξ at the last section, which differs between the solutions."""
     return vd.plot.map(paper.results("coexisting"), quantity="last_xi", style=sheet.style)
 
 
-def grid(paper: Paper, sheet: Sheet) -> Figure:
+def grid(paper: Paper, sheet: sheets.Sheet) -> Figure:
     """Compare the number of periods after which a motion nearly repeats with that after which the grid nearly closes.
 
     The grid closes after m periods if m·2π is an integer multiple of Δτ. Panel a) shows over Δτ the number of periods
@@ -107,7 +106,7 @@ def grid(paper: Paper, sheet: Sheet) -> Figure:
     over.plot(steps, returns, ".", **dot, label="a: the motion nearly repeats after $m$ periods")
     over.set_ylim(0, LAGS + 1)
     over.margins(x=0.01)
-    over.set_xlabel(texts.symbol("dtau"))
+    over.set_xlabel(sheets.symbol("dtau"))
     over.set_ylabel("periods $m$")
     sheet.letter(over, 0)
     sheet.note(over, _said(results.scalars, "A", "B", "eps"))
@@ -122,12 +121,12 @@ def grid(paper: Paper, sheet: Sheet) -> Figure:
     one.set_xlim(0, LAGS + 1)
     one.set_xlabel("periods $m$")
     one.set_ylabel("distance")
-    sheet.letter(one, 1, texts.equation("dtau", step))
+    sheet.letter(one, 1, sheets.equation("dtau", step))
     sheet.explain(fig)
     return fig
 
 
-def _over_time(sheet: Sheet, ax: Axes, low: float, high: float, quantity: str) -> None:
+def _over_time(sheet: sheets.Sheet, ax: Axes, low: float, high: float, quantity: str) -> None:
     """Add sin τ to a curve over τ from `low` to `high`, widened to whole periods, and label its axes."""
     first, last = math.floor(low / math.tau + 1e-9), math.ceil(high / math.tau - 1e-9)
     tau = np.linspace(math.tau * first, math.tau * last, 1000)
@@ -141,7 +140,7 @@ def _over_time(sheet: Sheet, ax: Axes, low: float, high: float, quantity: str) -
 
 def _said(known: Any, *names: str) -> list[str]:
     """Return equations with the values of parameters."""
-    return [texts.equation(name, known[name]) for name in names]
+    return [sheets.equation(name, known[name]) for name in names]
 
 
 def _axis_values(paper: Paper, name: str) -> list[str]:
@@ -152,7 +151,7 @@ def _axis_values(paper: Paper, name: str) -> list[str]:
 
 class Drawing(NamedTuple):
     title: str
-    draw: Callable[[Paper, Sheet], Figure]
+    draw: Callable[[Paper, sheets.Sheet], Figure]
 
 
 FIGURES = {

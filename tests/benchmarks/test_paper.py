@@ -14,7 +14,7 @@ from benchmarks.paper.motions import Paper
 HERE = Path(program.__file__).parent
 
 INNER = {
-    "figures": {"style"},
+    "figures": {"sheet"},
     "model.config": {"read"},
     "model.states": {"TRANSITIONS"},
     "stability.failures": {"compared"},

@@ -23,11 +23,13 @@ from matplotlib.layout_engine import LayoutEngine
 from matplotlib.lines import Line2D
 
 from vibrodrive.figures.looks import LOOKS, ramp
-from vibrodrive.figures.style import INCHES, LETTERS, ShownFigure, drawn_as
-from vibrodrive.figures.texts import SYMBOLS, UNITS, in_lines, in_short_lines, length, name_of
+from vibrodrive.figures.style import INCHES, LETTERS, ShownFigure, drawn_as, save
+from vibrodrive.figures.texts import SYMBOLS, UNITS, equation, in_lines, in_short_lines, length, name_of, symbol
 from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import QUANTITIES
+
+__all__ = ["Sheet", "drawn_on", "equation", "save", "symbol"]
 
 MARGIN = 0.8  # width in inches of the labels beside the axes
 BESIDE = 10  # width of a line in a legend and of the space around it, in letters
