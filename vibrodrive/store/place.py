@@ -66,8 +66,11 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except Damaged:
         raise
     except NoResult as error:
-        why = str(error).removeprefix(f"{path}: ")
-        advice = "choose another file, because --overwrite replaces only result files"
+        why, advice = str(error).removeprefix(f"{path}: "), "choose another file, or replace this one with --overwrite"
+        try:
+            refuse_foreign(path)
+        except NoResult:
+            advice = "choose another file, because --overwrite replaces only result files"
         raise ConfigError(f"{role} = {str(path)!r}: {why}; {advice}") from None
 
 

@@ -30,12 +30,11 @@ from vibrodrive.store.header import (
     damaged_descriptions,
     identity,
     interpreting,
-    is_as_written,
     open_result,
     read_header,
     reading,
 )
-from vibrodrive.store.layout import Progress, Tile, axes_of, chunk_of, quiet, starts, tiles, variables_of
+from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, starts, tiles, variables_of
 
 
 def read(file: h5py.File) -> Results:
@@ -45,7 +44,7 @@ def read(file: h5py.File) -> Results:
     """
     header = read_header(file)
     plan = header.plan
-    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, _Seen())
+    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, _Seen(header.rewritten))
     return Results.of(plan, source, header.origin.title)
 
 
@@ -58,6 +57,7 @@ class _Seen:
     """What the reading of some arrays of a file has shown: damaged blocks with their faults, blocks that are verified
     completely, and whether all statuses are verified."""
 
+    rewritten: str
     damaged: dict[int, str] = field(default_factory=dict)
     sound: set[int] = field(default_factory=set)
     marks: bool = False
@@ -82,7 +82,7 @@ def _read(path: Path, own: tuple[object, ...], plan: Plan, seen: _Seen, name: st
             arrays = [np.asarray(status[index])]
         else:
             variables = [v for v in variables_of(plan) if v.variable in names]
-            arrays, left_out = _arrays(file, plan, variables, index, done, seen.sound)
+            arrays, left_out = _arrays(file, plan, variables, index, done, seen)
             wrong |= left_out
     seen.damaged |= wrong
     if name == "status":
@@ -91,18 +91,18 @@ def _read(path: Path, own: tuple[object, ...], plan: Plan, seen: _Seen, name: st
                 arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
-        message = f"{path}: damaged blocks are left out of {name}: {places}. Repeat the sweep to compute them again"
+        message = f"{path}: damaged blocks are left out of {name}: {places}. {again(seen.rewritten, 'them')}"
         warnings.warn(message, DamagedBlock, stacklevel=2)
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
 
 def _arrays(
-    file: h5py.File, plan: Plan, variables: list[Quantity], index: Index, done: np.ndarray, sound: set[int]
+    file: h5py.File, plan: Plan, variables: list[Quantity], index: Index, done: np.ndarray, seen: _Seen
 ) -> tuple[list[np.ndarray], dict[int, str]]:
     """Return (arrays of variables at an index, faults of the blocks that are left out and have fill values).
 
-    Only finished blocks are read, because a sweep may be writing any other block. If values may be lost, their blocks
-    are verified, unless they are in `sound`, to which they are then added.
+    Only finished blocks are read, because a sweep may be writing any other block. Blocks whose values may be lost are
+    verified once, and all blocks of a rewritten file, whose chunks may have no checksums.
     """
     stored = [file[v.variable] for v in variables]
     where, touched = tiles(plan), _touched(plan, index)
@@ -123,17 +123,16 @@ def _arrays(
                 continue
             for array, part in zip(arrays, parts, strict=True):
                 array[into] = part
-    ours = all(is_as_written(data, chunk_of(v, plan)) for data, v in zip(stored, variables, strict=True))
     for k, (_, into) in places.items():
         parts = [array[into] for array in arrays]
-        if k in wrong or (k not in sound and (not ours or any(map(perhaps_lost, parts, variables)))):
+        if k in wrong or (k not in seen.sound and (seen.rewritten or any(map(perhaps_lost, parts, variables)))):
             check = check or checker(file, plan)
             if fault := check(where[k]) or wrong.get(k):
                 wrong[k] = fault
                 for array, variable in zip(arrays, variables, strict=True):
                     array[into] = variable.fill
             else:
-                sound.add(k)
+                seen.sound.add(k)
     return arrays, wrong
 
 
@@ -169,6 +168,12 @@ def place(plan: Plan, k: int) -> str:
     return f"block {k} (points {tile.start} to {tile.stop - 1}: {', '.join(spans)})"
 
 
+def again(rewritten: str, what: str) -> str:
+    """Return the advice for damaged blocks."""
+    where = ", into another file, because another program has rewritten this one" if rewritten else ""
+    return f"Repeat the sweep to compute {what} again{where}"
+
+
 @dataclass(frozen=True)
 class Report:
     """State of a file. `faults` maps numbers of damaged blocks to their faults; `general` lists all other faults."""
@@ -194,9 +199,8 @@ class Report:
 
     def complaints(self) -> list[str]:
         """Return all faults, one line each."""
-        again = "repeat the sweep command to compute this block again"
-        plan = self.header.plan
-        return [f"{place(plan, k)}: {fault}; {again}" for k, fault in sorted(self.faults.items())] + self.general
+        plan, advice = self.header.plan, again(self.header.rewritten, "this block")
+        return [f"{place(plan, k)}: {fault}. {advice}" for k, fault in sorted(self.faults.items())] + self.general
 
     def facts(self) -> dict[str, Any]:
         """Return the contents by name, in types of JSON."""
