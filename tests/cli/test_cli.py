@@ -152,7 +152,7 @@ REFUSED = [
     (["plot", "map.h5", "--over", "missing.csv"], ["missing.csv", "No such file"]),
     (["plot", "map.h5", "--over", "result.h5"], ["--over = 'result.h5'", 'record = "limit"', ".csv"]),
     (["plot", "map.h5", "--quantity", "power"], ["--quantity = 'power': must be one of", "Did you mean impact_power?"]),
-    (["plot", "limit.h5", "--over", "other.h5"], ["kind = 'bands'", "must be map"]),
+    (["plot", "limit.h5", "--over", "other.h5"], ["--over = 'other.h5'", "left out for a figure of kind bands"]),
     (["explore", "missing.toml", "--no-browser"], ["missing.toml", "No such file"]),
     (["sweep", "idle.toml"], ["dtau = 0.1: must be left out with method = 'certified', because it is used by"]),
     (["trajectory", "idle.toml", "--set", "dtau=0.2"], ["dtau = 0.2: must be left out with method = 'certified'"]),

@@ -7,7 +7,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.figures.made import fall, motion
-from vibrodrive.figures import diagrams as figures
+from vibrodrive.figures import curves, sections
 from vibrodrive.figures.curves import curve
 from vibrodrive.model.choices import Method, Status
 
@@ -15,7 +15,7 @@ from vibrodrive.model.choices import Method, Status
 def test_trajectory_names_its_settings_and_shows_the_first_periods():
     long = motion(1500, method=int(Method.FIXED), dtau=0.1)
     long.status = Status.TOO_CLOSE
-    phase, time = figures.trajectory_figure(long).axes
+    phase, time = curves.trajectory_figure(long).axes
     said = phase.get_title(loc="right")
     for part in ("fixed", r"\Delta\tau = 0.1", "periods 1001–2500", r"\xi_0 = 0", "too close to a decision"):
         assert part in said
@@ -24,12 +24,12 @@ def test_trajectory_names_its_settings_and_shows_the_first_periods():
     assert time.lines[0].get_xdata().max() < 20 * math.pi + 1e-6
     sine = next(line for line in time.lines if line.get_label() == r"$\sin\tau$")
     assert np.allclose(sine.get_ydata(), np.sin(sine.get_xdata()))
-    assert figures.trajectory_figure(long, shown=None).axes[1].get_xlim()[1] == pytest.approx(3000 * math.pi)
+    assert curves.trajectory_figure(long, shown=None).axes[1].get_xlim()[1] == pytest.approx(3000 * math.pi)
 
 
 @pytest.mark.parametrize(("periods", "irregular", "faint"), [(100, True, 100), (30, True, 0), (900, False, 0)])
 def test_only_long_irregular_motions_have_a_faint_line_for_each_period(periods, irregular, faint):
-    (ax,) = figures.phase_curve(motion(periods, irregular)).axes
+    (ax,) = curves.phase_curve(motion(periods, irregular)).axes
     drawn = [line for lines in ax.collections for line in lines.get_segments()]
     assert len(drawn) in (faint, faint + 1)
     assert np.max(drawn[1] if faint else ax.lines[0].get_xdata(), initial=0.0) > 2.9
@@ -61,15 +61,15 @@ def test_motion_of_a_scene_is_drawn_in_its_units():
 
 
 def test_curves_and_titles_that_fit_no_panel_are_refused():
-    fig = figures.trajectory_figure(fall(), ("phase", "time", "velocity", "section"))
+    fig = curves.trajectory_figure(fall(), ("phase", "time", "velocity", "section"))
     assert [ax.get_ylabel() for ax in fig.axes] == [r"$\xi\mathrm{′}$", r"$\xi$", *[r"$\xi\mathrm{′}$"] * 2]
     with pytest.raises(ValueError, match=r"curves = .*: must be a list of one or more of phase, time"):
-        figures.trajectory_figure(fall(), "time")
+        curves.trajectory_figure(fall(), "time")
     with pytest.raises(ValueError, match="shown = 3: must be left out, because no curve over time"):
-        figures.trajectory_figure(fall(), ["phase"], shown=3)
-    for draw in (figures.phase_curve, figures.poincare):
+        curves.trajectory_figure(fall(), ["phase"], shown=3)
+    for draw in (curves.phase_curve, sections.poincare):
         with pytest.raises(ValueError, match=r"titles = .*: must be a list of 2, one for each panel"):
             draw([fall(), fall()], titles="ab")
-    first, second = figures.phase_curve([fall(), fall()], titles=["exact", "grid"]).axes
+    first, second = curves.phase_curve([fall(), fall()], titles=["exact", "grid"]).axes
     assert first.get_xlim() == second.get_xlim()
     assert second.get_title(loc="left") == "b) grid"

@@ -15,8 +15,9 @@ import vibrodrive as vd
 from tests.figures import made
 from tests.support import fake
 from vibrodrive.figures.colours import APART, MANY, paint
+from vibrodrive.figures.image import borders_of
 from vibrodrive.figures.looks import HATCHED, LOOKS
-from vibrodrive.figures.map import borders_of, map_figure
+from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.plane import Exact, joined
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import UNSEEN, Status
@@ -491,7 +492,8 @@ def test_drawing_follows_from_axes_and_record_whatever_the_number_of_values(axes
     axes = {name: np.ones(count) for name in axes.split()}
     swept = SimpleNamespace(axes=axes, varied=axes, **known)
     if isinstance(found, tuple):
-        assert choose_drawing(swept, **wish) == found
+        shown = choose_drawing(swept, **wish)
+        assert (shown.kind, shown.row.name) == found
         return
     with pytest.raises(ValueError, match="must be") as refused:
         choose_drawing(swept, **wish)

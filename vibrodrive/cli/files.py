@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from vibrodrive.cli.common import FILE, say
-from vibrodrive.cli.plot import configured_in, left_out
+from vibrodrive.cli.plot import left_out
 from vibrodrive.model.drawing import DIMENSIONLESS
 
 
@@ -81,13 +81,13 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
 def _print_table(file: Path) -> None:
     """Print a line for each point. Damaged blocks are left out and named in messages; the exit code is then 1."""
     from vibrodrive.store.dataset import table
-    from vibrodrive.store.load import load
+    from vibrodrive.store.load import figure_of, load
     from vibrodrive.store.tables import rows_of, write_lines
 
     damaged: list[str] = []
     with left_out(damaged):
         results = load(file)
-        columns, _ = table(results.dimensionless() if configured_in(file)[0].get("units") == DIMENSIONLESS else results)
+        columns, _ = table(results.dimensionless() if figure_of(results).get("units") == DIMENSIONLESS else results)
         share = results.computed
     write_lines(sys.stdout, columns, rows_of(columns))
     if share < 1:

@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibrodrive.cli.common import FILE, in_one_line, say, working
-from vibrodrive.errors import ConfigError
 from vibrodrive.model import drawing
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import KEPT
 from vibrodrive.store.place import check_figure
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+LOOK = ("style", "width")  # keys of [figure] for any figure
 
-    from vibrodrive.model.plan import Plan
+if TYPE_CHECKING:
+    from vibrodrive.model.results import Results
 
 
 @click.command()
@@ -67,35 +66,50 @@ def plot(
     Output: the figure. Damaged blocks are left out and named on stderr; the exit code is then 1.
     """
     options = {name: value for name, value in chosen.items() if value is not None}
-    look: dict[str, Any] = {name: options.pop(name) for name in ("style", "width") if name in options}
     target = output or files[0].with_suffix(".png")
     sources = {f"result file {i}" if i else "result file": file for i, file in enumerate(dict.fromkeys(files))}
     check_figure(target, sources | {f"--over[{i}]": one for i, one in enumerate(dict.fromkeys(over))})
-    draw(files, target, options, look, dpi, over)
+    draw(files, target, options, dpi, over)
 
 
 def draw(
     files: tuple[Path, ...],
     target: Path,
     options: dict[str, Any],
-    look: dict[str, Any] | None = None,
     dpi: int | None = None,
     over: tuple[Path, ...] = (),
 ) -> None:
-    """Draw result files and, over a map, the files `over`.
+    """Draw result files and the files `over` them. `options` replace keys of [figure] of the first.
 
     Damaged blocks are left out and named in messages; the exit code is then 1.
     """
+    from vibrodrive.figures import diagrams
+    from vibrodrive.figures.plane import read_lines
+    from vibrodrive.figures.sheet import drawn_on
     from vibrodrive.figures.style import save
+    from vibrodrive.jobs.maps import undisturbed_gaps
+    from vibrodrive.store.load import figure_of, load
 
     damaged: list[str] = []
-    configured, own = configured_in(files[0])
-    look = own | (look or {})
     with left_out(damaged):
-        several = len(files) > 1
-        figure, share = (
-            _several(files, options, over, look) if several else _figure(files[0], configured, options, over, look)
-        )
+        results, others = load(files[0]), [load(file) for file in files[1:]]
+        configured = figure_of(results)
+        style, width = ((configured | options).get(name) for name in LOOK)
+        options = {name: value for name, value in options.items() if name not in LOOK}
+        options |= {"over": ", ".join(map(str, over))} if over else {}
+        if others:
+            _check_limits(files, [results, *others], options)
+            options = {"kind": drawing.BANDS}
+        with in_one_line("--"):
+            lines = read_lines(over)
+        shown, results = check_drawing(configured, results, options)
+        undisturbed = None
+        if shown.row == KEPT:
+            with working("undisturbed motions"):
+                undisturbed = undisturbed_gaps(results)
+        with in_one_line(), drawn_on(style=style, width=width) as sheet:
+            figure = diagrams.draw(sheet, shown, [results, *others], lines, undisturbed)
+        share = min(one.computed for one in (results, *others))
     save(figure, target, dpi)
     if share < 1:
         say(f"{files[0]}: {100 * share:.1f} % computed")
@@ -104,18 +118,6 @@ def draw(
         say(what)
     if damaged:
         raise click.exceptions.Exit(1)
-
-
-def configured_in(file: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return [figure] of the configuration in a file, and its style and width."""
-    from vibrodrive.store.header import origin_of, reading
-
-    try:
-        with reading(file) as opened:
-            settings = origin_of(opened).parsed()
-    except ConfigError:  # the configuration was written by another version, or contains a function
-        return {}, {}
-    return settings.figure, settings.look
 
 
 @contextmanager
@@ -133,64 +135,33 @@ def left_out(damaged: list[str]) -> Iterator[None]:
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
-def _figure(
-    file: Path, configured: dict[str, Any], options: dict[str, Any], over: tuple[Path, ...], look: dict[str, Any]
-) -> tuple[Figure, float]:
-    """Return (figure of a file and of the files `over`, computed share)."""
-    from vibrodrive.figures import diagrams as figures
-    from vibrodrive.figures.plane import read_lines
-    from vibrodrive.jobs.maps import undisturbed_gaps
-    from vibrodrive.store.load import load
+def _check_limits(files: tuple[Path, ...], several: list[Results], options: dict[str, Any]) -> None:
+    from vibrodrive.figures.limits import check_limits
 
-    results = load(file)
-    wanted = check_drawing(configured, results.plan, options)
-    with in_one_line("--"):
-        others: dict[str, Any] = {"over": read_lines(over)}
-    if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS:
-        results = results.dimensionless()
-    if wanted.get("quantity") == KEPT.name:
-        with working(file.name):
-            others["undisturbed"] = undisturbed_gaps(results)
-    with in_one_line():
-        return figures.from_results(results, **wanted, **others, **look), results.computed
-
-
-def _several(
-    files: tuple[Path, ...], options: dict[str, Any], over: tuple[Path, ...], look: dict[str, Any]
-) -> tuple[Figure, float]:
-    """Return (figure of several files of limits, least computed share)."""
-    from vibrodrive.figures.limits import check_limits, limits_figure
-    from vibrodrive.store.load import load
-
-    for name, value in {**options, **({"over": str(over[0])} if over else {})}.items():
+    for name, value in options.items():
         raise click.ClickException(bad(f"--{name}", value, "left out for several files, which must contain limits"))
-    results = [load(file) for file in files]
-    for file, one in zip(files, results, strict=True):
-        try:
-            check_limits(one, results[0])
-        except ValueError as error:
-            raise click.ClickException(f"{file}: {error}") from None
-    with in_one_line():
-        return limits_figure(results, **look), min(one.computed for one in results)
+    for file, one in zip(files, several, strict=True):
+        with in_one_line(f"{file}: "):
+            check_limits(one, several[0])
 
 
-def check_drawing(figure: dict[str, Any], plan: Plan, options: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Return the arguments with which a sweep is drawn: [figure] of its configuration, and the options of a command.
+def check_drawing(
+    figure: dict[str, Any], swept: Any, options: dict[str, Any] | None = None
+) -> tuple[drawing.Drawing, Any]:
+    """Return what is drawn of a sweep, a Plan or Results, and the Results in its units: by [figure] of its
+    configuration, and the options of a command.
 
     The section of one motion is drawn, whatever the configuration says of axes. Raises an error if a sweep does not
     have the axes or the record that its figure needs, or if an argument has no effect.
     """
     options = options or {}
-    configured = {key: value for key, value in figure.items() if plan.axes and key not in ("style", "width")}
+    configured = {key: value for key, value in figure.items() if swept.axes and key not in LOOK}
     wanted = drawing.merge_options(configured, options)
-    for key in ("x", "y"):
-        known = [*plan.axes, *plan.together]
-        if wanted.get(key) not in (None, *known):
-            raise click.ClickException(bad(f"figure.{key}", wanted[key], "one of the axes " + ", ".join(known)))
+    if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS and hasattr(swept, "dimensionless"):
+        swept = swept.dimensionless()
     try:
-        drawing.choose_drawing(plan, **{key: value for key, value in wanted.items() if key != "units"})
+        return drawing.choose_drawing(swept, **wanted), swept
     except ValueError as error:
         key = str(error).partition(" ")[0]
         place = "--" if key in options else "figure." if key in configured else ""
         raise click.ClickException(f"{place}{error}") from None
-    return wanted

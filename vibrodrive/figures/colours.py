@@ -12,7 +12,6 @@ from matplotlib.colors import LogNorm, Normalize, to_rgba
 
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.choices import LONGEST, Status
-from vibrodrive.model.drawing import check_range
 from vibrodrive.model.quantities import (
     CODES,
     CYCLES,
@@ -78,13 +77,11 @@ def paint(
 ) -> Painted:
     """Return the colours of all points, by default those for the screen.
 
-    `limits` is the range of the shades; by default it contains nearly all values (SCALED). Raises ValueError if
-    `limits` is given for a quantity with classes.
+    `limits` is the range of the shades; by default it contains nearly all values (SCALED).
     """
     look = look or LOOKS["screen"]
     done, rests = status != Status.NOT_COMPUTED, status == Status.NEVER_LEAVES
     lacking, extend = row.lacking, "neither"
-    check_range("limits", limits, row)
     if row.classes:
         kind, labels, colours = _CLASSIFY[row.shown](values, done, row, look)
         norm = Normalize(-0.5, len(labels) - 0.5)

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates, quantity_index
+from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates
 from vibrodrive.figures.sheet import Sheet, documented, drawn_on
 from vibrodrive.figures.texts import shared_by
 from vibrodrive.model.drawing import Style, Width
@@ -160,7 +160,7 @@ def draw_time(sheet: Sheet, ax: Axes, motion: Trajectory, quantity: str, shown: 
 
     Only the first `shown` periods are drawn, or all periods if `shown` is None.
     """
-    column = 1 + quantity_index(quantity)
+    column = 1 + COORDINATES.index(quantity)
     drawn = _shown(motion, curve(motion))
     drawn = drawn if shown is None else first(drawn, shown)
     low, high = drawn.tau[[0, -1]]

@@ -2,44 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.curves import phase_curve, trajectory_figure
-from vibrodrive.figures.limits import limits_figure
-from vibrodrive.figures.map import map_figure
+from vibrodrive.figures.limits import draw_bands
+from vibrodrive.figures.map import draw_map, map_figure
 from vibrodrive.figures.plane import read_lines
-from vibrodrive.figures.sections import bifurcation, poincare
-from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, choose_drawing
-from vibrodrive.model.parameters import bad
+from vibrodrive.figures.sections import bifurcation, draw_bifurcation, draw_sections, poincare
+from vibrodrive.figures.sheet import Sheet, drawn_on
+from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, Drawing, choose_drawing
 
-__all__ = ["bifurcation", "from_results", "map_figure", "phase_curve", "poincare", "trajectory_figure"]
+__all__ = ["bifurcation", "draw", "from_results", "map_figure", "poincare"]
 
 
 def from_results(
-    results: Any,
-    kind: str | None = None,
-    quantity: str | None = None,
-    x: str | None = None,
-    y: str | None = None,
-    limits: tuple[float, float] | None = None,
-    cmap: Any = None,
-    over: Any = None,
-    undisturbed: np.ndarray | None = None,
-    **look: Any,
-) -> Figure:
-    """Draw a sweep. `choose_drawing` chooses the kind of the figure.
+    results: Any, kind: str | None = None, quantity: str | None = None, *, over: Any = None, cmap: Any = None,
+    ax: Any = None, style: Any = None, width: Any = None, notes: bool | None = None, **others: Any,
+) -> Figure:  # fmt: skip
+    """Draw a sweep. The arguments are those of `Results.plot`; `others` are x, y and limits."""
+    lines = read_lines(over)
+    drawing = choose_drawing(results, kind, quantity, cmap=cmap, over=lines or None, **others)
+    with drawn_on(ax, style, width, notes, cmap) as sheet:
+        return draw(sheet, drawing, [results], lines)
 
-    The arguments are those of `Results.plot`, and `undisturbed` of `map_figure`; `look` contains ax, style, width and
-    notes.
-    """
-    kind, quantity = choose_drawing(results, kind, quantity, x=x, y=y, limits=limits, cmap=cmap)
-    if kind == MAP:
-        return map_figure(results, quantity, x, y, over, limits, undisturbed, cmap, **look)
-    if kind == BIFURCATION:
-        return bifurcation(results, quantity, x, limits, cmap, over, **look)
-    if read_lines(over):
-        raise ValueError(bad("kind", kind, f"{MAP} or {BIFURCATION}, over which lines are drawn"))
-    return limits_figure(results, **look) if kind == BANDS else poincare(results, **look)
+
+def draw(
+    sheet: Sheet, drawing: Drawing, several: Sequence[Any], over: Sequence[Any] = (), undisturbed: Any = None
+) -> Figure:
+    """Draw a sweep, or limits of several, with the lines `over` it. A map of `kept` needs the `undisturbed` gaps."""
+    results = several[0]
+    if drawing.kind == MAP:
+        return draw_map(sheet, results, drawing, over, undisturbed)
+    if drawing.kind == BIFURCATION:
+        return draw_bifurcation(sheet, results, drawing, over)
+    return draw_bands(sheet, several) if drawing.kind == BANDS else draw_sections(sheet, results)

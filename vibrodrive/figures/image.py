@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, Normalize
+from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.image import AxesImage
 
+from vibrodrive.figures.colours import SHADES, Painted
 from vibrodrive.figures.ink import ink_of
 
 PANEL_ROWS = 420
@@ -19,6 +20,7 @@ REACH = (3, 12)
 quarter of the number of columns from one value to the next."""
 
 MARGIN = 0.03
+FINEST = 4000  # largest number of columns, and of rows, of the image of cells with unequal widths
 AT_ONCE = 4096  # number of values of x processed together, to limit the memory
 
 
@@ -130,3 +132,66 @@ def is_geometric(x: np.ndarray) -> bool:
         return False
     steps = np.diff(np.log10(x))
     return bool(np.ptp(steps) <= 1e-3 * steps.mean())
+
+
+def borders_of(values: np.ndarray) -> np.ndarray:
+    """Return the borders of cells around n ascending values: float64 (n + 1,).
+
+    If the spacing is geometric, the borders are decimal logarithms.
+    """
+    u = np.log10(values) if is_geometric(values) else values
+    if u[-1] == u[0]:
+        return np.linspace(u[0] - 0.5, u[0] + 0.5, len(u) + 1)
+    inner = (u[1:] + u[:-1]) / 2
+    return np.concatenate([[u[0] - (inner[0] - u[0])], inner, [u[-1] + (u[-1] - inner[-1])]])
+
+
+class RarestImage(FullestImage):
+    """Image of a map: each pixel shows the cell that has the rarest colour. A masked cell has the colour `kind` of the
+    table `colours`, and none if `kind` is -1; the other cells have the colours of their values."""
+
+    def __init__(self, ax: Axes, extent: Any, painted: Painted, kind: np.ndarray) -> None:
+        table = painted.colours
+        under, over = (table[SHADES : SHADES + 2]) if not painted.labels else (None, None)
+        shades = ListedColormap(table[: len(painted.labels) or SHADES]).with_extremes(under=under, over=over)
+        super().__init__(ax, extent, shades, painted.norm)
+        self.kind, self.colours = kind, (255 * table).round().astype(np.uint8)
+        rank = np.argsort(np.argsort(-painted.counts, kind="stable")) + 1
+        self.rank = np.append(rank, 0)  # cells not computed have the lowest rank, so any other cell hides them
+
+    def reduced(self, whole: Any, shape: tuple[int, int]) -> np.ndarray:
+        size = self.kind.size
+        cell = pooled(self.rank[self.kind] * size + np.arange(size).reshape(self.kind.shape), shape) % size
+        values, kind = whole.reshape(-1)[cell], self.kind.reshape(-1)[cell]
+        shown = self.to_rgba(values, bytes=True)
+        apart = np.ma.getmaskarray(values) & (kind >= 0)
+        shown[apart] = self.colours[kind[apart]]
+        return shown
+
+
+def draw_cells(
+    ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, values: np.ndarray, kind: np.ndarray
+) -> RarestImage:
+    """Draw cells (y, x) as an image, with their values or, for classes, the numbers of these."""
+    extent: Any = []
+    for along, axis, k in ((x, "x", 1), (y, "y", 0)):
+        order = np.argsort(along, kind="stable")
+        extent += borders_of(along[order])[[0, -1]].tolist()
+        ax.set(**{f"{axis}scale": "log" if is_geometric(along[order]) else "linear"})
+        values, kind = (np.take(cells, order[_evenly(along[order])], axis=k) for cells in (values, kind))
+    values = kind if painted.labels else values
+    outside = (kind < 0) | (kind >= painted.first_apart) | (isinstance(painted.norm, LogNorm) & (values <= 0))
+    drawn = RarestImage(ax, extent, painted, kind)
+    add_image(drawn, np.ma.masked_array(values, outside))
+    return drawn
+
+
+def _evenly(values: np.ndarray) -> np.ndarray:
+    """Divide the image into columns of equal width, and return for each column the index of the cell that it shows."""
+    borders = borders_of(values)
+    span = borders[-1] - borders[0]
+    count = int(np.clip(round(span / max(np.diff(borders).min(), span / FINEST)), len(values), FINEST))
+    if count <= len(values):
+        return np.arange(len(values))
+    centres = borders[0] + span * (np.arange(count) + 0.5) / count
+    return np.searchsorted(borders[1:-1], centres)

@@ -70,37 +70,37 @@ def limits_figure(
     several = [results] if isinstance(results, Results) else list(results)
     for one in several:
         check_limits(one, several[0])
+    with drawn_on(ax, style, width, notes) as sheet:
+        return draw_bands(sheet, several)
+
+
+def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
+    """Draw limits over one axis, which all results have."""
     ((x, values),) = several[0].axes.items()
     if len({one.measure("velocity").si for one in several}) > 1:
         several = [one.dimensionless() for one in several]
     unit = several[0].measure("velocity")
-    with drawn_on(ax, style, width, notes) as sheet:
-        fig, axes = sheet.new(height=4.2)
-        ax = axes[0, 0]
-        ax.set(xscale="log" if is_geometric(np.sort(values)) else "linear", yscale="log")
-        order = np.argsort(values)
-        along = as_shown(x, values[order])
-        for number, one in enumerate(several):
-            first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
-            _draw(
-                sheet,
-                ax,
-                along,
-                first,
-                last,
-                number,
-                f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}",
-            )
-        ax.margins(x=0.0)
-        keep_range(ax, along)
-        sheet.name(ax, x, None)
-        sheet.label(ax, None, unit.label("limit as a velocity $V$"))
-        _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
-        apart = {x, "eps", "dtau", "method"}
-        known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
-        sheet.note(ax, [*conditions(known, apart, section=False), _gaps(several)], above=True)
-        sheet.explain(fig)
-        return fig
+    fig, axes = sheet.new(height=4.2)
+    ax = axes[0, 0]
+    ax.set(xscale="log" if is_geometric(np.sort(values)) else "linear", yscale="log")
+    order, missing = np.argsort(values), _gaps(several)
+    along = as_shown(x, values[order])
+    for number, one in enumerate(several):
+        first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
+        _draw(
+            sheet, ax, along, (first, last), number, f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}"
+        )
+    _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
+    ax.margins(x=0.0)
+    keep_range(ax, along)
+    apart = {x, "eps", "dtau", "method"}
+    known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
+    said = [*conditions(known, apart, section=False), missing]
+    sheet.name(ax, x, None)
+    sheet.label(ax, None, unit.label("limit as a velocity $V$"))
+    sheet.note(ax, said, above=True)
+    sheet.explain(fig)
+    return fig
 
 
 def check_limits(one: Results, first: Results) -> None:
@@ -122,9 +122,9 @@ def _ends(one: Results) -> list[np.ndarray]:
         return [scale * one.k2, scale * np.maximum(one.k2, one.half_kept)]
 
 
-def _draw(sheet: Sheet, ax: Axes, x: np.ndarray, first: np.ndarray, last: np.ndarray, number: int, name: str) -> None:
+def _draw(sheet: Sheet, ax: Axes, x: np.ndarray, ends: tuple[np.ndarray, np.ndarray], number: int, name: str) -> None:
     """Draw the limits of one result as a line, and the band above it."""
-    look = sheet.look
+    (first, last), look = ends, sheet.look
     colour, pattern = look.lines[number % len(look.lines)]
     marked: dict[str, Any] = {"marker": "o", "markersize": 2.2} if len(x) <= MARKED else {}
     ax.plot(x, first, ls=pattern, color=colour, lw=0.9, label=name, **marked)

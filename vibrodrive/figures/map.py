@@ -14,30 +14,22 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, ListedColormap, LogNorm
+from matplotlib.colors import Colormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
-from vibrodrive.figures.image import FullestImage, add_image, is_geometric, keep_range, pooled
+from vibrodrive.figures.image import RarestImage, draw_cells, is_geometric, keep_range
 from vibrodrive.figures.looks import HATCHED
-from vibrodrive.figures.plane import NUMBERED, Exact, draw_limits, draw_lines, placed, read_lines
-from vibrodrive.figures.sheet import Sheet, documented, drawn_on, fit_label
-from vibrodrive.figures.texts import (
-    as_shown,
-    conditions,
-    equation,
-    in_short_lines,
-    of_sweep,
-    rest_phrases,
-    status_phrases,
-)
+from vibrodrive.figures.plane import NUMBERED, draw_lines, placed, read_lines
+from vibrodrive.figures.sheet import Sheet, documented, drawn_on, fit_label, in_short_lines
+from vibrodrive.figures.texts import as_shown, conditions_of, rest_phrases, status_phrases
 from vibrodrive.model.choices import UNSEEN
-from vibrodrive.model.drawing import MAP, Style, Width, check_range, choose_drawing
+from vibrodrive.model.drawing import MAP, Drawing, Style, Width, choose_drawing
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity, row_of
+from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity
 from vibrodrive.model.results import Results
 
 
@@ -49,7 +41,6 @@ def label_of(results: Results, row: Quantity) -> str:
 WIDTH = 4.7
 CLASS = 34  # largest number of letters in a line of the name of a class
 TALLER = 0.6
-FINEST = 4000  # largest number of columns, and of rows, of the image of cells with unequal widths
 
 
 @documented
@@ -114,68 +105,51 @@ def map_figure(
     >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
     ('$B$', '$A$')
     """
-    _, quantity = choose_drawing(results, MAP, quantity)
-    names = list(results.axes)
-    x, y = _plane(results.axes, x, y)
-    index = tuple(slice(None) if n in (x, y) else 0 for n in names)
-    status = np.asarray(results.status)[index]
-    row = row_of(results.quantities, quantity)
-    check_range("limits", limits, row)
-    if undisturbed is not None and row is not KEPT:
+    drawing = choose_drawing(results, MAP, quantity, x=x, y=y, limits=limits, cmap=cmap)
+    if undisturbed is not None and drawing.row is not KEPT:
         raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT.name} needs it"))
-    unit = results.measure(quantity)
-    values = _kept(results, undisturbed) if row is KEPT else unit.shown_of(recorded(results, row))
-    there = read_lines(over)
-    exact = [one for one in there if isinstance(one, Exact)]
-    lines = placed(exact, results, x, y) if exact else []
-    if y is None and cmap is not None:
-        raise ValueError(bad("cmap", cmap, "left out over one axis, where all points have one colour"))
     with drawn_on(ax, style, width, notes, cmap) as sheet:
-        painted = paint(row, values[index], status, unit.ends(limits), sheet.look)
-        rest = [n for n in names if n not in (x, y)]
-        counts = {n: len(results.axes[n]) for n in rest}
-        said = [equation(n, results.axes[n][0]) + (f" (first of {k})" if k > 1 else "") for n, k in counts.items()]
-        said += conditions(of_sweep(results), names, section=row in LAST)
-        alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
-        shows = None if alone else (x, quantity)
-        label = unit.label(label_of(results, row))
-        fig, panels = sheet.new(width=WIDTH, height=3.7 + (TALLER if lines else 0.0), shows=[shows], said=said)
-        ax = panels[0, 0]
-        across = as_shown(x, results.axes[x])
-        if y is None:
-            _draw_line(sheet, ax, painted, values[index], across, label)
-        else:
-            cells = [values[index], painted.cells.filled(-1)]
-            cells = [one.T for one in cells] if names.index(x) < names.index(y) else cells
-            drawn = _draw_cells(sheet, ax, painted, across, as_shown(y, results.axes[y]), *cells)
-            _add_bar(fig, drawn, painted, label)
-        sheet.name(ax, x, y)
-        said += rest_phrases(values[index], status) if row is LAST[1] else []
-        said += painted.phrases() if y is None or (row.classes and row.special) else []
-        sheet.note(ax, [*said, *status_phrases(status), *([NUMBERED] if lines else [])], side="left" if y else "right")
-        if lines:
-            draw_lines(sheet, ax, lines)
-        for limit in (one for one in there if isinstance(one, Results)):
-            draw_limits(ax, limit, results, x, y)
-        outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
-        blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
-        sheet.explain(fig, outside + blank if y is not None else [])
-        return fig
+        return draw_map(sheet, results, drawing, read_lines(over), undisturbed)
 
 
-def _plane(axes: dict[str, np.ndarray], x: str | None, y: str | None) -> tuple[str, str | None]:
-    names = list(axes)
-    for key, name in (("x", x), ("y", y)):
-        if name is not None and name not in names:
-            raise ValueError(bad(key, name, "one of the axes " + ", ".join(names)))
-    if x is not None and x == y:
-        raise ValueError(bad("y", y, f"another axis than x = {x!r}"))
-    if y is not None and len(names) == 1:
-        raise ValueError(bad("y", y, "left out, because the sweep has one axis, and the ordinate is the quantity"))
-    free = sorted((n for n in names if n not in (x, y)), key=lambda n: -len(axes[n]))
-    needed = free[: min(2, len(names)) - (x is not None) - (y is not None)]
-    rest = iter([n for n in names if n in needed])  # in the order of the sweep
-    return x or next(rest), y or next(rest, None)
+def draw_map(
+    sheet: Sheet, results: Any, drawing: Drawing, over: Sequence[Any] = (), undisturbed: np.ndarray | None = None
+) -> Figure:
+    """Draw a map with the lines `over` it (`read_lines`)."""
+    _, row, x, y, limits = drawing
+    names = list(results.axes)
+    index = tuple(slice(None) if n in (x, y) else 0 for n in names)
+    unit, status = results.measure(row.name), np.asarray(results.status)[index]
+    values = (_kept(results, undisturbed) if row is KEPT else unit.shown_of(recorded(results, row)))[index]
+    painted = paint(row, values, status, unit.ends(limits), sheet.look)
+    said = conditions_of(results, (x, y), section=row in LAST)
+    more = rest_phrases(values, status) if row is LAST[1] else []
+    more += [*(painted.phrases() if y is None or (row.classes and row.special) else []), *status_phrases(status)]
+    lines = placed(over, results, x, y)
+    numbered = any(line.period for line in lines)
+    alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
+    shows = None if alone else (x, row.name)
+    fig, panels = sheet.new(width=WIDTH, height=3.7 + (TALLER if numbered else 0.0), shows=[shows], said=said)
+    ax, label = panels[0, 0], unit.label(label_of(results, row))
+    across = as_shown(x, results.axes[x])
+    if y is None:
+        _draw_line(sheet, ax, painted, values, across, label)
+    else:
+        cells = [values, painted.cells.filled(-1)]
+        cells = [one.T for one in cells] if names.index(x) < names.index(y) else cells
+        drawn = draw_cells(ax, painted, across, as_shown(y, results.axes[y]), *cells)
+        if painted.blank:
+            ax.add_patch(Rectangle((0, 0), 1, 1, transform=ax.transAxes, zorder=-1, **HATCHED))
+        if not sheet.given:
+            ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
+        _add_bar(fig, drawn, painted, label)
+    sheet.name(ax, x, y)
+    sheet.note(ax, [*said, *more, *([NUMBERED] if numbered else [])], side="left" if y else "right")
+    draw_lines(sheet, ax, lines)
+    outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
+    blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
+    sheet.explain(fig, outside + blank if y is not None else [])
+    return fig
 
 
 def recorded(results: Any, row: Quantity) -> np.ndarray:
@@ -197,73 +171,6 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
         raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT.name}"))
     gaps = np.asarray(results.gaps)
     return np.where((undisturbed > 0) & (gaps != UNSEEN), (gaps == undisturbed).astype(np.int64), -1)
-
-
-def borders_of(values: np.ndarray) -> np.ndarray:
-    """Return the borders of cells around n ascending values: float64 (n + 1,).
-
-    If the spacing is geometric, the borders are decimal logarithms.
-    """
-    u = np.log10(values) if is_geometric(values) else values
-    if u[-1] == u[0]:
-        return np.linspace(u[0] - 0.5, u[0] + 0.5, len(u) + 1)
-    inner = (u[1:] + u[:-1]) / 2
-    return np.concatenate([[u[0] - (inner[0] - u[0])], inner, [u[-1] + (u[-1] - inner[-1])]])
-
-
-class RarestImage(FullestImage):
-    """Image of a map: each pixel shows the cell that has the rarest colour. A masked cell has the colour `kind` of the
-    table `colours`, and none if `kind` is -1; the other cells have the colours of their values."""
-
-    def __init__(self, ax: Axes, extent: Any, painted: Painted, kind: np.ndarray) -> None:
-        table = painted.colours
-        under, over = (table[SHADES : SHADES + 2]) if not painted.labels else (None, None)
-        shades = ListedColormap(table[: len(painted.labels) or SHADES]).with_extremes(under=under, over=over)
-        super().__init__(ax, extent, shades, painted.norm)
-        self.kind, self.colours = kind, (255 * table).round().astype(np.uint8)
-        rank = np.argsort(np.argsort(-painted.counts, kind="stable")) + 1
-        self.rank = np.append(rank, 0)  # cells not computed have the lowest rank, so any other cell hides them
-
-    def reduced(self, whole: Any, shape: tuple[int, int]) -> np.ndarray:
-        size = self.kind.size
-        cell = pooled(self.rank[self.kind] * size + np.arange(size).reshape(self.kind.shape), shape) % size
-        values, kind = whole.reshape(-1)[cell], self.kind.reshape(-1)[cell]
-        shown = self.to_rgba(values, bytes=True)
-        apart = np.ma.getmaskarray(values) & (kind >= 0)
-        shown[apart] = self.colours[kind[apart]]
-        return shown
-
-
-def _draw_cells(
-    sheet: Sheet, ax: Axes, painted: Painted, x: np.ndarray, y: np.ndarray, values: np.ndarray, kind: np.ndarray
-) -> RarestImage:
-    """Draw cells (y, x) as an image, with their values or, for classes, the numbers of these."""
-    extent: Any = []
-    for along, axis, k in ((x, "x", 1), (y, "y", 0)):
-        order = np.argsort(along, kind="stable")
-        extent += borders_of(along[order])[[0, -1]].tolist()
-        ax.set(**{f"{axis}scale": "log" if is_geometric(along[order]) else "linear"})
-        values, kind = (np.take(cells, order[_evenly(along[order])], axis=k) for cells in (values, kind))
-    values = kind if painted.labels else values
-    outside = (kind < 0) | (kind >= painted.first_apart) | (isinstance(painted.norm, LogNorm) & (values <= 0))
-    drawn = RarestImage(ax, extent, painted, kind)
-    add_image(drawn, np.ma.masked_array(values, outside))
-    if painted.blank:
-        ax.add_patch(Rectangle((0, 0), 1, 1, transform=ax.transAxes, zorder=-1, **HATCHED))
-    if not sheet.given:
-        ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
-    return drawn
-
-
-def _evenly(values: np.ndarray) -> np.ndarray:
-    """Divide the image into columns of equal width, and return for each column the index of the cell that it shows."""
-    borders = borders_of(values)
-    span = borders[-1] - borders[0]
-    count = int(np.clip(round(span / max(np.diff(borders).min(), span / FINEST)), len(values), FINEST))
-    if count <= len(values):
-        return np.arange(len(values))
-    centres = borders[0] + span * (np.arange(count) + 0.5) / count
-    return np.searchsorted(borders[1:-1], centres)
 
 
 def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +16,7 @@ from matplotlib.transforms import Bbox
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import as_shown
-from vibrodrive.model.bifurcations import BIFURCATIONS
+from vibrodrive.model.bifurcations import BIFURCATIONS, BifurcationKind
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import AMPLITUDES, amplitude_axis, incline_axis, with_A_and_B
 from vibrodrive.model.results import Results
@@ -25,6 +25,7 @@ from vibrodrive.store.tables import ENDING, read_table
 if TYPE_CHECKING:
     from vibrodrive.periodic.bifurcations import Bifurcation
 
+LIMIT = BifurcationKind("limit $k_2$: the least disturbance that breaks the structure", "", "-", 1.4, INK, INK)
 HALO = 0.7
 NUMBERED = "numbers on lines: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)  # shares of the visible length of a curve at which its period is written
@@ -87,7 +88,8 @@ def _line(one: Any) -> Iterator[Any]:
 
 
 class Line(NamedTuple):
-    """Bifurcations as a line in a plane with any axes: its coordinates `across` and `up` are float64 (points,) each."""
+    """Bifurcations, or limits, as a line in a plane with any axes: the coordinates `across` and `up` are float64
+    (points,) each. `kind` is a key of BIFURCATIONS, and `period` that of the orbit; "" and 0 for limits."""
 
     kind: str
     period: int
@@ -96,22 +98,22 @@ class Line(NamedTuple):
 
 
 def draw_lines(sheet: Sheet, ax: Axes, lines: Sequence[Line]) -> None:
-    """Draw curves over a plane whose limits are set, each with the period of its orbit."""
+    """Draw lines over a plane whose limits are set, bifurcations with the period of their orbit."""
     known: set[str] = set()
-    limits = ax.get_xlim(), ax.get_ylim()
+    view: dict[str, Any] = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}
     for k, line in enumerate(lines):
-        kind = BIFURCATIONS[line.kind]
+        kind = BIFURCATIONS.get(line.kind, LIMIT)
         colour = kind.colour if sheet.look.coloured else kind.ink
         # draw all halos first, so that no halo hides a line
-        halo: dict[str, Any] = {"lw": kind.width + 2 * HALO, "color": "white", "alpha": 0.7, "solid_capstyle": "butt"}
-        ax.plot(line.across, line.up, "-", zorder=4, **halo)
-        shown = line.kind not in known and _in_view(ax, line)
+        halo: dict[str, Any] = {"alpha": 0.7, "solid_capstyle": "butt"} if line.kind else {}
+        ax.plot(line.across, line.up, "-", lw=kind.width + 2 * HALO, color="white", zorder=4, **halo)
+        shown = line.kind not in known and (not line.kind or _in_view(ax, line))
         style: dict[str, Any] = {"ls": kind.dashes, "lw": kind.width, "color": colour}
         ax.plot(line.across, line.up, **style, zorder=5, label=kind.label if shown else "_")
         if shown:
             known.add(line.kind)
-        ax.set(xlim=limits[0], ylim=limits[1])
-        if line.kind != "onset":
+        ax.set(**view)
+        if line.period and line.kind != "onset":
             points = np.column_stack([line.across, line.up])
             _write_period(ax, line.period, points, PLACES[k % len(PLACES)], colour)
 
@@ -136,31 +138,37 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
 
 def plane_figure(found: Sequence[Bifurcation], max_period: int, **look: Any) -> Figure:
     """Draw bifurcations at several values of B as lines in the plane of A and B, each with the period of its orbit."""
+    exact = [Exact.of(one) for one in found]
     with drawn_on(**look) as sheet:
         fig, axes = sheet.new(height=4.6)
         ax = axes[0, 0]
-        exact = [Exact.of(one) for one in found]
         if exact:
-            (low, high), (start, stop) = (
-                [f(values) for f in (min, max)] for values in list(zip(*exact, strict=True))[3:]
-            )
-            ax.set(xlim=(low, high), ylim=(start, stop))
+            A, B = zip(*((one.A, one.B) for one in exact), strict=True)
+            ax.set(xlim=(min(A), max(A)), ylim=(min(B), max(B)))
         draw_lines(
             sheet, ax, [Line(o[0].kind, o[0].period, *np.array([(e.A, e.B) for e in o]).T) for o in joined(exact)]
         )
         sheet.name(ax, "A", "B")
         sheet.note(ax, f"{NUMBERED}, up to {max_period}")
         sheet.explain(fig)
-        return fig
+    return fig
 
 
-def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[Line]:
-    """Return bifurcations as lines in the plane of the axes x and y of results, in the units of figures.
+def placed(over: Sequence[Any], results: Any, x: str, y: str | None) -> list[Line]:
+    """Return what is `over` a map as lines in the plane of its axes x and y, in the units of figures: bifurcations, and
+    then the limits k₂ of results over one axis.
 
     If one axis determines B, the bifurcations at neighbouring values of B are joined. If B is constant, each
     bifurcation at this B gives one line: over the frequency Ω0, for example, a0 = const/Ω0². Raises ValueError if no
-    axis of the map determines A, or if there are no bifurcations at a constant B.
+    axis of the map determines A, if there are no bifurcations at a constant B, and for limits of other axes, of another
+    method or with another parameter.
     """
+    found = [one for one in over if isinstance(one, Exact)]
+    lines = _placed(found, results, x, y) if found else []
+    return lines + [_limit(one, results, x, y) for one in over if not isinstance(one, Exact)]
+
+
+def _placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[Line]:
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None:
         axes = ", ".join(name for name in (x, y) if name)
@@ -168,12 +176,19 @@ def placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[
             f"over = bifurcations: must be left out, because A is not given by the axes of this map, {axes}"
         )
     along = x if up == y else y
-    known = _shared(results, x, y)
-    lines = []
-    for kind, period, A, values in _pieces(found, along, results.axes[along], known):
+    known, values = _shared(results, x, y), results.axes[along]
+    if along in INCLINES:
+        lines = joined([one for one in found if one.B > 0.0 or along == "B"])  # at B = 0, μ is infinite
+        places = [(line[0], *np.array([(one.A, one.B) for one in line]).T) for line in lines]
+        pieces = [(one, A, incline_axis(along, B, known)) for one, A, B in places]
+    else:
+        ends = np.linspace(values.min(), values.max(), POINTS)
+        pieces = [(one, np.full(POINTS, one.A), ends) for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)]
+    shown = []
+    for one, A, values in pieces:
         drawn = {up: as_shown(up, amplitude_axis(up, A, known | {along: values})), along: as_shown(along, values)}
-        lines.append(Line(kind, period, drawn[x], drawn[y]))
-    return lines
+        shown.append(Line(one.kind, one.period, drawn[x], drawn[y]))
+    return shown or _refuse_other(known["B"])
 
 
 def upright(
@@ -189,9 +204,9 @@ def upright(
     if x not in AMPLITUDES or x not in results.axes:
         raise ValueError(f"over = bifurcations: must be left out, because A is not given by the axis {x} alone")
     known = with_A_and_B({**results.scalars, **{name: float(results.axes[name][k]) for name, k in index.items()}})
-    pieces = _pieces(found, x, results.axes[x], known)
-    shown = ((kind, n, as_shown(x, amplitude_axis(x, A[0], known))) for kind, n, A, _ in pieces)
-    return [Line(kind, n, np.full(POINTS, across), np.linspace(*ends, POINTS)) for kind, n, across in shown]
+    here, heights = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)], np.linspace(*ends, POINTS)
+    places = [(one, np.full(POINTS, as_shown(x, amplitude_axis(x, one.A, known)))) for one in here]
+    return [Line(one.kind, one.period, across, heights) for one, across in places] or _refuse_other(known["B"])
 
 
 def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
@@ -200,23 +215,8 @@ def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
     return with_A_and_B({**results.scalars, **undrawn})
 
 
-def _pieces(
-    found: Sequence[Exact], along: str, values: np.ndarray, known: Mapping[str, Any]
-) -> Iterator[tuple[str, int, np.ndarray, np.ndarray]]:
-    """Yield lines as (kind, period, values of A, corresponding values of the axis `along`)."""
-    if along in INCLINES:
-        for line in joined([one for one in found if one.B > 0.0 or along == "B"]):  # at B = 0, μ is infinite
-            A, B = np.array([(one.A, one.B) for one in line]).T
-            yield line[0].kind, line[0].period, A, incline_axis(along, B, known)
-        return
-    here = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)]
-    if not here:
-        raise ValueError(
-            f"over = bifurcations: must contain B = {known['B']:.17g}, the value of the figure, but do not"
-        )
-    ends = np.linspace(values.min(), values.max(), POINTS)
-    for one in here:
-        yield one.kind, one.period, np.full(POINTS, one.A), ends
+def _refuse_other(B: float) -> NoReturn:
+    raise ValueError(f"over = bifurcations: must contain B = {B:.17g}, the value of the figure, but do not")
 
 
 def joined(found: Sequence[Exact]) -> list[list[Exact]]:
@@ -254,12 +254,7 @@ def _same(one: Exact, other: Exact) -> bool:
     return one[:3] == other[:3]
 
 
-def draw_limits(ax: Axes, found: Results, results: Results, x: str, y: str | None) -> None:
-    """Draw the limits k₂ of results over one axis as a line over a map.
-
-    The axes of the map must be this axis and the disturbance. Raises ValueError if the axis, the disturbance, the
-    method or a parameter of the limits is not that of the map.
-    """
+def _limit(found: Results, results: Any, x: str, y: str | None) -> Line:
     (other,) = found.axes if len(found.axes) == 1 else ("",)
     disturbance = found.plan.sought
     if y is None or {other, disturbance} != {x, y} or found.settings.method != results.settings.method:
@@ -273,9 +268,4 @@ def draw_limits(ax: Axes, found: Results, results: Results, x: str, y: str | Non
                 f"limits for {name} = {value:g}: must be for {name} = {shared[name]:g}, the value of the map"
             )
     k2, along = np.where(np.isfinite(found.k2) & (found.k2 > 0), found.k2, np.nan), found.axes[other]
-    points = (along, k2) if x == other else (k2, along)
-    view = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}
-    ax.plot(*points, color="white", lw=1.4 + 2 * HALO, zorder=4, label="_")
-    label = "limit $k_2$: the least disturbance that breaks the structure"
-    ax.plot(*points, color=INK, lw=1.4, zorder=5, label=label)
-    ax.set(**view)
+    return Line("", 0, *((along, k2) if x == other else (k2, along)))

@@ -21,8 +21,7 @@ from vibrodrive.figures.texts import (
     as_shown,
     choice,
     computed,
-    conditions,
-    of_sweep,
+    conditions_of,
     place_of,
     rest_phrases,
     shared_by,
@@ -31,11 +30,10 @@ from vibrodrive.figures.texts import (
     symbol,
 )
 from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import Style, Width, check_range
+from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
-from vibrodrive.model.quantities import SECTIONS, row_of
-from vibrodrive.model.records import IMPACTS
+from vibrodrive.model.quantities import SECTIONS
 
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
@@ -97,18 +95,18 @@ def bifurcation(
     >>> len(figure.axes), figure.axes[1].get_xlabel()
     (2, '$A$')
     """
-    check_range("limits", limits, row_of(results.quantities, quantity))
-    marked = read_lines(over)
-    unit = results.measure(quantity)
-    visited, limits = unit.shown_of(_visited(results, quantity)), unit.ends(limits)
-    names = list(results.axes)
-    if not names:
+    if not results.axes:
         raise ValueError(bad_axes((), "at least one axis for a bifurcation diagram (for one motion, draw its section)"))
-    if x is None:
-        x = max(names, key=lambda n: len(results.axes[n]))
-    elif x not in [*names, *results.points]:
-        raise ValueError(bad("x", x, "one of the axes " + ", ".join([*names, *results.points])))
-    dimension = POINT if x in results.points else x
+    drawing = choose_drawing(results, BIFURCATION, quantity, x=x, limits=limits, cmap=cmap)
+    with drawn_on(ax, style, width, notes, cmap) as sheet:
+        return draw_bifurcation(sheet, results, drawing, read_lines(over))
+
+
+def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequence[Any] = ()) -> Figure:
+    """Draw a bifurcation diagram with the lines `over` it (`read_lines`)."""
+    x, quantity, unit = drawing.x, drawing.row.name, results.measure(drawing.row.name)
+    visited, limits = unit.shown_of(_visited(results, quantity)), unit.ends(drawing.limits)
+    names, dimension = list(results.axes), POINT if x in results.points else x
     across = names.index(dimension)
     section = np.moveaxis(visited, across, -2)
     status = np.moveaxis(np.asarray(results.status), across, -1)
@@ -117,33 +115,32 @@ def bifurcation(
     rest = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
+    places = [dict(zip(rest, index, strict=True)) for index in rows]
+    titles = [place_of(results, at) for at in places]
+    shared, chosen = conditions_of(results), choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
     reach = limits or full_range([section[index][done[index]] for index in rows])  # common to all panels
-    shared = conditions(of_sweep(results), results.axes)
     grid: dict[str, Any] = {"height": min(9.0, 0.7 + 2.5 * len(rows)), "sharex": True, "sharey": True}
-    with drawn_on(ax, style, width, notes, cmap) as sheet:
-        fig, axes = sheet.new(len(rows), 1, shows=[(x, quantity)] * len(rows), said=shared, **grid)
-        grey = False
-        for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
-            inks = density(
-                ax, values, np.where(done[index][:, None], section[index], np.nan), reach, sheet.look.density
-            )
-            if limits is not None:
-                ax.set_ylim(limits)
-            mark_statuses(sheet, ax, values, status[index])
-            sheet.name(ax, x, None)
-            sheet.name_quantities(ax, results, None, quantity)
-            at = dict(zip(rest, index, strict=True))
-            draw_lines(sheet, ax, upright(marked, results, x, at, ax.get_ylim()) if marked else ())
-            if len(rows) > 1:
-                sheet.letter(ax, k, place_of(results, at))
-            chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
-            rests = rest_phrases(section[index], status[index]) if quantity == "dxi" else []
-            keys = [f"{_brighter(sheet.look.density)}: more values"] * (inks and not grey)
-            keys += [NUMBERED] * (k == 0 and len(marked) > 0)
-            grey = grey or inks
-            sheet.note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *keys])
-        sheet.explain(fig)
-        return fig
+    fig, axes = sheet.new(len(rows), 1, shows=[(x, quantity)] * len(rows), said=shared, **grid)
+    grey = False
+    for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
+        shown = np.where(done[index][:, None], section[index], np.nan)
+        inks = density(ax, values, shown, reach, sheet.look.density)
+        if limits is not None:
+            ax.set_ylim(limits)
+        mark_statuses(sheet, ax, values, status[index])
+        sheet.name(ax, x, None)
+        sheet.name_quantities(ax, results, None, quantity)
+        draw_lines(sheet, ax, upright(over, results, x, places[k], ax.get_ylim()) if over else ())
+        if len(rows) > 1:
+            sheet.letter(ax, k, titles[k])
+        rests = rest_phrases(section[index], status[index]) if quantity == "dxi" else []
+        keys = [f"{_brighter(sheet.look.density)}: more values"] * (inks and not grey) + [NUMBERED] * bool(
+            over and not k
+        )
+        grey = grey or inks
+        sheet.note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *keys])
+    sheet.explain(fig)
+    return fig
 
 
 def _visited(results: Any, quantity: str) -> np.ndarray:
@@ -152,9 +149,9 @@ def _visited(results: Any, quantity: str) -> np.ndarray:
     They are the values at the section points or, for a quantity of impacts, at the impacts. NaN fills the entries after
     the last impact.
     """
-    if quantity in IMPACTS.diagrams:
-        return np.asarray(getattr(results, quantity))
-    return np.asarray(results.section)[..., quantity_index(quantity)]
+    if quantity in COORDINATES:
+        return np.asarray(results.section)[..., COORDINATES.index(quantity)]
+    return np.asarray(getattr(results, quantity))
 
 
 def coordinates(source: Any, section: np.ndarray) -> np.ndarray:
@@ -188,13 +185,6 @@ def full_range(values: Sequence[np.ndarray], margin: float = 0.04) -> tuple[floa
     return low - room, high + room
 
 
-def quantity_index(quantity: str) -> int:
-    """Return the column of a quantity in the section, 0 for ξ and 1 for ξ'. Raises ValueError for another quantity."""
-    if quantity not in COORDINATES:
-        raise ValueError(bad("quantity", quantity, "one of " + ", ".join(COORDINATES)))
-    return COORDINATES.index(quantity)
-
-
 @documented
 def poincare(
     source: Any,
@@ -225,68 +215,71 @@ def poincare(
     >>> len(figure.axes)
     2
     """
-    sections, circled, named, shared, more = _sections(source, reference)
-    alike = source if hasattr(source, "axes") else as_motions(source)[0]
-    asked = titles is not None
-    titles = named if titles is None else check_titles(titles, len(sections))
+    source = source if hasattr(source, "axes") else as_motions(source)
     with drawn_on(ax, style, width, notes) as sheet:
-        cols = {1: 1, 2: 2, 4: 2}.get(len(sections), 2 if sheet.narrow else 3)
-        cols = len(sections) if sheet.given else cols
-        rows = math.ceil(len(sections) / cols)
-        inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
-        shows = [("xi", "dxi")] * (rows * cols)
-        fig, axes = sheet.new(
-            rows, cols, width=inches, height=height, sharex=True, sharey=True, shows=shows, said=shared
-        )
-        flat = axes.ravel()
-        for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
-            points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
-            size = 3.5 if len(points) <= FEW else 1.2
-            ax.plot(
-                points[:, 0], points[:, 1], ".", ms=size, mew=0, color=sheet.look.main, rasterized=len(points) > 5000
-            )
-            if reference is not None:
-                circles = {"ms": 7, "mfc": "none", "mec": sheet.look.other, "mew": 0.6, "label": "undisturbed orbit"}
-                ax.plot(*circled[k].T, "o", **circles)
-            sheet.letter(ax, k if len(sections) > 1 else None, titles[k], asked)
-            if not sheet.given:
-                ax.margins(0.12)
-                ax.tick_params(labelbottom=k >= len(sections) - cols)
-            sheet.name_quantities(ax, alike, "xi", "dxi")
-        for ax in flat[len(sections) :]:
-            ax.set_axis_off()
-        sheet.note(axes[0, -1], [*shared, *more])
-        sheet.explain(fig)
-        return fig
+        return draw_sections(sheet, source, titles, reference)
 
 
-def _sections(
-    source: Any, reference: np.ndarray | None
-) -> tuple[list[np.ndarray], list[np.ndarray], list[str], list[str], list[str]]:
-    """Return the sections and the reference of each, in the units of figures, their titles, the conditions common to
-    all sections, and further phrases."""
+def draw_sections(
+    sheet: Sheet, source: Any, titles: Sequence[str] | None = None, reference: np.ndarray | None = None
+) -> Figure:
+    """Draw the sections of a Results or of a list of trajectories."""
     marks = np.empty((0, 2)) if reference is None else np.asarray(reference)
-    if not hasattr(source, "axes"):
-        motions = as_motions(source)
-        sections = [coordinates(m, np.asarray(m.section)) for m in motions]
-        circled = [coordinates(m, marks) for m in motions]
-        rests = _rests(sections, [m.status for m in motions])
-        return sections, circled, [""] * len(motions), shared_by(motions, section=True), rests
-    section, done = coordinates(source, np.asarray(source.section)), computed(source.status)
-    around = coordinates(source, np.broadcast_to(marks, (*done.shape, *marks.shape)))
-    points = list(np.ndindex(section.shape[:-2]))
+    sections, circled, named, shared, more = (_of_results if hasattr(source, "axes") else _of_motions)(source, marks)
+    asked, count = titles is not None, len(sections)
+    titles = named if titles is None else check_titles(titles, count)
+    cols = count if sheet.given else {1: 1, 2: 2, 4: 2}.get(count, 2 if sheet.narrow else 3)
+    rows = math.ceil(count / cols)
+    inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
+    shows = [("xi", "dxi")] * (rows * cols)
+    fig, axes = sheet.new(rows, cols, width=inches, height=height, sharex=True, sharey=True, shows=shows, said=shared)
+    flat = axes.ravel()
+    for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
+        points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
+        dots: dict[str, Any] = {"ms": 3.5 if len(points) <= FEW else 1.2, "mew": 0, "color": sheet.look.main}
+        ax.plot(points[:, 0], points[:, 1], ".", **dots, rasterized=len(points) > 5000)
+        if reference is not None:
+            circles = {"ms": 7, "mfc": "none", "mec": sheet.look.other, "mew": 0.6, "label": "undisturbed orbit"}
+            ax.plot(*circled[k].T, "o", **circles)
+        sheet.letter(ax, k if count > 1 else None, titles[k], asked)
+        if not sheet.given:
+            ax.margins(0.12)
+            ax.tick_params(labelbottom=k >= count - cols)
+        sheet.name_quantities(ax, source if hasattr(source, "axes") else source[0], "xi", "dxi")
+    for ax in flat[count:]:
+        ax.set_axis_off()
+    sheet.note(axes[0, -1], [*shared, *more])
+    sheet.explain(fig)
+    return fig
+
+
+_Sections = tuple[list[np.ndarray], list[np.ndarray], list[str], list[str], list[str]]
+"""Sections and circles around the points of the reference, in the units of figures, titles of the panels, the
+conditions common to all sections, and further phrases."""
+
+
+def _of_motions(motions: Sequence[Trajectory], marks: np.ndarray) -> _Sections:
+    sections = [coordinates(m, np.asarray(m.section)) for m in motions]
+    circled = [coordinates(m, marks) for m in motions]
+    rests = rest_phrases(*_rests(sections, [m.status for m in motions]))
+    return sections, circled, [""] * len(motions), shared_by(motions, section=True), rests
+
+
+def _of_results(results: Any, marks: np.ndarray) -> _Sections:
+    section, status = coordinates(results, np.asarray(results.section)), np.asarray(results.status)
+    circled = coordinates(results, np.broadcast_to(marks, (*status.shape, *marks.shape)))
+    done, points = computed(status), list(np.ndindex(status.shape))
     shown = some(points)
-    titles = [place_of(source, dict(zip(source.axes, index, strict=True))) for index in shown]
-    status = np.asarray(source.status)
+    titles = [place_of(results, dict(zip(results.axes, index, strict=True))) for index in shown]
     sections = [np.where(done[index], section[index], np.nan) for index in shown]
-    rests = _rests(sections, [status[index] for index in shown])
+    rests = rest_phrases(*_rests(sections, [status[index] for index in shown]))
     more = [*choice(len(shown), len(points), "points"), *rests, *status_phrases(status)]
-    return sections, [around[index] for index in shown], titles, conditions(of_sweep(source), source.axes), more
+    return sections, [circled[index] for index in shown], titles, conditions_of(results), more
 
 
-def _rests(sections: Sequence[np.ndarray], status: Sequence[Any]) -> list[str]:
-    """Return the phrase for the share of section points at which the mass rests."""
-    return rest_phrases(np.concatenate([s[:, 1] for s in sections]), np.repeat(status, [len(s) for s in sections]))
+def _rests(sections: Sequence[np.ndarray], status: Sequence[Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Return ξ' of all section points, and the status of the motion of each."""
+    return np.concatenate([s[:, 1] for s in sections]), np.repeat(status, [len(s) for s in sections])
 
 
 def check_titles(titles: Sequence[str], panels: int) -> Sequence[str]:

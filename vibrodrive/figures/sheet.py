@@ -7,8 +7,10 @@ passes to the functions that it calls.
 from __future__ import annotations
 
 import inspect
+import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar, cast
 
@@ -24,12 +26,12 @@ from matplotlib.lines import Line2D
 
 from vibrodrive.figures.looks import LOOKS, ramp
 from vibrodrive.figures.style import INCHES, LETTERS, ShownFigure, drawn_as, save
-from vibrodrive.figures.texts import SYMBOLS, UNITS, equation, in_lines, in_short_lines, length, name_of, symbol
+from vibrodrive.figures.texts import SYMBOLS, UNITS, equation, name_of, symbol
 from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import QUANTITIES
 
-__all__ = ["Sheet", "drawn_on", "equation", "save", "symbol"]
+__all__ = ["Given", "Sheet", "documented", "drawn_on", "equation", "fit_label", "in_short_lines", "save", "symbol"]
 
 MARGIN = 0.8  # width in inches of the labels beside the axes
 BESIDE = 10  # width of a line in a legend and of the space around it, in letters
@@ -54,9 +56,7 @@ class Sheet:
 
     given = False
 
-    def __init__(
-        self, style: Style | None, width: Width | None, notes: bool | None, cmap: str | Colormap | None
-    ) -> None:
+    def __init__(self, style: Style | None, width: Width | None, notes: bool | None, cmap: Any) -> None:
         self.style: Style = style or "screen"
         self.width: Width = width or "double"
         self.notes = notes is not False
@@ -64,16 +64,9 @@ class Sheet:
         self.narrow = width == "single"
 
     def new(
-        self,
-        rows: int = 1,
-        cols: int = 1,
-        *,
-        height: float,
-        width: float = INCHES["double"],
-        shows: Sequence[Shows] = (),
-        said: Sequence[str] = (),
-        **options: Any,
-    ) -> tuple[Any, np.ndarray]:
+        self, rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"],
+        shows: Sequence[Shows] = (), said: Sequence[str] = (), **options: Any,
+    ) -> tuple[Any, np.ndarray]:  # fmt: skip
         """Return the Figure and its axes as an object array (rows, cols).
 
         `height` and `width` are in inches, for a figure of two columns. A figure of one column is narrower, and its
@@ -108,15 +101,14 @@ class Sheet:
     def name_quantities(self, ax: Axes, source: Any, x: str | None, y: str | None) -> None:
         """Label the axes with two quantities of a Results or a Trajectory (None: no change), by their symbols or, with
         a scene, by words and units."""
-        for across, quantity in ((True, x), (False, y)):
-            if quantity is None:
-                continue
-            unit = source.measure(quantity)
-            if quantity in SYMBOLS and unit.si == "1" and not unit.apart:
-                self.name(ax, *((quantity, None) if across else (None, quantity)))
-            else:
-                words = unit.label(QUANTITIES[quantity].words)
-                self.label(ax, *((words, None) if across else (None, words)))
+        for quantity in (x, y):
+            if quantity is not None:
+                unit = source.measure(quantity)
+                plain = quantity in SYMBOLS and unit.si == "1" and not unit.apart
+                words = name_of(quantity) if plain else unit.label(QUANTITIES[quantity].words)
+                self.label(
+                    ax, words if quantity == x else None, words if quantity == y else None, 9.0 if plain else 0.0
+                )
 
     def letter(self, ax: Axes, index: int | None, text: str = "", asked: bool = False) -> None:
         """Write a), b), … (nothing for None) and `text` at the upper left of a panel.
@@ -124,9 +116,8 @@ class Sheet:
         In the user's axes `text` belongs to the notes. It is the title there if the user has `asked` for it.
         """
         if asked or self.notes:
-            ax.set_title(
-                " ".join(filter(None, ("" if index is None else f"{chr(ord('a') + index)})", text))), loc="left"
-            )
+            name = "" if index is None else f"{chr(ord('a') + index)})"
+            ax.set_title(f"{name} {text}".strip(), loc="left")
 
     def note(
         self, ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right"
@@ -180,7 +171,7 @@ class Given(Sheet):
 
     given = True
 
-    def __init__(self, axes: Any, style: Style | None, notes: bool | None, cmap: str | Colormap | None) -> None:
+    def __init__(self, axes: Any, style: Style | None, notes: bool | None, cmap: Any) -> None:
         super().__init__(style, None, bool(notes), cmap)
         self.axes = list(np.array(axes, dtype=object).reshape(-1))
         self.own_style, self.cmap = style is not None, cmap
@@ -191,9 +182,7 @@ class Given(Sheet):
     ) -> tuple[Any, np.ndarray]:
         count = rows * cols
         if any(isinstance(getattr(ax, "figure", None), ShownFigure) for ax in self.axes):
-            raise ValueError(
-                bad("ax", self.axes[0], "Axes of a figure of yours, because this figure has its own style")
-            )
+            raise ValueError(bad("ax", self.axes[0], "Axes of a figure of yours, because this one has its own style"))
         if not all(isinstance(ax, Axes) for ax in self.axes) or not len(self.axes) == len(set(self.axes)) == count:
             allowed = "one Axes" if count == 1 else f"{count} different Axes, one for each panel"
             raise ValueError(bad("ax", self.axes[0] if len(self.axes) == 1 else self.axes, allowed))
@@ -205,25 +194,20 @@ class Given(Sheet):
                 if known.shows != names:
                     needed = f"Axes without a result or with {names[1]} over {names[0]}"
                     raise ValueError(bad("ax", ax, f"{needed}, but it shows {known.shows[1]} over {known.shows[0]}"))
-        self._colour()
+        colour = self._colour()
         for ax, names in panels:  # only now, so that a refusal changes nothing
-            ax.add_line(Mark(self.look.main, names, said))
+            ax.add_line(Mark(colour, names, said))
             self.said[ax] = []
+        contrast = self.look.other if self.own_style else to_hex(self.axes[0].xaxis.label.get_color())
+        self.look = self.look._replace(main=colour, other=contrast, lines=((colour, "-"), *self.look.lines[1:]))
+        if self.cmap is None:  # spots without ink show what is below them
+            self.look = self.look._replace(density=ramp((*to_rgba(colour)[:3], 0.0), colour))
         return self.axes[0].figure, np.array(self.axes, dtype=object).reshape(rows, cols)
 
-    def _colour(self) -> None:
-        """Choose the colours of the data."""
-        if self.cmap is not None:
-            colour, density = to_hex(self.look.density(1.0)), self.look.density
-        else:
-            colour = self._next_colour()
-            density = ramp((*to_rgba(colour)[:3], 0.0), colour)  # spots without ink show what is below them
-        contrast = self.look.other if self.own_style else to_hex(self.axes[0].xaxis.label.get_color())
-        lines = ((colour, "-"), *self.look.lines[1:])
-        self.look = self.look._replace(main=colour, other=contrast, lines=lines, density=density)
-
-    def _next_colour(self) -> str:
+    def _colour(self) -> str:
         """Return the next colour of the cycle of the axes or, if there is one, of `style`."""
+        if self.cmap is not None:
+            return to_hex(self.look.density(1.0))
         if not self.own_style:
             probes = [ax.plot([], [])[0] for ax in self.axes]  # the public way to a colour of the cycle
             for probe in probes:
@@ -246,17 +230,13 @@ class Given(Sheet):
 
     def explain(self, fig: Figure, more: Sequence[Artist] = ()) -> None:
         for ax in self.axes:
-            apart = _tell_apart(marks_of(ax))
-            if not self.notes and not apart:
-                continue
-            title = None
-            named = named_in([ax])
+            apart, named, title = _tell_apart(marks_of(ax)), named_in([ax]), None
             if self.notes:
                 named |= {str(handle.get_label()): handle for handle in more if ax is self.axes[-1]}
                 shared = [phrase for phrase in self.said[ax] if phrase not in apart]
                 points = 72 * ax.get_window_extent().width / ax.figure.dpi
                 title = in_lines(shared, int(0.9 * points / (LETTER * mpl.rcParams["font.size"]))) or None
-            if named or title:
+            if (self.notes or apart) and (named or title):
                 ax.legend(list(named.values()), list(named), title=title)
 
 
@@ -294,6 +274,32 @@ def label_share(ax: Axes) -> float:
 def fit_label(ax: Axes) -> None:
     """Break the label of the ordinate, or of a colour bar, into lines that are not longer than its axes."""
     ax.yaxis.label.set_text(in_short_lines(ax.get_ylabel(), math.ceil(label_share(ax))))
+
+
+def in_lines(phrases: Iterable[str], letters: int, between: str = ", ") -> str:
+    """Join phrases, or words, in lines of at most `letters` letters."""
+    lines = [""]
+    for phrase in filter(None, phrases):
+        longer = f"{lines[-1]}{between}{phrase}" if lines[-1] else phrase
+        if lines[-1] and length(longer) > letters:
+            lines[-1] += between.rstrip()
+            lines.append(phrase)
+        else:
+            lines[-1] = longer
+    return "\n".join(lines)
+
+
+def in_short_lines(text: str, count: int) -> str:
+    """Break a text into at most `count` lines that are as short as possible."""
+    if count < 2:
+        return text
+    broken = (in_lines(text.split(), letters, " ") for letters in itertools.count(length(text) // count))
+    return next(lines for lines in broken if lines.count("\n") < count)
+
+
+def length(text: str) -> int:
+    """Return the number of letters of a text; a command of mathtext counts as one."""
+    return len(re.sub(r"\\[a-zA-Z]+", "x", re.sub("[${}^_]", "", text)))
 
 
 def _is_outer(axis: Axis, *sides: str) -> bool:

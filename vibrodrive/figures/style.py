@@ -6,7 +6,6 @@ This module does not use pyplot. Each Figure is drawn without a display (Agg) an
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -56,18 +55,13 @@ COMMON: dict[str, Any] = {
 }
 
 
-def defaults_and(settings: Mapping[str, Any]) -> AbstractContextManager[None]:
-    """Set Matplotlib's defaults and then `settings` within a block, without any setting of the user."""
-    return mpl.rc_context(DEFAULTS | dict(settings))
-
-
 def drawn_as(style: Style, width: Width) -> AbstractContextManager[None]:
-    """Set the settings of a style and a width within a block."""
+    """Set the settings of a style and a width within a block, and otherwise Matplotlib's defaults."""
     title, label, small = LETTERS[width]
     sizes = dict.fromkeys(("font.size", "axes.titlesize", "legend.title_fontsize"), title)
     sizes |= dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), small)
     colours = {"axes.prop_cycle": cycler(color=[LOOKS[style].main])}
-    return defaults_and(COMMON | sizes | colours | {"axes.labelsize": label})
+    return mpl.rc_context(DEFAULTS | COMMON | sizes | colours | {"axes.labelsize": label})
 
 
 class ShownFigure(Figure):

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -116,6 +114,15 @@ def of_sweep(results: Any) -> dict[str, Any]:
     return {**results.scalars, **vars(results.settings)}
 
 
+def conditions_of(results: Any, drawn: Collection[str | None] = (), *, section: bool = True) -> list[str]:
+    """Return the conditions common to all points of a sweep as phrases. With the axes `drawn` of a map, the others have
+    their first value."""
+    rest = [name for name in results.axes if drawn and name not in drawn]
+    first = [(name, results.axes[name][0], len(results.axes[name])) for name in rest]
+    said = [equation(name, value) + (f" (first of {count})" if count > 1 else "") for name, value, count in first]
+    return said + conditions(of_sweep(results), results.axes, section=section)
+
+
 def status_phrases(status: np.ndarray) -> list[str]:
     """Return the number of points of each status of COUNTED as phrases.
 
@@ -165,29 +172,3 @@ def computed(status: np.ndarray) -> np.ndarray:
     """Return True for each point that has a section. A point with the status TOO_CLOSE has the section of one of the
     possible motions."""
     return ~np.isin(status, (Status.NOT_COMPUTED, Status.BUDGET))
-
-
-def in_lines(phrases: Iterable[str], letters: int, between: str = ", ") -> str:
-    """Join phrases, or words, in lines of at most `letters` letters."""
-    lines = [""]
-    for phrase in filter(None, phrases):
-        longer = f"{lines[-1]}{between}{phrase}" if lines[-1] else phrase
-        if lines[-1] and length(longer) > letters:
-            lines[-1] += between.rstrip()
-            lines.append(phrase)
-        else:
-            lines[-1] = longer
-    return "\n".join(lines)
-
-
-def in_short_lines(text: str, count: int) -> str:
-    """Break a text into at most `count` lines that are as short as possible."""
-    if count < 2:
-        return text
-    broken = (in_lines(text.split(), letters, " ") for letters in itertools.count(length(text) // count))
-    return next(lines for lines in broken if lines.count("\n") < count)
-
-
-def length(text: str) -> int:
-    """Return the number of letters of a text; a command of mathtext counts as one."""
-    return len(re.sub(r"\\[a-zA-Z]+", "x", re.sub("[${}^_]", "", text)))

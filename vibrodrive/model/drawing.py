@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from numbers import Real
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, NoReturn, get_args
 
 from vibrodrive.model.parameters import bad, did_you_mean
 from vibrodrive.model.physical import has_units
@@ -36,8 +36,8 @@ MAP_QUANTITIES = (*(name for one in RECORDS.values() for name in one.maps), *OF_
 
 
 OPTIONS = {
-    BIFURCATION: ("quantity", "x", "limits", "cmap"), POINCARE: (), MAP: ("quantity", "x", "y", "limits", "cmap"),
-    BANDS: (),
+    BIFURCATION: ("quantity", "x", "limits", "cmap", "over"), POINCARE: (),
+    MAP: ("quantity", "x", "y", "limits", "cmap", "over"), BANDS: (),
 }  # fmt: skip
 """Arguments that have an effect on each kind of figure."""
 
@@ -53,20 +53,31 @@ def check_limits(key: str, limits: Any) -> tuple[float, float]:
             return float(low), float(high)
     except (OverflowError, TypeError, ValueError):
         pass
-    raise ValueError(bad(key, limits, "two numbers in ascending order"))
+    _refuse(key, limits, "two numbers in ascending order")
 
 
 def check_range(key: str, limits: tuple[float, float] | None, row: Quantity) -> None:
     """Refuse limits that are no range, or that belong to a quantity with one colour for each value. Raises ValueError
     with one sentence."""
     if limits is not None and row.classes:
-        raise ValueError(bad(key, limits, f"left out, because the colours of {row.name} are classes without a range"))
+        _refuse(key, limits, f"left out, because the colours of {row.name} are classes without a range")
     if limits is not None:
         check_limits(key, limits)
 
 
-def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None, **others: Any) -> tuple[str, str]:
-    """Return (kind of figure, quantity) with which a sweep is drawn. The function chooses those that are None.
+class Drawing(NamedTuple):
+    """What a figure of a sweep shows: its kind, the row of its quantity, the axes to the right ("" in sections) and
+    upwards (None unless it is a map over two axes), and the range of the quantity."""
+
+    kind: str
+    row: Quantity
+    x: str = ""
+    y: str | None = None
+    limits: tuple[float, float] | None = None
+
+
+def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None, **others: Any) -> Drawing:
+    """Return what a figure of a sweep shows, the kind, quantity and axes that are None chosen by this function.
 
     A quantity of maps (MAP_QUANTITIES) or an ordinate `y` selects a map, a quantity of the impacts a bifurcation
     diagram. Otherwise the first of these conditions selects the kind. None of them counts values.
@@ -78,29 +89,37 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     * With numbers for each point: a map of the period, of k₂, of missed switches or of the first number of a function.
     * With impacts: a diagram of their phases.
 
-    `swept` is a Plan or Results. `others` contains `x`, `y` and `limits`, which must have an effect on the figure.
-    Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
+    `swept` is a Plan or Results. `others` contains `x`, `y`, `limits`, `cmap` and `over`, which must have an effect on
+    the figure. Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
     """
     if kind not in (None, *FIGURE_KINDS):
-        raise ValueError(bad("kind", kind, "one of " + ", ".join(FIGURE_KINDS)))
+        _refuse("kind", kind, "one of " + ", ".join(FIGURE_KINDS))
     given = {name: value for name, value in {"quantity": quantity, **others}.items() if value is not None}
-    if not swept.axes:
-        for name, value in given.items():
-            raise ValueError(bad(name, value, "left out for one motion, which has no axis"))
-        if kind not in (None, POINCARE):
-            raise ValueError(bad("kind", kind, f"{POINCARE} for one motion, which has no axis"))
+    if not swept.axes and kind not in (None, POINCARE):
+        _refuse("kind", kind, f"{POINCARE} for one motion, which has no axis")
+    free = kind is None and quantity is not None and others.get("y") is None  # then the quantity selects the kind
     if kind is None:
-        if quantity is not None:
-            _known(swept, quantity, [*_diagrams(swept), *_maps(swept), *OF_EVERY_SWEEP])
         kind, quantity = _default(swept, quantity, others.get("y"))
     for name, value in given.items():
         if name not in OPTIONS[kind]:
-            raise ValueError(bad(name, value, f"left out for a figure of kind {kind}"))
-    if kind == BANDS:
-        if not _has_bands(swept):
-            raise ValueError(bad("kind", BANDS, 'left out, because bands need record = "limit" over one axis'))
-        return kind, _maps(swept)[0]
-    return kind, _map_quantity(swept, quantity) if kind == MAP else _diagram_quantity(swept, kind, quantity)
+            why = f"a figure of kind {kind}" if swept.axes else "one motion, which has no axis"
+            _refuse(name, value, f"left out for {why}")
+    if kind == BANDS and not _has_bands(swept):
+        _refuse("kind", BANDS, 'left out, because bands need record = "limit" over one axis')
+    diagrams, maps = _diagrams(swept), [*_maps(swept), *OF_EVERY_SWEEP]
+    sections = [name for name in diagrams if name in SECTION.diagrams]
+    known = {BIFURCATION: diagrams, POINCARE: sections}.get(kind, maps)
+    if not known and not swept.axes:
+        _refuse("record", ", ".join(swept.record), f'extended by "{SECTION}" to draw one motion')
+    if not known and not free:
+        _refuse("kind", kind, f"{f'{MAP} or {BIFURCATION}' if diagrams else MAP}, because {_recorded(swept)}")
+    name = _known(swept, quantity or known[0], [*diagrams, *maps] if free else known)
+    row = next(q for q in (*swept.quantities, *QUANTITIES.values()) if q.name == name)
+    check_range("limits", others.get("limits"), row)
+    x, y = _plane(swept, kind, others.get("x"), others.get("y"))
+    if kind == MAP and y is None and "cmap" in given:
+        _refuse("cmap", given["cmap"], "left out over one axis, where all points have one colour")
+    return Drawing(kind, row, x, y, others.get("limits"))
 
 
 def _default(swept: Any, quantity: str | None, y: str | None) -> tuple[str, str | None]:
@@ -118,6 +137,26 @@ def _default(swept: Any, quantity: str | None, y: str | None) -> tuple[str, str 
     if _has_bands(swept):
         return BANDS, None
     return MAP if _maps(swept) or not _diagrams(swept) else BIFURCATION, None
+
+
+def _plane(swept: Any, kind: str, x: str | None, y: str | None) -> tuple[str, str | None]:
+    """Return the axes of a figure: for a diagram the longest one, for a map the two longest ones in their order."""
+    if kind not in (BIFURCATION, MAP):
+        return "", None
+    names = list(swept.axes)
+    for key, name in (("x", x), ("y", y)):
+        if name is not None and name not in (known := names if kind == MAP else [*names, *swept.varied]):
+            _refuse(key, name, "one of the axes " + ", ".join(dict.fromkeys(known)))
+    if x is not None and x == y:
+        _refuse("y", y, f"another axis than x = {x!r}")
+    if y is not None and len(names) == 1:
+        _refuse("y", y, "left out, because the sweep has one axis, and the ordinate is the quantity")
+    free = sorted((n for n in names if n not in (x, y)), key=lambda n: -len(swept.axes[n]))
+    if kind == BIFURCATION:
+        return x or free[0], None
+    needed = free[: min(2, len(names)) - (x is not None) - (y is not None)]
+    rest = iter([n for n in names if n in needed])
+    return x or next(rest), y or next(rest, None)
 
 
 def _has_bands(swept: Any) -> bool:
@@ -138,38 +177,25 @@ def _maps(swept: Any) -> list[str]:
     return [name for one in last for name in one.maps if name in there]
 
 
-def _map_quantity(swept: Any, quantity: str | None) -> str:
-    """Return the quantity of a map. Raises ValueError if the sweep has not recorded it."""
-    known = [*_maps(swept), *OF_EVERY_SWEEP]
-    return _known(swept, quantity or known[0], known)
-
-
 def _known(swept: Any, quantity: str, known: Sequence[str]) -> str:
     """Return a quantity if it is one of the known ones. Raises ValueError, also with the record that it needs."""
     if quantity in known:
         return quantity
     of = next((one for one in RECORDS.values() if quantity in (*one.maps, *one.diagrams)), None)
     if of in swept.record and quantity == IMPACT_POWER.name:
-        raise ValueError(bad("quantity", quantity, f"energy, because {quantity} needs a scene in SI units"))
+        _refuse("quantity", quantity, f"energy, because {quantity} needs a scene in SI units")
     needs = "" if of is None or of in swept.record else f', and {quantity} needs record = "{of}"'
-    allowed = f"one of {', '.join(known)}, because {_recorded(swept)}{needs}"
-    meant = "" if of else did_you_mean(quantity, [*known, *DIAGRAM_QUANTITIES, *MAP_QUANTITIES])
-    raise ValueError(bad("quantity", quantity, allowed) + meant)
+    meant = () if of else [*known, *DIAGRAM_QUANTITIES, *MAP_QUANTITIES]
+    _refuse("quantity", quantity, f"one of {', '.join(known)}, because {_recorded(swept)}{needs}", meant)
 
 
 def _recorded(swept: Any) -> str:
     return "this sweep recorded " + ", ".join(swept.record)
 
 
-def _diagram_quantity(swept: Any, kind: str, quantity: str | None) -> str:
-    """Return the quantity of a figure that is not a map. Raises ValueError if the sweep has not recorded it."""
-    known = _diagrams(swept) if kind == BIFURCATION else [n for n in _diagrams(swept) if n in SECTION.diagrams]
-    if not known and not swept.axes:
-        raise ValueError(bad("record", ", ".join(swept.record), f'extended by "{SECTION}" to draw one motion'))
-    if not known:
-        allowed = f"{MAP} or {BIFURCATION}" if _diagrams(swept) else MAP
-        raise ValueError(bad("kind", kind, f"{allowed}, because {_recorded(swept)}"))
-    return _known(swept, quantity or known[0], known)
+def _refuse(key: str, value: object, allowed: str, meant: Sequence[str] = ()) -> NoReturn:
+    """Raise ValueError with the sentence of `bad` and, if one is similar, the name that was `meant`."""
+    raise ValueError(bad(key, value, allowed) + did_you_mean(value, meant))
 
 
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

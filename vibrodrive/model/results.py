@@ -138,6 +138,7 @@ class Results:
         self.scalars = dict(scalars)
         self.settings = settings
         self.title = title
+        self._origin: Any = None  # of results in a file: its configuration (Origin of store/layout.py)
         self._arrays: dict[str, np.ndarray] = {} if callable(source) else dict(source)
         self._source: Read = source if callable(source) else _no_source
 
@@ -499,8 +500,8 @@ class Results:
             result that would be hidden.
         """
         drawn = above("the figure of results")
-        look = {"ax": ax, "style": style, "width": width, "notes": notes}
-        return drawn(self, kind, quantity, x, y, limits, cmap, over, **look)
+        shown = {"x": x, "y": y, "limits": limits, "over": over, "cmap": cmap}
+        return drawn(self, kind, quantity, **shown, ax=ax, style=style, width=width, notes=notes)
 
     def _array(self, name: str) -> np.ndarray:
         if name not in self._arrays:

@@ -45,7 +45,9 @@ def read(file: h5py.File) -> Results:
     header = read_header(file)
     plan = header.plan
     source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, _Seen(header.rewritten))
-    return Results.of(plan, source, header.origin.title)
+    results = Results.of(plan, source, header.origin.title)
+    results._origin = header.origin
+    return results
 
 
 class DamagedBlock(UserWarning):
