@@ -44,15 +44,12 @@ def digest_of(function: Callable[..., Any]) -> tuple[str, tuple[str, ...]]:
     return digest.hash.hexdigest(), tuple(dict.fromkeys(digest.uses))
 
 
-def source_of(function: Callable[..., Any]) -> str:
-    """Return the source of a function, or the code of one without a source. Raises Unknown for other objects."""
+def source_of(value: Any) -> str:
+    """Return the source of a module, a class, a function or its code; "" without one, as for what a prompt defines."""
     try:
-        return inspect.getsource(function)
+        return inspect.getsource(value)
     except (OSError, TypeError):
-        code = getattr(function, "__code__", None)
-        if code is None:
-            raise Unknown("it is not written in Python") from None
-        return repr((code.co_code, [c for c in code.co_consts if isinstance(c, PLAIN)], code.co_names))
+        return ""
 
 
 OWN_WORK = ("__init__", "__new__", "__post_init__", "__setstate__")
@@ -143,7 +140,7 @@ class _Digest:
     def _module(self, value: types.ModuleType, what: str) -> None:
         self._put("module", value.__name__)
         if not self._library(value.__name__):
-            self._put(inspect.getsource(value))
+            self._put(source_of(value))
             for name, one in vars(value).items():
                 if not name.startswith("__") and (type(one) in PLAIN or isinstance(one, types.ModuleType)):
                     self._put(name)
@@ -155,8 +152,7 @@ class _Digest:
         if self._library(value.__module__):
             self._put(value.__module__)
             return
-        with suppress(OSError, TypeError):  # defined at a prompt
-            self._put(inspect.getsource(value))
+        self._put(source_of(value))
         changed = _changed_by_methods(value)
         for name, one in vars(value).items():
             one = getattr(one, "__func__", getattr(one, "fget", getattr(one, "func", one)))  # of a property, method, …
@@ -173,10 +169,7 @@ class _Digest:
         if self._library(value.__module__ or ""):
             self._put(value.__module__)
             return
-        try:
-            source = inspect.getsource(value.__code__)  # not that of a function that it wraps
-        except (OSError, TypeError):
-            source = ""
+        source = source_of(value.__code__)  # not that of a function that it wraps
         self._put(source)
         if not source or "<lambda>" in value.__qualname__:  # several may share their lines
             for code in _codes(value.__code__):
@@ -254,8 +247,7 @@ def _changed_by_methods(kind: type) -> set[str]:
             if isinstance(member, functools.cached_property):
                 found.add(name)
             elif isinstance(member, types.FunctionType) and name not in OWN_WORK:
-                with suppress(OSError, TypeError):
-                    found |= {path[1] for path in _places(inspect.getsource(member.__code__)) if len(path) > 1}
+                found |= {path[1] for path in _places(source_of(member.__code__)) if len(path) > 1}
     return found
 
 

@@ -21,7 +21,7 @@ SOURCE, FUNCTION = "source", "function"
 
 
 Row = tuple[str, str, str]
-PLAIN: Mapping[str, Row] = {}
+NO_ROWS: Mapping[str, Row] = {}
 
 
 class Own(OfMotion):
@@ -53,7 +53,7 @@ class Own(OfMotion):
         sha256: str,
         of: str = FUNCTION,
         function: Callable[[Any], Any] | None = None,
-        rows: Mapping[str, Row] = PLAIN,
+        rows: Mapping[str, Row] = NO_ROWS,
         uses: tuple[str, ...] = (),
         unknown: str = "",
     ) -> Own:
