@@ -1,5 +1,6 @@
 """The file of a sweep: other programs read it, it can be resumed, other files are refused, and damage is found."""
 
+import gzip
 import hashlib
 import json
 import os
@@ -8,6 +9,7 @@ import time
 import weakref
 from dataclasses import replace
 from importlib import metadata
+from pathlib import Path
 
 import h5py
 import numba
@@ -21,8 +23,8 @@ from vibrodrive.errors import Busy, Damaged, Different, NoResult, TooLarge
 from vibrodrive.model import size
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.quantities import SUMMARIES
-from vibrodrive.model.records import SUMMARY, quantities
+from vibrodrive.model.quantities import MAIN_IMPACTS, SUMMARIES
+from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.size import file_bytes
 from vibrodrive.model.states import State
 from vibrodrive.store import header
@@ -61,7 +63,7 @@ def assert_complete(path, plan):
 def recorded(plan):
     """Return the names of all arrays of a plan."""
     section = ["section"] if "section" in plan.record else []
-    return [*section, "status", "margin", "switches", *(q.name for q in quantities(plan.record))]
+    return [*section, "status", "margin", "switches", *(q.name for q in plan.quantities)]
 
 
 def test_written_blocks_are_released_before_the_commit(path):
@@ -141,7 +143,7 @@ def test_results_survive_a_round_trip(path, record):
     write(path, plan, which=[0, 3])
     half = load(path)
     assert (half.record, half.computed) == (plan.record, 40 / 90)
-    for q in quantities(plan.record):
+    for q in plan.quantities:
         np.testing.assert_array_equal(half[q.name][20:60], np.full_like(half[q.name][20:60], q.fill))
     write(path, plan)
     assert_complete(path, plan)
@@ -682,6 +684,28 @@ def test_file_of_an_older_version_has_what_it_has(path, monkeypatch):
     with pytest.raises(AttributeError, match=r"energy: was not recorded by the version .* that wrote this file"):
         _ = found.select(A=3.0).energy
     assert "energy" not in {*found.to_xarray(), *dir(found)}
+
+
+def test_file_of_schema_3_is_read_and_resumed(path, monkeypatch):
+    """A file that was written by a version of before 0.1.0, with the blocks 0 and 2 of three blocks."""
+    monkeypatch.setattr(fake, "quantities", lambda record: (*SUMMARIES, *MAIN_IMPACTS))  # numbered as at that time
+    path.write_bytes(gzip.decompress((Path(__file__).parent / "schema3.h5.gz").read_bytes()))
+    results, report = load(path), verify(path)
+    plan = replace(report.header.plan, tiling=None)
+    assert (report.sound, report.done.tolist(), results.title) == (True, [True, False, True], "Würfel ξ")
+    writer = open_writer(path, plan, report.header.origin)
+    writer.check()
+    assert writer.missing() == [1]
+    writer.write(fake.block(writer.plan, 1))
+    writer.close()
+    assert verify(path).complete
+    assert_complete(path, report.header.plan)
+    with h5py.File(path, "r+") as file:
+        assert file.attrs["schema_version"] == 3
+        file["checksum"][2:4] = 0
+        file["status"][2:4] = 0  # a hole of zeros
+    with pytest.warns(DamagedBlock, match="left out of status: block 1"):
+        assert load(path).computed == 3 / 5
 
 
 @pytest.mark.parametrize("attempt", [load, look, verify, lambda path: write(path, make(record="summary"))])
