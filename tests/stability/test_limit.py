@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import vibrodrive as vd
 from vibrodrive.model.quantities import How
+from vibrodrive.model.spacing import geometric
 from vibrodrive.stability import evaluate, structure
 from vibrodrive.stability import limit as limits
 from vibrodrive.stability.criterion import Criterion
@@ -67,7 +68,7 @@ def plain_band(grid, kept):
         return math.inf, grid.value(top), grid.value(top), 0.0, grid.value(top)
     low, high = grid.value(loss - 1), grid.value(loss)
     for _ in range(2):
-        inner = [low, *np.geomspace(low, high, 9)[1:-1].tolist(), high]
+        inner = [low, *geometric(low, high, 9)[1:-1].tolist(), high]
         at = next((k for k in range(1, 8) if not kept(inner[k])), 8)
         low, high = inner[at - 1], inner[at]
     share = np.mean([kept(grid.value(k)) for k in range(loss, last + 1)]) if last >= loss else 0.0

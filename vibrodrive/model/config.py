@@ -51,6 +51,7 @@ from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomple
 from vibrodrive.model.plan import POINT, Plan, check_at, make_plan
 from vibrodrive.model.records import check_record
 from vibrodrive.model.size import refuse_large_axis
+from vibrodrive.model.spacing import geometric
 
 
 def _in_table(table: str) -> tuple[str, ...]:
@@ -284,7 +285,7 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     for k, end in zip(("start", "stop"), ends, strict=True):
         if end <= 0:
             raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 with scale = "log"'))
-    return np.geomspace(ends[0], ends[1], num)
+    return geometric(ends[0], ends[1], num)
 
 
 def _curves(key: str, value: object) -> list[str]:

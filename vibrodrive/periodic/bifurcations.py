@@ -48,6 +48,7 @@ from vibrodrive.model.parameters import bad, check, real_array, real_number
 from vibrodrive.model.physical import AMPLITUDES, Scene, amplitude_axis, scene_of
 from vibrodrive.model.plan import check_at, make_plan, of_motion, refuse_axes
 from vibrodrive.model.slips import slip, warn
+from vibrodrive.model.spacing import geometric
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
@@ -258,7 +259,7 @@ def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.nd
     turn = min(max(low, SCALE_FROM), high)
     near = np.linspace(low, turn, 1 + math.ceil(finer * ((turn - low) / STEP)))
     # a constant ratio makes the spacing proportional to A
-    far = np.geomspace(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * SCALE_FROM / STEP)))
+    far = geometric(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * SCALE_FROM / STEP)))
     return np.append(near, far[1:])
 
 

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibrodrive.model.spacing import geometric
+
 INTERIOR = 7  # values that one round of bisection tries between two neighbouring values of the grid
 ROUNDS = 2  # rounds of bisection; two rounds divide a step of the grid by 64
 PAIR = 2  # least number of values of a round requested together; one at a time takes more sweeps, of few motions each
@@ -137,7 +139,7 @@ def _up_to(grid: Grid, start: int, stop: int) -> list[float]:
 
 def _between(low: float, high: float) -> list[float]:
     """Return the values that one round of bisection tries between two values."""
-    return np.geomspace(low, high, INTERIOR + 2)[1:-1].tolist()
+    return geometric(low, high, INTERIOR + 2)[1:-1].tolist()
 
 
 def _bisect(
