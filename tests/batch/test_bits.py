@@ -98,7 +98,8 @@ import vibrodrive as vd
 from numba import types
 vd.sweep(A=[1.5, 3.04], eps=[0.0, 2e-4], transient=1, periods=1)
 modules = [m for name, m in sys.modules.items() if name.startswith("vibrodrive.")]
-formulas = {id(f): f for m in modules for f in vars(m).values() if hasattr(f, "nopython_signatures")}.values()
+named = [f for m in modules for f in vars(m).values() if not isinstance(f, type)]
+formulas = {id(f): f for f in named if hasattr(f, "nopython_signatures")}.values()
 literal = lambda s: any(isinstance(a, types.Literal) for a in s.args)
 twice = {f.__name__ for f in formulas if any(map(literal, f.nopython_signatures))}
 print(len(formulas), sorted(twice))
