@@ -16,7 +16,17 @@ from vibrodrive.stability.failures import count_failures
 from vibrodrive.store.reader import verify
 
 SHORT = {"transient": 50, "periods": 40}
-LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "half_kept", "orbit_period", "velocity", "how")
+LIMIT_COLUMNS = (
+    "k2",
+    "last_kept",
+    "share_kept",
+    "half_kept",
+    "k2_always",
+    "starts_width",
+    "orbit_period",
+    "velocity",
+    "how",
+)
 
 pytestmark = pytest.mark.jit
 
@@ -46,7 +56,7 @@ def test_record_limit_equals_the_limit_at_each_point():
     for at, A in enumerate((1.5, 3.04)):
         for to, B in enumerate((0.1, 0.2)):
             k = vd.limit(A, B=B, **SHORT)
-            assert all(getattr(r, name)[at, to] == getattr(k, name) for name in LIMIT_COLUMNS[:4])
+            assert all(getattr(r, name)[at, to] == getattr(k, name) for name in LIMIT_COLUMNS[:6])
             assert r.velocity[at, to] == k.k2 * (A * vd.ETA)
             assert r.orbit_period[at, to] == k.n
             assert r.status[at, to] == vd.Status.OK

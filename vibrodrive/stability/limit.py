@@ -25,7 +25,7 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
-from vibrodrive.model.choices import MethodLike, Status
+from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import bad
@@ -35,6 +35,7 @@ from vibrodrive.model.quantities import How
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
 from vibrodrive.model.slips import forgotten, unlikely, warn
+from vibrodrive.stability.always import Always, find_always
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
@@ -53,6 +54,10 @@ AT_A_TIME = 128
 
 TOGETHER = 16
 """Least number of motions in a sweep: two registers of lanes. Few searches ask for more values each, in advance."""
+
+BELOW_ALWAYS = 0.8
+"""Share of the limit for all times at which a search for `k2` begins. No limit is lower: below it the structure is kept
+whatever happens, and the start of a search is only another one (docs/stability.md)."""
 
 BRIEF_PERIODS = 160
 """Length of a brief record in periods. It proves nine of ten losses, in half the time of a record of 1500 periods after
@@ -102,6 +107,15 @@ class Limit:
         the loss as a `How` (model/records.py), -1 without a search.
     status : Status
         OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
+    always : Always or None
+        limit for all times, starts and phases of the disturbance (always.py), with the intervals of starts; None for
+        another disturbance than ε, another method than certified, another criterion than "impacts", or no impacts.
+    k2_always : float
+        the largest ε up to which the structure is kept for all times, for all starts in these intervals, and for all
+        phases of the disturbance; NaN without `always`. It is a lower bound of the limit over any number of periods,
+        and `k2` an upper one.
+    starts_width : float
+        least width of the intervals of starts, as a phase in radians; NaN without `always`.
     scene : Scene or None
         machine in SI units, if it was given.
     """
@@ -125,6 +139,7 @@ class Limit:
     how: str = ""
     code: int = -1
     status: Status = Status.OK
+    always: Always | None = None
     scene: Scene | None = None
 
     def __repr__(self) -> str:
@@ -140,6 +155,14 @@ class Limit:
         changes the velocity by about Δτ, because accelerations are of the order 1.
         """
         return value * (self.A * self.eta) if self.disturbance == "eps" else value
+
+    @property
+    def k2_always(self) -> float:
+        return math.nan if self.always is None else self.always.k2
+
+    @property
+    def starts_width(self) -> float:
+        return math.nan if self.always is None else self.always.starts_width
 
     @property
     def velocity(self) -> float:
@@ -229,6 +252,7 @@ def limit(
         `kept_at` is the curve behind it: whether the criterion holds, for each value tried.
         `last_kept` is the largest value at which the criterion holds together with its lower neighbour, and
         `share_kept` the share of the values between `k2` and `last_kept` at which it holds, 0 to 1.
+        `k2_always` is the largest value found at which it holds for all times, starts and phases of the disturbance.
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
         `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
@@ -300,8 +324,10 @@ class _Problem:
     lost, kept : the least value found to be lost and the largest value kept below it, with the motions at these values.
     """
 
-    def __init__(self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion) -> None:
-        self.index, self.base = index, base
+    def __init__(
+        self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion, always: Always | None = None
+    ) -> None:
+        self.index, self.base, self.always = index, base, always
         self.kept: tuple[float, Motion | None] = (0.0, None)
         self.lost: tuple[float, Motion | None] = (math.inf, None)
         self._search, self._wanted = search, wanted
@@ -393,10 +419,20 @@ class LimitSearch:
                 how = bad("periods", periods, f"{enough} at A = {self.plan.arguments(index)['A']:g})")
                 yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
             else:
-                begun.append(_Problem(index, base, search_band(GRIDS[self.plan.sought], ahead), self.wanted))
+                always = self._always(index, base)
+                begin = None if always is None else BELOW_ALWAYS * always.k2
+                search = search_band(GRIDS[self.plan.sought], ahead, begin)
+                begun.append(_Problem(index, base, search, self.wanted, always))
         active += begun
         for problem in begun:
             problem.begin()
+
+    def _always(self, index: int, base: ReferenceOrbit) -> Always | None:
+        """Return the limit of an orbit for all times, where it is defined."""
+        plan, s = self.plan, self.plan.settings
+        if plan.sought != "eps" or s.method != Method.CERTIFIED or self.wanted.names != (IMPACTS,) or not base.cycle:
+            return None
+        return find_always(plan.rows(np.array([index]))[0], base.cycle, s, self.threads, self.halt)
 
     def _advanced(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
         """Compute what the searches request. Remove those that end, and yield (number of the point, Limit) for each."""
@@ -423,7 +459,7 @@ class LimitSearch:
 
     def _explained(self, problem: _Problem, band: Band) -> Limit:
         """Return the limit of a search that has ended."""
-        numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n}
+        numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n, "always": problem.always}
         del numbers["lost"]
         if (motion := problem.lost[1]) is None:
             how: dict[str, Any] = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}

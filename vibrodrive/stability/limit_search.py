@@ -73,17 +73,22 @@ def share_kept(kept_at: Mapping[float, bool]) -> np.ndarray:
     return np.convolve(around, np.ones(2 * NEAR + 1), "valid") / (2 * NEAR + 1)
 
 
-def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1) -> BandSearch:
+def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float | None = None) -> BandSearch:
     """Yield disturbances, receive True for each that is kept, and return the band when both ends are known.
 
     The search requests together those values that it will probably need: until a value is lost the next `ahead()`
     values of the grid, and then so many of a round of bisection. So a search can fill the lanes of a kernel that other
     searches leave empty. This changes the number of requests, and not the result.
+
+    The first value tried is the largest one of the grid up to `begin`, below which all values should be kept; by
+    default it is value 0. If it is lost, smaller values are tried.
     """
     value = grid.value
     known: dict[float, bool] = {}
-    first = 0
-    while not (yield from _ask(known, [value(first)], _up_to(grid, 1, ahead() - 1) if first == 0 else []))[0]:
+    first = begun = 0 if begin is None else _index(grid, begin)
+    while not (
+        yield from _ask(known, [value(first)], _up_to(grid, begun + 1, begun + ahead() - 1) if first == begun else [])
+    )[0]:
         if value(first) <= grid.floor:
             return Band(value(first), 0.0, 0.0, 0.0, value(first), 0.0, {value(first): False})
         first -= 2 * grid.decade
@@ -130,6 +135,16 @@ def _ask(
         values = [x for x in dict.fromkeys([*needed, *likely]) if x not in known]
         known.update(zip(values, map(bool, (yield np.array(values))), strict=True))
     return [known[x] for x in needed]
+
+
+def _index(grid: Grid, most: float) -> int:
+    """Return the number of the largest value of a grid that is at most `most`, or of its smallest value."""
+    k = 0
+    while grid.value(k + 1) <= most:
+        k += 1
+    while grid.value(k) > max(most, grid.floor):
+        k -= 1
+    return k
 
 
 def _up_to(grid: Grid, start: int, stop: int) -> list[float]:
