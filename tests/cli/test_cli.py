@@ -137,7 +137,7 @@ REFUSED = [
     (["trajectory", "small.toml"], ["sweep.A", "40 values", "one number"]),
     (["trajectory", "small.toml", *ONE, "-o", "t.doc"], ["--output = 't.doc'", ".csv", ".png, .pdf, .svg"]),
     (["trajectory", "small.toml", *ONE, "-o", "t.png", "-o", "u.svg"], ["'u.svg'", "at most one of each"]),
-    (["orbits", "small.toml"], ["axes = A, eps", "A only, or A and B"]),
+    (["orbits", "small.toml"], ["axes = A, eps: must be one of A, a0, omega0, frequency, alone or with one of B"]),
     (["orbits", "small.toml", "--set", "eps=0", "-o", "o.h5"], ["--output = 'o.h5'", "a table (.csv)"]),
     (["sweep", "small.toml", "--set", "record=limit"], ["eps", "left out, because its limit is computed"]),
     (["sweep", "small.toml", "--set", "record=failures"], ["method = 'certified'", 'with record = "failures"']),

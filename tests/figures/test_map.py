@@ -399,6 +399,20 @@ def test_limit_is_a_line_over_the_map(disturbed):
         assert any("k_2" in text for text in key(fig))
 
 
+def test_lines_over_a_map_of_a_scene_are_in_its_units():
+    """A limit over a0 is placed in mm like the map. On the level no coefficient of friction gives a bifurcation."""
+    machine = {"frequency": 24.0, "mu": 0.6, "alpha": 3.4, "a0": [0.5e-3, 1e-3]}
+    plan = make_plan({**machine, "eps": [1e-6, 1e-4], "eta": 101.0, "record": "summary"})
+    swept, found = Results.collect(plan, fake.run_blocks(plan)), limits_over([1e-5, 2e-5], **machine)
+    for x, order in (("a0", slice(None)), ("eps", slice(None, None, -1))):
+        line = map_figure(swept, "gaps", x=x, over=found).axes[0].lines[-1]
+        assert line.get_xydata()[:, order] == pytest.approx(np.array([[0.5, 1e-5], [1.0, 2e-5]]))
+    level = [Exact("stick", 1, 1, 1.862, 0.0)]
+    assert not map_figure(scene("mu", "A"), over=level).axes[0].lines
+    (line,) = {line.get_xydata().tobytes() for line in map_figure(scene("alpha", "A"), over=level).axes[0].lines}
+    assert np.frombuffer(line).tolist() == [0.0, 1.862]
+
+
 @pytest.mark.parametrize(
     ("x", "over", "told"),
     [

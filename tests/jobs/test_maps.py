@@ -17,7 +17,6 @@ from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.plane import Exact, read_lines
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jobs.maps import undisturbed_gaps
-from vibrodrive.jobs.orbits import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.stability.criterion import parse_criterion
@@ -82,7 +81,8 @@ def test_only_limits_and_bifurcations_are_drawn_over_a_map(tmp_path):
     fake.write(tmp_path / "limits.h5", "[sweep]\nA = [2.5, 2.8]\n[run]\nrecord = 'limit'\n")
     fake.write(tmp_path / "summary.h5", "[sweep]\nA = [2.5, 2.8]\n[run]\nrecord = 'summary'\nperiods = 1\n")
     orbit, fold = "stable orbit,2.5,0.1,1,1,-0.9,,,0.56,1.3,UP", "fold,3.19,0.1,3,2,,,,0.5,1.1,UP"
-    (tmp_path / "orbits.csv").write_text("\n".join([",".join(COLUMNS), orbit, fold]))
+    names = "kind,A,B,period,impacts,multiplier,multiplier_below,multiplier_above,phase,speed,word"
+    (tmp_path / "orbits.csv").write_text("\n".join([names, orbit, fold]))
     (tmp_path / "other.csv").write_text("A,B\n2.5,0.1\n")
     limits, bifurcation = read_lines([tmp_path / "limits.h5", tmp_path / "orbits.csv"])
     assert limits.k2.shape == (2,)

@@ -6,8 +6,9 @@ import pytest
 import vibrodrive as vd
 from vibrodrive.figures.orbits import bifurcation_diagram, cobweb
 from vibrodrive.figures.plane import Exact, read_lines
-from vibrodrive.jobs.orbits import COLUMNS, check, find, printed, rows
+from vibrodrive.jobs.orbits import check, columns, drawn, find, printed, rows
 from vibrodrive.model.config import parse
+from vibrodrive.model.names import NAMES
 from vibrodrive.periodic.family import Family, family, section
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import orbits
@@ -32,7 +33,7 @@ def test_every_bifurcation_is_printed(found):
 
 
 def test_table_holds_every_orbit_and_bifurcation(found, tmp_path):
-    write_table(tmp_path / "o.csv", COLUMNS, rows(found))
+    write_table(tmp_path / "o.csv", columns(found), rows(found))
     there = read_table(tmp_path / "o.csv")
     assert set(A) <= {float(row["A"]) for row in there}
     expected = [
@@ -83,6 +84,88 @@ def test_figures_show_branches_marks_and_cobweb():
     phase, image = cobweb(3.2, 0.1, orbits(3.2, 0.1, 4)[-1]).axes[0].lines[-1].get_data()
     assert len(phase) == 3
     assert image == pytest.approx(ImpactMap(3.2)(phase).phase, abs=1e-9)
+
+
+MACHINE = {"a0": 0.8e-3, "frequency": 24.0, "mu": 0.6, "alpha": 3.4}
+SPANS = {"A": (2.5, 2.7), "a0": (0.64e-3, 0.7e-3), "omega0": (132.0, 140.0), "frequency": (21.0, 22.3)}
+
+
+def of_machine(x, *options, along=""):
+    """Return a configuration of the machine over the axis x and, with `along`, a further axis of two values."""
+    away = {"A": {"a0"}, "a0": {"a0"}}.get(x, {"frequency"}) | {along.partition(" ")[0]}
+    fixed = [f"{name} = {value}" for name, value in MACHINE.items() if name not in away]
+    low, high = SPANS[x]
+    axes = [f"{x} = {{start = {low}, stop = {high}, num = 4}}", along]
+    short = ["[run]", "transient = 100", "periods = 4", "section_phase = 2.0", "[orbits]", "max_period = 2"]
+    return parse("\n".join(["[physical]", *fixed, "[sweep]", *axes, *short]), options)
+
+
+@pytest.mark.parametrize("x", SPANS)
+def test_orbits_of_a_machine_have_its_quantities_and_units(x, tmp_path):
+    """The table, the lines and the figure are over the axis of the machine, and speeds are in m/s."""
+    config = of_machine(x)
+    found = find(*check(config))
+    write_table(tmp_path / "o.csv", columns(found), rows(found))
+    there = read_table(tmp_path / "o.csv")
+    values = np.linspace(*SPANS[x], 4).tolist()
+    given = {name: value for name, value in MACHINE.items() if name != ("a0" if x in "a0 A" else "frequency")}
+    assert set(values) <= {float(row[x]) for row in there}, "exactly the values of the axis"
+    for row in there:
+        A = {"A": float(row["A"])} if x == "A" else {}
+        machine = vd.Scene.quiet(**({"a0": 1.0} | given if A else given | {x: float(row[x])}))
+        assert (float(row["A"]), float(row["B"])) == pytest.approx((A.get("A", machine.A), machine.B), rel=1e-13)
+        if row["kind"] == "superstable orbit":
+            (orbit,) = (o for o in orbits(float(row["A"]), float(row["B"]), 2) if o.kind == "superstable")
+            assert float(row["speed_m_per_s"]) == pytest.approx(machine.velocity(orbit.speeds[0]), rel=1e-9)
+    marks = [float(row[x]) for row in there if "orbit" not in row["kind"]]
+    assert marks
+    lines = printed(found).splitlines()
+    assert lines[0].split()[: 1 + (x != "A")] == [x, "A"][: 1 + (x != "A")]
+    assert [float(line.split()[0]) for line in lines[1:-1]] == pytest.approx(marks, abs=1e-13)
+    figure = drawn(found)
+    ax, scale = figure.axes[0], NAMES[x].scale
+    points, *drawn_lines = ax.lines
+    assert ax.get_xlabel().endswith({"a0": "mm", "omega0": "rad/s", "frequency": "Hz"}.get(x, "$A$"))
+    assert ax.get_ylabel() == "velocity dx/dt in m/s"
+    assert ax.get_xlim() == pytest.approx(scale * np.array(SPANS[x]))
+    swept = vd.sweep(**config.arguments)
+    assert points.get_ydata() == pytest.approx(swept.to_xarray().section_dxi.values.ravel(), nan_ok=True)
+    stable = [line for line in drawn_lines if line.get_linestyle() == "-"]
+    for place, dxi in points.get_xydata()[[0, -1]]:
+        assert min(abs(np.interp(place, *line.get_data()) - dxi) for line in stable) < 1e-6
+    seen = np.concatenate([line.get_xdata() for line in drawn_lines if line.get_marker() != "None"])
+    assert {round(place, 9) for place in seen} <= {round(scale * mark, 9) for mark in marks}
+    plain = find(*check(of_machine(x, "figure.units=dimensionless")))
+    assert columns(plain) == [name.removesuffix("_m_per_s") for name in columns(found)]
+    assert drawn(plain).axes[0].get_ylabel().startswith("velocity $")
+
+
+@pytest.mark.parametrize(("x", "along"), [("A", "mu"), ("frequency", "mu"), ("a0", "alpha")])
+def test_bifurcations_of_machines_are_lines_over_both_axes(x, along):
+    values = [0.98 * MACHINE[along], MACHINE[along]]
+    found = find(*check(of_machine(x, along=f"{along} = {values}")))
+    assert printed(found).splitlines()[-1].endswith(f" at 2 values of {along}")
+    names = columns(found)
+    table = [dict(zip(names, row, strict=True)) for row in rows(found)]
+    assert {row[along] for row in table} == {*values}
+    ax = drawn(found).axes[0]
+    ends = {
+        (round(place, 9), round(up, 9)) for line in ax.lines for place, up in line.get_xydata() if len(line.get_xdata())
+    }
+    assert ends == {(round(NAMES[x].scale * row[x], 9), round(row[along], 9)) for row in table}
+    assert "a_0" in ax.get_title(loc="right") or x in ("A", "a0")
+
+
+@pytest.mark.parametrize(
+    "axes", ["mu = [0.5, 0.6]", "frequency = [20, 24]\na0 = [1e-4, 2e-4]", "A = [2, 3]\neps = [0, 1]"]
+)
+def test_axes_that_do_not_give_one_A_are_refused(axes):
+    given = "frequency = 24.0\n" * ("frequency" not in axes) + "a0 = 8e-4\n" * ("a0" not in axes and "A =" not in axes)
+    scene = f"[physical]\n{given}" + "mu = 0.6\n" * ("mu" not in axes) + "alpha = 3.4\n"
+    with pytest.raises(
+        ValueError, match=r"^axes = .*: must be one of A, a0, omega0, frequency, alone or with one of B, m"
+    ):
+        check(parse(f"{scene}[sweep]\n{axes}\n"))
 
 
 def test_orbits_on_the_level():

@@ -208,13 +208,16 @@ OPTIONS = [
 
 NAMES = ", ".join(inspect.signature(vd.simulate).parameters)
 
+OF_ORBITS = "must be one of A, a0, omega0, frequency, alone or with one of B, mu, alpha"
+
 CALLS = [
     (lambda: vd.simulate(3.0, 0.1), "arguments without a name = (3.0, 0.1): must be at most 1 (A); …"),
     (lambda: vd.sweep([3.0]), "arguments without a name = ([3.0],): must be none; give each by name, such as A = …"),
     (lambda: vd.simulate(transiant=3), f"argument = 'transiant': must be one of {NAMES}. Did you mean transient?"),
     (lambda: vd.limit(3.0, bogus=3), "argument = 'bogus': must be one of A, disturbance, …, threads"),
     (lambda: vd.sweep(B=0.1), f"A is missing: must be given, {NUMBERS[8:]}"),
-    (lambda: vd.impact_map(a0=1e-3), "argument = 'a0': must be given by a scene, as scene = vd.Scene(a0=…, …)"),
+    (lambda: vd.impact_map(a0=1e-3), "omega0 is missing: must be given, because a scene needs …"),
+    (lambda: vd.plot.cobweb(a0=1e-3), "argument = 'a0': must be given by a scene, as scene = vd.Scene(a0=…, …)"),
     (lambda: vd.simulate(IN_SI), "A = Scene(a0=…: must be given by name, as scene=…"),
     (lambda: vd.sweep(A=3, B=IN_SI), "B = Scene(a0=…: must be given by name, as scene=…"),
     (lambda: vd.simulate(A=[3.0, 3.1]), "A = array of length 2: must be one number (for an axis use `sweep`)"),
@@ -256,7 +259,8 @@ CALLS = [
     (lambda: vd.bifurcations(scene=IN_SI), "range = none: must be one of a0, omega0, frequency as a range …"),
     (lambda: vd.bifurcations(scene=IN_SI, a0=(1, 2), omega0=(8, 9)), "range = a0, omega0: must be one of a0, …"),
     (lambda: vd.bifurcations(scene=IN_SI, frequency=(24, 20)), "frequency = (24, 20): must be two numbers in asc…"),
-    (lambda: vd.bifurcations(scene=IN_SI, a0=(1, 2), mu=[0.5, 1]), "mu = array of length 2: must be one number"),
+    (lambda: vd.bifurcations(scene=IN_SI, a0=(1, 2), mass=[5, 6]), f"axes = a0, mass: {OF_ORBITS}"),
+    (lambda: vd.bifurcations(scene=IN_SI, a0=(1, 2), mu=[1], alpha=[1]), f"axes = a0, mu, alpha: {OF_ORBITS}"),
     (lambda: vd.bifurcations(scene=IN_SI, A=(2, 3)), f"A = (2.0, 3.0): {FROM_SCENE}"),
     (lambda: vd.bifurcations(scene=IN_SI, a0=(1e-3, 2e-3), B=0.2), f"B = 0.2: {FROM_SCENE}"),
     (lambda: vd.load("x.h5", kind="limits"), "argument = 'kind': must be one of path"),

@@ -246,6 +246,19 @@ def test_bifurcations_of_a_machine_are_those_of_its_A(name):
         assert [b.scene.a0 for b in over] == pytest.approx([b.scene.a0 for b in found], rel=1e-12)
 
 
+@pytest.mark.parametrize("along", ["mu", "alpha"])
+def test_bifurcations_at_several_inclines_are_those_at_each(along):
+    """The range of A depends on friction, so that each incline has a range of its own, also for an A without an a0."""
+    values = [0.95 * getattr(MACHINE, along), getattr(MACHINE, along)]
+    for scene, span in ((MACHINE, {"frequency": (21.0, 22.5)}), (replace(MACHINE, a0=0.0), {"A": (2.4, 2.65)})):
+        found = bifurcations(scene=scene, **span, **{along: values}, max_period=1)
+        wanted = [b for v in values for b in bifurcations(scene=scene, **span, **{along: v}, max_period=1)]
+        assert [(b.A, b.B, b.kind, b.scene) for b in found] == [(b.A, b.B, b.kind, b.scene) for b in wanted]
+        assert {getattr(b.scene, along) for b in found} == {*values}
+        for b in found:
+            assert (b.scene.A, b.scene.B) == pytest.approx((b.A, b.B), rel=1e-14)
+
+
 def test_silent_units_of_a_range_are_named():
     with pytest.warns(UserWarning, match="the mass cannot leave the obstacle, .* frequency in Hz"):
         assert bifurcations(scene=MACHINE, frequency=(0.02, 0.024)) == []

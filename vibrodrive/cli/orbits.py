@@ -18,12 +18,13 @@ from vibrodrive.store.place import check_figure
 def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) -> None:
     """Find all periodic orbits over A, and their bifurcations.
 
-    With the axis A, these are all orbits up to the period `max_period` in [orbits] (default 3), stable or not, and the
-    bifurcations at which they appear, change or disappear. With the axes A and B, these are the bifurcations at each B,
-    and `vibrodrive plot --over` draws their table over a map.
+    With the axis A, or a0, omega0 or frequency of a machine, these are all orbits up to the period `max_period` in
+    [orbits] (default 3), stable or not, and the bifurcations at which they appear, change or disappear. With a second
+    axis, B, mu or alpha, these are the bifurcations at each B, and `vibrodrive plot --over` draws their table over a
+    map.
 
-    Output: the bifurcations on stdout; the figure, which is the bifurcation diagram or the plane of A and B; and, with
-    -o FILE.csv, a table of all orbits and bifurcations.
+    Output: the bifurcations on stdout; the figure, which is the bifurcation diagram or the plane of both axes; and,
+    with -o FILE.csv, a table of all orbits and bifurcations. With [physical] speeds are in m/s.
     """
     settings = common.read(config, overrides)
     common.judge_idle(settings)
@@ -32,7 +33,7 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     if picture:
         check_figure(picture, {"configuration": config})
     from vibrodrive.figures.style import save
-    from vibrodrive.jobs.orbits import COLUMNS, check, drawn, find, printed, rows
+    from vibrodrive.jobs.orbits import check, columns, drawn, find, printed, rows
     from vibrodrive.store.tables import write_table
 
     with common.working(config.stem):
@@ -40,7 +41,7 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
         figure = drawn(found, **settings.look) if picture else None
     click.echo(printed(found))
     if table:
-        write_table(table, COLUMNS, rows(found))
+        write_table(table, columns(found), rows(found))
         common.say(f"{table} written")
     if figure and picture:
         save(figure, picture)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,13 @@ from matplotlib.lines import Line2D
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.sections import full_range
 from vibrodrive.figures.sheet import documented, drawn_on
-from vibrodrive.figures.texts import conditions, equation, of_sweep
+from vibrodrive.figures.texts import as_shown, conditions, equation, of_sweep
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width
+from vibrodrive.model.keywords import as_written
+from vibrodrive.model.physical import Scene, amplitude_axis, measure
+from vibrodrive.model.plan import plan_motion
+from vibrodrive.model.quantities import QUANTITIES
 from vibrodrive.model.results import Results
 from vibrodrive.periodic.family import Family, section, traces
 from vibrodrive.periodic.impact_map import ImpactMap
@@ -29,21 +34,26 @@ CURVE_POINTS = 400
 
 
 def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
-    """Draw ξ' at the section over A for every orbit, stable ones as solid and unstable ones as dashed lines, with the
-    bifurcations as marks. The simulated motions `brute`, a sweep over A, are grey points below them and give the phase
-    of the section."""
-    phase = brute.scalars["section_phase"]
+    """Draw ξ' at the section for every orbit, stable ones as solid and unstable ones as dashed lines, with the
+    bifurcations as marks. The simulated motions `brute` are grey points below them: a sweep over an axis that gives A,
+    which is the abscissa. They give the phase of the section, and the units."""
+    ((x, swept),) = brute.axes.items()
+    phase, unit = brute.scalars["section_phase"], brute.measure("dxi")
+
+    def place(A: Any) -> Any:
+        return as_shown(x, amplitude_axis(x, A, brute.scalars))
 
     def values(orbit: Orbit) -> np.ndarray:
-        return section(orbit, phase)[:, 1]
+        known = {**brute.scalars, x: amplitude_axis(x, orbit.A, brute.scalars)}
+        return measure(QUANTITIES["dxi"], known, unit.si == "1").shown_of(section(orbit, phase)[:, 1])
 
     with drawn_on(**look) as sheet:
         fig, axes = sheet.new(height=4.5)
         ax = axes[0, 0]
-        there = np.asarray(brute.section)[..., 1]
+        there = unit.shown_of(np.asarray(brute.section)[..., 1])
         dots: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0, "color": sheet.look.support}
         ax.plot(
-            np.repeat(brute.axes["A"], there.shape[-1]), there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots
+            np.repeat(as_shown(x, swept), there.shape[-1]), there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots
         )
         seen = [there]
         for branch in found.branches():
@@ -51,10 +61,13 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
             if branch.unstable:
                 drawn = {"color": sheet.look.other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
             seen.append(traces(branch, values))
-            ax.plot(branch.A, seen[-1], zorder=2, **drawn)
+            ax.plot(place(branch.A), seen[-1], zorder=2, **drawn)
         for name, kind in BIFURCATIONS.items():
             points = [
-                (b.A, y) for b in found.bifurcations if b.kind == name and len(b.orbit.phases) for y in values(b.orbit)
+                (place(b.A), y)
+                for b in found.bifurcations
+                if b.kind == name and len(b.orbit.phases)
+                for y in values(b.orbit)
             ]
             if points:
                 mark: dict[str, Any] = {
@@ -64,19 +77,24 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
                     "mew": 0.7,
                 }
                 ax.plot(*zip(*points, strict=True), kind.marker, **mark, label=kind.label, zorder=3)
-        ax.set(xlim=(found.A[0], found.A[-1]), ylim=full_range(seen, 0.05))
-        sheet.name(ax, "A", "dxi")
-        known = {n: value for n, value in of_sweep(brute).items() if n not in ("A", "eps", "method")}
+        ax.set(xlim=place(found.A[[0, -1]]), ylim=full_range(seen, 0.05))
+        sheet.name(ax, x, None)
+        sheet.name_quantities(ax, brute, None, "dxi")
+        known = {n: value for n, value in of_sweep(brute).items() if n not in (x, "eps", "method")}
         sheet.note(ax, [f"orbits up to {found.max_period} periods", *conditions(known)])
         sheet.explain(fig, [Line2D([], [], ms=5, label="simulated", **dots)])
         return fig
 
 
+@as_written
 @documented
 def cobweb(
-    A: float,
+    written: Mapping[str, Any],
+    /,
+    A: float | None = None,
     B: float = 0.1,
     orbit: Orbit | None = None,
+    scene: Scene | None = None,
     *,
     ax: Any = None,
     style: Style | None = None,
@@ -88,12 +106,14 @@ def cobweb(
     Parameters
     ----------
     A : float
-        excitation amplitude, dimensionless.
+        excitation amplitude, dimensionless. Required without a scene.
     B : float
         tan α / μ, dimensionless.
     orbit : Orbit, optional
         orbit from `vd.orbits` at the same A and B; without it there is no cobweb. The cobweb of an orbit with one
         impact is a point.
+    scene : Scene, optional
+        machine in SI units, which gives A and B, as in `simulate`.
 
     Raises
     ------
@@ -108,7 +128,8 @@ def cobweb(
     >>> figure.axes[0].get_legend_handles_labels()[1][-2:]
     ['cobweb of an orbit', 'impacts of the orbit']
     """
-    system = ImpactMap(A, B)
+    plan = plan_motion(written)
+    system = ImpactMap(plan.scalars["A"], plan.scalars["B"])
     with drawn_on(ax, style, width, notes) as sheet:
         fig, axes = sheet.new(height=4.6, width=4.8)
         ax = axes[0, 0]
@@ -137,6 +158,6 @@ def cobweb(
             )
         ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
         sheet.label(ax, r"$\varphi_i$", r"$\varphi_{i+1}$", upright=16.0)
-        sheet.note(ax, [equation("A", A), equation("B", B)])
+        sheet.note(ax, [equation("A", system.A), equation("B", system.B)])
         sheet.explain(fig)
         return fig

@@ -15,21 +15,22 @@ from matplotlib.transforms import Bbox
 
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.sheet import Sheet, drawn_on
-from vibrodrive.figures.texts import as_shown
+from vibrodrive.figures.texts import as_shown, conditions
 from vibrodrive.model.bifurcations import BIFURCATIONS, BifurcationKind
+from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.physical import AMPLITUDES, amplitude_axis, incline_axis, with_A_and_B
+from vibrodrive.model.physical import AMPLITUDES, INCLINES, amplitude_axis, incline_axis, with_A_and_B
 from vibrodrive.model.results import Results
 from vibrodrive.store.tables import ENDING, read_table
 
 if TYPE_CHECKING:
+    from vibrodrive.model.plan import Plan
     from vibrodrive.periodic.bifurcations import Bifurcation
 
 LIMIT = BifurcationKind("limit $k_2$: the least disturbance that breaks the structure", "", "-", 1.4, INK, INK)
 HALO = 0.7
 NUMBERED = "numbers on lines: period of the orbit"
 PLACES = (0.62, 0.5, 0.74, 0.38, 0.86)  # shares of the visible length of a curve at which its period is written
-INCLINES = ("B", "mu", "alpha")  # axes that determine B
 POINTS = 400
 SAME = 1e-12  # largest relative difference of two parameters that count as equal
 STEEPEST = 16.0  # largest change of A, in units of the change of B, between joined bifurcations
@@ -136,20 +137,20 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
     ax.text(left, up, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
-def plane_figure(found: Sequence[Bifurcation], max_period: int, **look: Any) -> Figure:
-    """Draw bifurcations at several values of B as lines in the plane of A and B, each with the period of its orbit."""
-    exact = [Exact.of(one) for one in found]
+def plane_figure(found: Sequence[Bifurcation], plan: Plan, max_period: int, **look: Any) -> Figure:
+    """Draw bifurcations over the two axes of a plan as lines, each with the period of its orbit."""
+    x, y = sorted(plan.axes, key=lambda name: name in INCLINES)
+    lines = placed([Exact.of(one) for one in found], plan, x, y)
     with drawn_on(**look) as sheet:
         fig, axes = sheet.new(height=4.6)
         ax = axes[0, 0]
-        if exact:
-            A, B = zip(*((one.A, one.B) for one in exact), strict=True)
-            ax.set(xlim=(min(A), max(A)), ylim=(min(B), max(B)))
-        draw_lines(
-            sheet, ax, [Line(o[0].kind, o[0].period, *np.array([(e.A, e.B) for e in o]).T) for o in joined(exact)]
-        )
-        sheet.name(ax, "A", "B")
-        sheet.note(ax, f"{NUMBERED}, up to {max_period}")
+        if lines:
+            across, up = (np.concatenate([line[k] for line in lines]) for k in (2, 3))
+            ax.set(xlim=(across.min(), across.max()), ylim=(up.min(), up.max()))
+        draw_lines(sheet, ax, lines)
+        sheet.name(ax, x, y)
+        machine = {name: value for name, value in plan.scalars.items() if name in SCENE}
+        sheet.note(ax, [*conditions(machine, section=False), f"{NUMBERED}, up to {max_period}"])
         sheet.explain(fig)
     return fig
 
@@ -178,7 +179,7 @@ def _placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list
     along = x if up == y else y
     known, values = _shared(results, x, y), results.axes[along]
     if along in INCLINES:
-        lines = joined([one for one in found if one.B > 0.0 or along == "B"])  # at B = 0, μ is infinite
+        lines = joined([one for one in found if one.B > 0.0 or along != "mu"])  # at B = 0, μ is infinite
         places = [(line[0], *np.array([(one.A, one.B) for one in line]).T) for line in lines]
         pieces = [(one, A, incline_axis(along, B, known)) for one, A, B in places]
     else:
@@ -188,7 +189,7 @@ def _placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list
     for one, A, values in pieces:
         drawn = {up: as_shown(up, amplitude_axis(up, A, known | {along: values})), along: as_shown(along, values)}
         shown.append(Line(one.kind, one.period, drawn[x], drawn[y]))
-    return shown or _refuse_other(known["B"])
+    return shown if shown or along in INCLINES else _refuse_other(known["B"])
 
 
 def upright(
@@ -267,5 +268,6 @@ def _limit(found: Results, results: Any, x: str, y: str | None) -> Line:
             raise ValueError(
                 f"limits for {name} = {value:g}: must be for {name} = {shared[name]:g}, the value of the map"
             )
-    k2, along = np.where(np.isfinite(found.k2) & (found.k2 > 0), found.k2, np.nan), found.axes[other]
+    k2 = np.where(np.isfinite(found.k2) & (found.k2 > 0), found.k2, np.nan)
+    along = as_shown(other, found.axes[other])
     return Line("", 0, *((along, k2) if x == other else (k2, along)))

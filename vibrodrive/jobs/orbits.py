@@ -1,6 +1,7 @@
 """`vibrodrive orbits CONFIG`: all periodic orbits over A and their bifurcations, as a table and as a figure.
 
-With several values of B only the bifurcations are found; `plot --over` draws their table over a map.
+The amplitude or the frequency of a machine may be the axis in place of A. With several values of B, or of a quantity
+that gives B, only the bifurcations are found; `plot --over` draws their table over a map.
 """
 
 from __future__ import annotations
@@ -20,40 +21,45 @@ from vibrodrive.figures.plane import plane_figure
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
 from vibrodrive.model.described import counted
-from vibrodrive.model.parameters import bad, bad_axes
+from vibrodrive.model.drawing import DIMENSIONLESS
+from vibrodrive.model.names import SCENE
+from vibrodrive.model.parameters import bad
+from vibrodrive.model.physical import INCLINES, UNITS, column, has_units
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SECTION
-from vibrodrive.periodic.bifurcations import Bifurcation, bifurcations
+from vibrodrive.periodic.bifurcations import Bifurcation, ways
 from vibrodrive.periodic.family import Family, family
-from vibrodrive.periodic.search import check_period
+from vibrodrive.periodic.search import Orbit, check_period
 
 MAX_PERIOD = 3  # default of the longest period of orbits, in excitation periods
 
-COLUMNS = (
-    "kind", "A", "B", "period", "impacts", "multiplier", "multiplier_below", "multiplier_above", "phase", "speed",
-    "word",
-)  # fmt: skip
-"""Columns of the table: an orbit at one A has `multiplier`, a bifurcation the multipliers below and above it. `phase`
-and `speed` are those of the first impact."""
-
 
 class Found(NamedTuple):
-    """Result of a search: the orbits at the values of A, or None with several values of B, and the bifurcations."""
+    """Result of a search: the orbits at the values of A, or None with several values of B, and the bifurcations.
+
+    si : True if there is a scene, and its quantities are shown in SI units.
+    """
 
     plan: Plan
     max_period: int
+    si: bool
     family: Family | None
     bifurcations: list[Bifurcation]
 
+    @property
+    def varied(self) -> list[str]:
+        """The quantities of the scene that vary."""
+        return [name for name in self.plan.axes if name in SCENE]
 
-def check(config: Config) -> tuple[Plan, int]:
-    """Return the plan and the longest period of a search.
 
-    Raises ValueError for axes other than A, or A and B, for a disturbance, and for a method other than `certified`.
+def check(config: Config) -> tuple[Plan, int, bool]:
+    """Return the plan and the longest period of a search, and whether its results are in SI units.
+
+    Raises ValueError for axes that do not give A, or A and B, for a disturbance, and for a method other than
+    `certified`.
     """
     plan = config.plan()
-    if list(plan.axes) not in (["A"], ["A", "B"], ["B", "A"]):
-        raise ValueError(bad_axes(plan.axes, "A only, or A and B"))
+    ways(plan)
     for name, values in plan.axes.items():
         if len(np.unique(values)) < 2:
             raise ValueError(bad(name, values.tolist(), "at least two different values"))
@@ -61,52 +67,68 @@ def check(config: Config) -> tuple[Plan, int]:
         raise ValueError(bad("eps", plan.scalars["eps"], "0, because orbits are those of the undisturbed motion"))
     if plan.settings.method != Method.CERTIFIED:
         raise ValueError(bad("method", plan.settings.method_name, "certified"))
-    return plan, check_period("max_period", config.orbits.get("max_period", MAX_PERIOD))
+    si = has_units(plan.scalars | plan.axes) and config.figure.get("units") != DIMENSIONLESS
+    return plan, check_period("max_period", config.orbits.get("max_period", MAX_PERIOD)), si
 
 
-def find(plan: Plan, max_period: int) -> Found:
+def find(plan: Plan, max_period: int, si: bool) -> Found:
     """Find all orbits at the values of A and their bifurcations or, with several values of B, all bifurcations."""
-    A = plan.axes["A"]
-    if "B" in plan.axes:
-        found = bifurcations((A.min(), A.max()), plan.axes["B"], max_period)
-        return Found(plan, max_period, None, found)
-    there = family(A, plan.scalars["B"], max_period)
-    return Found(plan, max_period, there, there.bifurcations)
+    there = ways(plan)
+    if len(plan.axes) > 1:
+        return Found(plan, max_period, si, None, [b for way in there for b in way.bifurcations(max_period)])
+    orbits = family([*there[0].values], there[0].B, max_period, there[0].scene)
+    return Found(plan, max_period, si, orbits, orbits.bifurcations)
+
+
+def columns(found: Found) -> list[str]:
+    """Return the columns of the table: an orbit at one A has `multiplier`, a bifurcation the multipliers below and
+    above it. `phase` and `speed` are those of the first impact."""
+    sides = ["multiplier_below", "multiplier_above"]
+    speed = column("speed", UNITS["velocity"].si if found.si else "1")
+    return ["kind", *found.varied, "A", "B", "period", "impacts", "multiplier", *sides, "phase", speed, "word"]
 
 
 def rows(found: Found) -> Iterator[tuple[Any, ...]]:
     """Yield the rows of the table, in the order of A: first all orbits, then all bifurcations."""
     for orbit in (orbit for there in (found.family.orbits if found.family else []) for orbit in there):
-        first = orbit.phases[0], orbit.speeds[0]
-        yield (
-            f"{orbit.kind} orbit",
-            orbit.A,
-            orbit.B,
-            orbit.period,
-            orbit.impacts,
-            orbit.multiplier,
-            "",
-            "",
-            *first,
-            orbit.word,
-        )
+        yield f"{orbit.kind} orbit", *_at(found, orbit), orbit.multiplier, "", "", *_impact(found, orbit)
     for b in found.bifurcations:
-        o, sides = b.orbit, (b.multiplier_below, b.multiplier_above)
-        first = (o.phases[0], o.speeds[0]) if len(o.phases) else ("", "")
-        yield b.kind, b.A, b.B, o.period, o.impacts, "", *("" if math.isnan(m) else m for m in sides), *first, o.word
+        sides = ("" if math.isnan(m) else m for m in (b.multiplier_below, b.multiplier_above))
+        yield b.kind, *_at(found, b), "", *sides, *_impact(found, b.orbit)
+
+
+def _at(found: Found, one: Orbit | Bifurcation) -> tuple[Any, ...]:
+    orbit = one.orbit if isinstance(one, Bifurcation) else one
+    varied = (one.scene.given[name] for name in found.varied) if one.scene else ()
+    return *varied, one.A, one.B, orbit.period, orbit.impacts
+
+
+def _impact(found: Found, orbit: Orbit) -> tuple[Any, ...]:
+    if not orbit.impacts:
+        return "", "", orbit.word
+    speed = orbit.speeds[0]
+    return orbit.phases[0], orbit.scene.velocity(speed) if found.si and orbit.scene else speed, orbit.word
 
 
 def printed(found: Found) -> str:
     """Return a line for each bifurcation, and a line with the numbers of bifurcations and orbits."""
     several = found.family is None
-    incline = f"{'B':>18}  " if several else ""
-    lines = [f"{'A':>18}  {incline}{'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word"]
+    names = [*found.varied, "A", *(["B"] if several else [])]
+    lines = [
+        "  ".join(
+            [
+                *(f"{name:>18}" for name in names),
+                f"{'kind':<15}  {'period':>6}  {'impacts':>7}  {'multiplier below / above':<24}  word",
+            ]
+        )
+    ]
     for b in found.bifurcations:
-        at = f"{b.A:18.14f}  " + (f"{b.B:18.14f}  " if several else "")
-        lines.append(f"{at}{b.kind:<15}  {b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}")
+        at = "  ".join(f"{number:18.14f}" for number in _at(found, b)[: len(names)])
+        lines.append(f"{at}  {b.kind:<15}  {b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}")
     said = counted(len(found.bifurcations), "bifurcation")
     if found.family is None:
-        return "\n".join([*lines, f"{said} at {counted(len(found.plan.axes['B']), 'value')} of B"])
+        (along,) = (name for name in found.plan.axes if name in INCLINES)
+        return "\n".join([*lines, f"{said} at {counted(len(found.plan.axes[along]), 'value')} of {along}"])
     counts = Counter(orbit.kind for there in found.family.orbits for orbit in there)
     kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none"
     values = f"{len(found.family.A)} values of A"
@@ -114,8 +136,8 @@ def printed(found: Found) -> str:
 
 
 def drawn(found: Found, **look: Any) -> Figure:
-    """Draw the orbits over simulated motions; with several values of B the plane of A and B."""
+    """Draw the orbits over simulated motions; with several values of B the plane of both axes."""
     if found.family is None:
-        return plane_figure(found.bifurcations, found.max_period, **look)
-    simulated = collect(replace(found.plan, record=(SECTION,))).dimensionless()
-    return bifurcation_diagram(found.family, simulated, **look)
+        return plane_figure(found.bifurcations, found.plan, found.max_period, **look)
+    simulated = collect(replace(found.plan, record=(SECTION,)))
+    return bifurcation_diagram(found.family, simulated if found.si else simulated.dimensionless(), **look)

@@ -44,6 +44,7 @@ def check_scene(key: str, value: object, at: str = "") -> float:
 PACES = {"omega0", "frequency"}  # a scene has exactly one of them
 
 AMPLITUDES = ("A", "a0", "omega0", "frequency")  # names over which A varies and B does not
+INCLINES = ("B", "mu", "alpha")  # names over which B varies
 
 
 def refuse_incomplete(names: Collection[str], axes: Collection[str], table: str = "") -> None:

@@ -36,17 +36,17 @@ import numbers
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import as_written
-from vibrodrive.model.names import PARAMETERS, SCENE
-from vibrodrive.model.parameters import bad, check, real_array, real_number
-from vibrodrive.model.physical import AMPLITUDES, Scene, amplitude_axis, scene_of
-from vibrodrive.model.plan import check_at, make_plan, of_motion, refuse_axes
+from vibrodrive.model.names import SCENE
+from vibrodrive.model.parameters import bad, bad_axes, real_number
+from vibrodrive.model.physical import AMPLITUDES, INCLINES, Scene, amplitude_axis, scene_of, with_A_and_B
+from vibrodrive.model.plan import Plan, check_at, make_plan, of_motion
 from vibrodrive.model.slips import slip, warn
 from vibrodrive.model.spacing import geometric
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
@@ -133,8 +133,8 @@ def bifurcations(
     a0: float | tuple[float, float] | None = None,
     omega0: float | tuple[float, float] | None = None,
     frequency: float | tuple[float, float] | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
+    mu: float | Sequence[float] | np.ndarray | None = None,
+    alpha: float | Sequence[float] | np.ndarray | None = None,
     mass: float | None = None,
     g: float | None = None,
 ) -> list[Bifurcation]:
@@ -157,12 +157,12 @@ def bifurcations(
         A = 4.
     scene, a0, omega0, frequency, mu, alpha, mass, g : optional
         machine in SI units, or its quantities, as in `simulate`. Two floats for a0, omega0 or frequency are then the
-        range, in place of A.
+        range, in place of A, and mu or alpha may be a sequence, like B.
 
     Returns
     -------
     list of Bifurcation
-        in the order of B and, at each B, of A.
+        in the order of B (of mu or alpha) and, at each B, of A.
         `A` is the excitation amplitude at the bifurcation.
         `kind` is the kind of the bifurcation, such as "fold" or "period doubling".
         `orbit` is the orbit that ends or changes there.
@@ -196,44 +196,73 @@ def bifurcations(
     >>> round(doubling.scene.frequency, 6)
     21.985888
     """
-    (low, high), inclines, machine = _range_of(of_motion(written), A, B)
+    there = ways(_plan(of_motion(written), A, B))
     limit = check_period("max_period", max_period)
     if step is not None:
-        least = (high - low) / MOST_VALUES
+        least = max(max(way.values) - min(way.values) for way in there) / MOST_VALUES
         allowed = f"a number >= {least:.3g}, because at most {MOST_VALUES} values of A are compared"
         if not least <= real_number("step", step, allowed) < math.inf:
             raise ValueError(bad("step", step, allowed))
-    if machine(low) is not None:
-        warn(slip([(end, inclines[0], 0.0, 1.0) for end in (low, high)]))
-    found = [one for incline in inclines for one in _Search(incline, limit).between(low, high, step)]
-    return [replace(b, scene=machine(b.A), orbit=replace(b.orbit, scene=machine(b.orbit.A))) for b in found]
+    if there[0].scene(min(there[0].values)) is not None:
+        warn(slip([(A, way.B, 0.0, 1.0) for way in there for A in way.values]))
+    return [b for way in there for b in way.bifurcations(limit, step)]
 
 
-def _range_of(
-    given: Mapping[str, Any], A: Any, B: Any
-) -> tuple[tuple[float, float], list[float], Callable[[float], Scene | None]]:
-    """Return the range of A, the values of B, and a function that returns the machine at an A, or None.
+class Way(NamedTuple):
+    """Values of A at one B.
 
-    `given` are those of the arguments that give A, B and a scene.
+    values : values of the axis `over`, which gives A, by A.
+    known : with a scene, its other quantities by name.
     """
+
+    B: float
+    values: Mapping[float, float]
+    over: str
+    known: Mapping[str, Any]
+
+    def scene(self, A: float) -> Scene | None:
+        """Return the machine at an A; None without a scene."""
+        value = self.values.get(A) or amplitude_axis(self.over, A, self.known)
+        return scene_of({**self.known, self.over: value})
+
+    def bifurcations(self, limit: int, step: float | None = None) -> list[Bifurcation]:
+        """Return the bifurcations between the smallest and the largest A, with their machines."""
+        found = Search(self.B, limit).between(min(self.values), max(self.values), step)
+        return [in_scene(b, self.scene) for b in found]
+
+
+def ways(plan: Plan) -> list[Way]:
+    """Return the ways along the axis of a plan that gives A, one at each value of the axis that gives B, if any.
+
+    Raises ValueError for other axes.
+    """
+    over, along = ([name for name in plan.axes if name in names] for names in (AMPLITUDES, INCLINES))
+    if len(over) != 1 or len(along) != len(plan.axes) - 1 or len(along) > 1:
+        first, second = (", ".join(names) for names in (AMPLITUDES, INCLINES))
+        raise ValueError(bad_axes(plan.axes, f"one of {first}, alone or with one of {second}"))
+    (name,), found = over, []
+    for given in [{along[0]: value} for value in plan.axes[along[0]].tolist()] if along else [{}]:
+        known = {**plan.scalars, **given}
+        there = with_A_and_B({**known, name: plan.axes[name]})
+        values = dict(zip(there["A"].tolist(), plan.axes[name].tolist(), strict=True))
+        found.append(Way(there["B"], values, name, known))
+    return found
+
+
+def _plan(given: Mapping[str, Any], A: Any, B: Any) -> Plan:
+    """Return the plan with a range as its axis of A. `given` are those of the arguments that give A, B and a scene."""
     if not {"scene", *SCENE} & given.keys():
-        return check_range("A", A), check_axis("B", B), lambda A: None
+        return make_plan({"A": check_range("A", A), "B": B})
     over = [name for name in AMPLITUDES if name in given and not isinstance(given[name], numbers.Real)]
     if len(over) != 1:
         needed = f"one of {', '.join(AMPLITUDES[1:])} as a range (low, high), in which bifurcations are found"
         raise TypeError(f"range = {', '.join(over) or 'none'}: must be {needed}")
-    (name,) = over
-    plan = make_plan({**given, name: check_range(name, given[name])})
-    refuse_axes({other: values for other, values in plan.axes.items() if other != name})
-    (low, incline), (high, _) = plan.points(0, 2)[:, :2].tolist()
-    return (low, high), [incline], lambda A: scene_of({**plan.scalars, name: amplitude_axis(name, A, plan.scalars)})
+    return make_plan({**given, over[0]: check_range(over[0], given[over[0]])})
 
 
-def check_axis(name: str, value: Any) -> list[float]:
-    """Return one number or a sequence of numbers as a list. Raises TypeError or ValueError for invalid values."""
-    if np.ndim(value) == 0:
-        return [check(name, value)]
-    return [check(name, one) for one in real_array(name, value, PARAMETERS[name].allowed).reshape(-1).tolist()]
+def in_scene(found: Bifurcation, scene: Callable[[float], Scene | None]) -> Bifurcation:
+    """Return a bifurcation with the machine at its A."""
+    return replace(found, scene=scene(found.A), orbit=replace(found.orbit, scene=scene(found.orbit.A)))
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
@@ -263,7 +292,7 @@ def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.nd
     return np.append(near, far[1:])
 
 
-class _Search:
+class Search:
     """One search for bifurcations of orbits of up to `limit` periods at one B, and the bifurcations found so far."""
 
     def __init__(self, B: float, limit: int):

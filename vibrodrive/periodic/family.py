@@ -6,13 +6,14 @@ import itertools
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.parameters import bad, check
-from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, bifurcations
+from vibrodrive.model.physical import Scene
+from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, Search, in_scene
 from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
@@ -65,22 +66,31 @@ class Family:
                 yield Branch(self.A[places[first:last]], rows[key][first:last])
 
 
-def family(A: Sequence[float] | np.ndarray, B: float = 0.1, max_period: int = 3) -> Family:
-    """Compute all orbits at the values `A`, and close to every bifurcation between the smallest and the largest `A`."""
+def family(
+    A: Sequence[float] | np.ndarray,
+    B: float = 0.1,
+    max_period: int = 3,
+    scene: Callable[[float], Scene | None] = lambda A: None,
+) -> Family:
+    """Compute all orbits at the values `A`, and close to every bifurcation between the smallest and the largest `A`.
+
+    `scene` returns the machine at an A.
+    """
     grid = np.unique([check("A", a) for a in np.asarray(A).tolist()])
     if len(grid) < 2:
         raise ValueError(bad("A", list(A), "at least two different values"))
     low, high = float(grid[0]), float(grid[-1])
     step = max(float(np.diff(grid).max()), (high - low) / MOST_VALUES)
-    found = bifurcations((low, high), B, max_period, step=step if step < STEP * scale_of(low) else None)
+    found = Search(check("B", B), max_period).between(low, high, step if step < STEP * scale_of(low) else None)
     sides = [
         b.A + sign * d * scale_of(b.A)
         for b in found
         for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD) else ()))
         for sign in (-1, 1)
     ]
-    values = np.union1d(grid, [a for a in sides if grid[0] <= a <= grid[-1]])
-    return Family(values, B, max_period, [orbits_of(ImpactMap(a, B), max_period) for a in values.tolist()], found)
+    values = np.union1d(grid, [a for a in sides if low <= a <= high])
+    there = [[replace(o, scene=scene(a)) for o in orbits_of(ImpactMap(a, B), max_period)] for a in values.tolist()]
+    return Family(values, B, max_period, there, [in_scene(b, scene) for b in found])
 
 
 def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:
