@@ -14,6 +14,9 @@ def right() -> None:
     found: float = k.k2 + motion.margin + r.margin[0, 0, 0]
     r = vd.sweep(points={"A": A, "eps": [found] * 10}, record=["section", "summary"])
     lengths: list[int] = [*r.to_xarray().sizes.values(), len(motion.to_dataframe("impacts"))]
+    machine = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+    vd.bifurcations(scene=machine, frequency=(20, 24), mu=A)
+    vd.plot.cobweb(scene=machine, orbit=vd.orbits(frequency=20, scene=machine)[0])
     r.select("nearest", tolerance=0.1, A=lengths[0]).plot("poincare", ax=None).savefig("figure.png")
 
 

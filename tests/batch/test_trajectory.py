@@ -130,9 +130,14 @@ def test_conveying_velocity_of_the_page_is_that_of_the_description():
     (source,) = [cell for cell in cells if "def conveying(" in cell]
     names = {"np": np, "vd": vd, "__name__": "__main__"}
     exec(source, names)
-    for velocity in names["r"].to_xarray().conveying:
-        motion = vd.simulate(scene=names["machine"], frequency=float(velocity.frequency), periods=2)
-        assert float(velocity) == pytest.approx(motion.describe().rows["machine"]["conveying"], rel=1e-6)
+    found, machine = [("frequency", names["r"])], names["machine"]
+    for name, values in {"a0": [0.7e-3, 0.9e-3], "mu": [0.5, 0.6], "alpha": [3.0, 5.0]}.items():
+        given = {name: values} if name != "mu" else {"points": {name: values}}
+        found.append((name, vd.sweep(scene=machine, **given, xi0=1e5, record=names["own"], transient=200, periods=201)))
+    for name, r in found:
+        for velocity in r.to_xarray().conveying:
+            motion = vd.simulate(scene=machine, **{name: float(velocity[name])}, periods=2)
+            assert float(velocity) == pytest.approx(motion.describe().rows["machine"]["conveying"], rel=1e-6)
 
 
 @pytest.mark.jit

@@ -54,7 +54,7 @@ def test_signatures_show_every_keyword_and_its_default(function):
     assert all(p.annotation is not p.empty for p in shown.values())
 
 
-@pytest.mark.parametrize("function", [vd.orbits, vd.bifurcations], ids=lambda f: f.__name__)
+@pytest.mark.parametrize("function", [vd.orbits, vd.bifurcations, vd.impact_map], ids=lambda f: f.__name__)
 def test_every_call_takes_the_quantities_of_a_scene(function):
     shown = inspect.signature(function).parameters
     assert list(shown)[-len(SCENE) - 1 :] == ["scene", *SCENE]

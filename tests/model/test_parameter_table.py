@@ -3,11 +3,13 @@
 The tables PARAMETERS and SCENE generate these tests, so a new row is tested by being there.
 """
 
+import inspect
 import math
 
 import numpy as np
 import pytest
 
+import vibrodrive as vd
 from vibrodrive.model.choices import ACTS_ON
 from vibrodrive.model.config import parse
 from vibrodrive.model.names import AXES, PARAMETERS, SCENE, SCENE_AXES, TURN
@@ -107,6 +109,71 @@ def test_each_way_to_give_a_parameter_has_the_same_units(name):
         assert results.select(**{next(iter(results.axes)): results.axes[next(iter(results.axes))][1]}).scalars[
             name
         ] == pytest.approx(values_of(name)[1])
+
+
+SHORT = {"transient": 10, "periods": 6}
+CALLS = {
+    vd.simulate: (lambda motion: tuple(motion.arguments[column] for column in COLUMNS), SHORT),
+    vd.limit: (lambda found: (found.A, found.B, found.k2, found.scene), SHORT),
+    vd.orbits: (lambda found: [(one.A, one.B, one.scene) for one in found], {}),
+    vd.impact_map: (lambda found: (found.A, found.B), {}),
+    vd.plot.cobweb: (lambda figure: figure.axes[0].get_title(loc="right"), {}),
+}
+"""What each call of one motion computes from its parameters, and arguments that make it short."""
+
+GENTLE = MACHINE | {"a0": 0.4e-3}  # at this amplitude a limit is found in short motions
+
+
+def called(function, **given):
+    """Return what a call computes from the arguments that it has."""
+    told, short = CALLS[function]
+    known = inspect.signature(function).parameters
+    return told(function(**{key: value for key, value in (short | given).items() if key in known}))
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", SCENE)
+@pytest.mark.parametrize("function", CALLS, ids=lambda f: f.__name__)
+def test_each_call_takes_a_machine_as_a_scene_and_by_its_quantities(function, name):
+    """All ways to give a quantity of the scene give the same result, that of the A and B of the scene."""
+    given = {key: value for key, value in GENTLE.items() if (key, name) != ("omega0", "frequency")}
+    given |= {"frequency": 24.0} if name == "frequency" else {}
+    scene = Scene(**given)
+    other = Scene(**given | {name: 1.01 * given[name]})
+    found = called(function, scene=scene)
+    assert found != called(function, scene=other) or (name == "mass" and function is not vd.orbits)
+    if name in inspect.signature(function).parameters:
+        assert called(function, **given) == called(function, scene=other, **{name: given[name]}) == found
+        with pytest.raises(TypeError, match=rf"^{name} = .*: must be "):
+            function(scene=other, **{name: [given[name]]})
+    plain = called(function, A=scene.A, B=scene.B)
+    if function in (vd.impact_map, vd.plot.cobweb, vd.simulate):
+        assert found == plain
+    level = {key: value for key, value in given.items() if key != "a0"} | {"A": scene.A}
+    if "a0" in inspect.signature(function).parameters:
+        again = called(function, **level)
+        assert again[:2] == found[:2] or function is vd.orbits, "A, with a scene for B and the units"
+    with pytest.raises(ValueError, match=r"^A = .*: must be left out, because it follows from the scene$"):
+        function(A=3.0, scene=scene)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("name", PARAMETERS)
+@pytest.mark.parametrize("function", CALLS, ids=lambda f: f.__name__)
+def test_each_call_takes_the_parameters_that_its_result_depends_on(function, name):
+    """A parameter that has no meaning for a call is refused by name, also with a scene. The others are one number."""
+    known, value = inspect.signature(function).parameters, values_of(name)[1].item()
+    undisturbed = {vd.orbits, vd.impact_map, vd.plot.cobweb}
+    assert (name in known) == (name in ("A", "B") or function not in undisturbed)
+    allowed = f"^{name} = .*: must be (one number|left out, because its)" if name in known else f"^argument = '{name}'"
+    with pytest.raises((TypeError, ValueError), match=allowed):
+        function(**beside_in(function, name), **{name: [value, value]})
+
+
+def beside_in(function, name):
+    """Return the other arguments that a call has."""
+    known = inspect.signature(function).parameters
+    return {key: number for key, number in beside(name).items() if key in known}
 
 
 @pytest.mark.parametrize("name", [n for n in AXES if n not in ACTS_ON])

@@ -256,7 +256,7 @@ def test_bifurcations_at_several_inclines_are_those_at_each(along):
         assert [(b.A, b.B, b.kind, b.scene) for b in found] == [(b.A, b.B, b.kind, b.scene) for b in wanted]
         assert {getattr(b.scene, along) for b in found} == {*values}
         for b in found:
-            assert (b.scene.A, b.scene.B) == pytest.approx((b.A, b.B), rel=1e-14)
+            assert pytest.approx((b.A, b.B), rel=1e-14) == (b.scene.A, b.scene.B)
 
 
 def test_silent_units_of_a_range_are_named():

@@ -203,7 +203,19 @@ def kind_of_change(before: list[State], after: list[State]) -> str:
 
 @as_written
 def impact_map(
-    written: Mapping[str, Any], /, A: float | None = None, B: float = 0.1, *, scene: Scene | None = None
+    written: Mapping[str, Any],
+    /,
+    A: float | None = None,
+    B: float = 0.1,
+    *,
+    scene: Scene | None = None,
+    a0: float | None = None,
+    omega0: float | None = None,
+    frequency: float | None = None,
+    mu: float | None = None,
+    alpha: float | None = None,
+    mass: float | None = None,
+    g: float | None = None,
 ) -> ImpactMap:
     """Return the impact-phase map at ε = 0, which maps the phase of an impact to the phase of the next impact.
 
@@ -213,8 +225,8 @@ def impact_map(
         excitation amplitude, dimensionless. Required without a scene.
     B : float
         tan α / μ, dimensionless.
-    scene : Scene, optional
-        machine in SI units, which gives A and B, as in `simulate`.
+    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
+        machine in SI units, or its quantities, which give A and B, as in `simulate`.
 
     Returns
     -------
