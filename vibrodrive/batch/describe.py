@@ -16,9 +16,9 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
 from vibrodrive.model.parameters import unknown
-from vibrodrive.model.physical import Scene, scene_of
+from vibrodrive.model.physical import Scene, measure, scene_of
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.quantities import LONGEST, period_words
+from vibrodrive.model.quantities import IMPACT_POWER, LONGEST, QUANTITIES, Quantity, number, period_words
 from vibrodrive.model.records import SECTION, SUMMARY
 from vibrodrive.model.states import IN_WORDS, PLAIN_STATES, states
 
@@ -36,23 +36,24 @@ SETTLED = {False: 1e-6, True: 1e-4}
 
 
 class Column(NamedTuple):
-    """Column of the table: heading, unit, and factor from the SI unit to this unit."""
+    """Column of the table: its quantity, heading, and unit and factor if these are not those of figures."""
 
+    row: Quantity
     heading: str
-    unit: str
-    scale: float = 1.0
+    shown: str = ""
+    scale: float = 0.0
 
 
-COLUMNS = {
-    "period": Column("period", "ms", 1e3),
-    "impacts": Column("impacts", "1/s"),
-    "impact_speed_mean": Column("mean speed", "m/s"),
-    "impact_speed_max": Column("max speed", "m/s"),
-    "impact_power": Column("power", "W"),
-    "friction_power": Column("friction", "W"),
-    "xi_max": Column("lift", "mm", 1e3),
-    "conveying": Column("conveying", "mm/s", 1e3),
-}
+COLUMNS = (
+    Column(number("period", "period of the motion", scales="time"), "period"),
+    Column(QUANTITIES["impacts"], "impacts", "1/s"),
+    Column(QUANTITIES["impact_speed_mean"], "mean speed"),
+    Column(QUANTITIES["impact_speed_max"], "max speed"),
+    Column(IMPACT_POWER, "power"),
+    Column(number("friction_power", "power lost to friction", scales="power", source="friction_loss"), "friction"),
+    Column(QUANTITIES["xi_max"], "lift"),
+    Column(number("conveying", "mean velocity without an obstacle", scales="velocity"), "conveying", "mm/s", 1e3),
+)
 
 NOTES = """\
 impacts: number per second, touches included; mean, max speed: velocity of the impacts.
@@ -77,7 +78,7 @@ class Description(str):
 
     rows : dict of row to dict of column to number in SI units, per kilogram if the scene has no mass; empty without a
         scene. The rows are "machine" and the same machine with one quantity changed, such as "a0 −1 %". The columns
-        are the keys of COLUMNS.
+        have the names of COLUMNS.
     """
 
     rows: Mapping[str, Mapping[str, float]]
@@ -85,12 +86,15 @@ class Description(str):
     _table: Sequence[Sequence[str]]
 
     @classmethod
-    def of(cls, lines: Sequence[str], rows: Mapping[str, Mapping[str, float]], of_mass: str) -> Description:
-        """Return the text of these lines and of a table; `of_mass` follows the unit of a power."""
-        units = [column.unit + of_mass * (column.unit == "W") for column in COLUMNS.values()]
-        table = [["", *(column.heading for column in COLUMNS.values())], ["", *units]]
+    def of(
+        cls, lines: Sequence[str], rows: Mapping[str, Mapping[str, float]], given: Mapping[str, float]
+    ) -> Description:
+        """Return the text of these lines and of a table, in the units of a scene by its quantities."""
+        units = [measure(column.row, given) for column in COLUMNS]
+        table = [["", *(column.heading for column in COLUMNS)]]
+        table.append(["", *(column.shown or unit.shown for column, unit in zip(COLUMNS, units, strict=True))])
         for name, row in rows.items():
-            shown = (row[key] * column.scale for key, column in COLUMNS.items())
+            shown = (row[c.row.name] * (c.scale or unit.scale) for c, unit in zip(COLUMNS, units, strict=True))
             table.append([name, *("–" if value != value else f"{value:.4g}".replace("-inf", "−∞") for value in shown)])
         wide = ["".join([f"{line[0]:13}", *(f"{cell:>11}" for cell in line[1:])]) for line in table]
         self = cls("\n".join([*lines, *(["", *wide, "", NOTES] if rows else [])]))
@@ -133,7 +137,7 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
     a, scene, long = plan.scalars, scene_of(plan.scalars), _long(plan)
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
     if scene is None:
-        return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, "")
+        return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, {})
     pull = a["A"] * (1.0 + a["eps"] * a["eta"] ** 2)  # largest excitation
     leaves = "the mass leaves the obstacle" if pull > 1.0 + a["B"] else "the mass rests at the obstacle"
     told = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
@@ -144,20 +148,12 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
     found, speeds = _summaries(_with(long, A=A, B=B)), conveying(long, A, B)
     rows = {}
     for k, (name, s) in enumerate(scenes.items()):
-        at = {key: values[k].item() for key, values in found.items()}
-        rows[name] = {
-            "period": float(s.time(TURN * at["period"])) if at["period"] > 0 else math.nan,
-            "impacts": at["impacts"] * s.frequency,
-            "impact_speed_mean": s.velocity(at["impact_speed_mean"]),
-            "impact_speed_max": s.velocity(at["impact_speed_max"]),
-            "impact_power": s.power(at["energy"]),
-            "friction_power": s.power(at["friction_loss"]),
-            "xi_max": s.length(at["xi_max"]),
-            "conveying": s.velocity(float(speeds[k])),
-        }
+        at = {key: values[k].item() for key, values in found.items()} | {"conveying": float(speeds[k])}
+        at["period"] = TURN * at["period"] if at["period"] > 0 else math.nan
+        rows[name] = {row.name: measure(row, s.given).of(at[row.source or row.name]) for row, *_ in COLUMNS}
     first = {key: values[0].item() for key, values in found.items()}
     lines = [", ".join(given), f"{place}: {leaves}", *sentences(status, margin, first, plan)]
-    return Description.of(lines, rows, "" if scene.mass else "/kg")
+    return Description.of(lines, rows, scene.given)
 
 
 def beside(scene: Scene) -> dict[str, Scene]:

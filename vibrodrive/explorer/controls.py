@@ -77,7 +77,7 @@ def title_of(view: View) -> tuple[str, str]:
     given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
     given += ["dtau"] if view.method != "certified" else []
     given += [name for name in ("xi0", "dxi0", "tau0") if getattr(view, name)]
-    given += ["section_phase"] if view.record == "section" else []
+    given += ["section_phase"] if view.sectioned else []
     values = [
         f"{_letter(name)} = {names.NAMES[name].scale * getattr(view, name):.6g} {names.NAMES[name].shown}"
         for name in given

@@ -29,11 +29,7 @@ MARGIN = 0.04  # share of the range of the values that is added at both ends of 
 
 def values_of(results: vd.Results, quantity: str) -> np.ndarray:
     """Return the recorded values of a quantity, with a scene in SI units: float64 (columns, values), NaN if missing."""
-    if quantity in ("xi", "dxi"):
-        found = results.section[..., ("xi", "dxi").index(quantity)]
-    else:
-        found = getattr(results, quantity)
-    found = results.measure(quantity).of(found)
+    found = results.measure(quantity).of(records.values_of(results, records.QUANTITIES[quantity]))
     lacking = np.isin(results.status, (choices.Status.NOT_COMPUTED, choices.Status.BUDGET))
     return np.where(lacking[:, None], np.nan, found) if lacking.any() else found
 
@@ -136,7 +132,7 @@ def painted(
 
     part = level.sweep if level.sketch is None or level.sweep.done.any() else level.sketch
     results = part.results[0]
-    values = np.asarray(getattr(results, records.QUANTITIES[quantity].source or quantity))
+    values = records.values_of(results, records.QUANTITIES[quantity])
     values = values.astype(np.int64 if values.dtype.kind == "i" else float)
     values, status = results.measure(quantity).of(values), results.status
     shape = status.shape
@@ -203,7 +199,7 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
         image = difference(image, *certified)
         inks = ("var(--ink)", "both"), ("var(--down)", f"{view.method} only"), ("var(--up)", "certified only")
         key = Key(inks)
-    elif level.complete and view.quantity in records.SECTION.diagrams:
+    elif level.complete and view.sectioned:
         values = values_of(level.sweep.results[0], view.quantity)
         head["spans"] = spans_of(values, 0.5 * (high - low) / height, left, right)
     head |= {"y": low, "dh": high - low, "key": key._asdict(), "empty": not image.any()}

@@ -279,10 +279,13 @@ class View:
         return "\n".join(['title = "A view of the explorer"', *lines, ""])
 
     @property
+    def sectioned(self) -> bool:
+        """True for a diagram of section points."""
+        return self.mode == DIAGRAM and self.quantity in records.SECTION.diagrams
+
+    @property
     def record(self) -> str:
-        if self.mode == MAP:
-            return records.SUMMARY
-        return records.SECTION if self.quantity in records.SECTION.diagrams else records.IMPACTS
+        return records.SUMMARY if self.mode == MAP else records.SECTION if self.sectioned else records.IMPACTS
 
     def _figure(self) -> list[str]:
         limits = [f"limits = [{self.bottom!r}, {self.top!r}]"] if self.limits else []

@@ -29,7 +29,7 @@ from vibrodrive.model.choices import UNSEEN
 from vibrodrive.model.drawing import MAP, Drawing, Style, Width, choose_drawing
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity
+from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity, values_of
 from vibrodrive.model.results import Results
 
 
@@ -153,14 +153,9 @@ def draw_map(
 
 
 def recorded(results: Any, row: Quantity) -> np.ndarray:
-    """Return a quantity over all axes, dimensionless; for the power of the impacts their energy.
-
-    The array is float64, with NaN for an undefined value. For gaps and sequences it is int64, with -1 for an undefined
-    value.
-    """
-    if row in LAST:
-        return np.asarray(results.section, float)[..., -1, LAST.index(row)]
-    values = np.asarray(getattr(results, row.source or row.name))
+    """Return a quantity over all axes, dimensionless, as float64 with NaN for an undefined value or, for gaps and
+    sequences, as int64 with -1."""
+    values = values_of(results, row)
     return values.astype(np.int64) if values.dtype.kind == "i" else values.astype(float)
 
 

@@ -33,7 +33,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
-from vibrodrive.model.quantities import SECTIONS
+from vibrodrive.model.quantities import SECTIONS, values_of
 
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
@@ -105,7 +105,7 @@ def bifurcation(
 def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequence[Any] = ()) -> Figure:
     """Draw a bifurcation diagram with the lines `over` it (`read_lines`)."""
     x, quantity, unit = drawing.x, drawing.row.name, results.measure(drawing.row.name)
-    visited, limits = unit.shown_of(_visited(results, quantity)), unit.ends(drawing.limits)
+    visited, limits = unit.shown_of(values_of(results, drawing.row)), unit.ends(drawing.limits)
     names, dimension = list(results.axes), POINT if x in results.points else x
     across = names.index(dimension)
     section = np.moveaxis(visited, across, -2)
@@ -141,17 +141,6 @@ def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequenc
         sheet.note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *keys])
     sheet.explain(fig)
     return fig
-
-
-def _visited(results: Any, quantity: str) -> np.ndarray:
-    """Return the values of `quantity` in each motion, float64 (axes…, n).
-
-    They are the values at the section points or, for a quantity of impacts, at the impacts. NaN fills the entries after
-    the last impact.
-    """
-    if quantity in COORDINATES:
-        return np.asarray(results.section)[..., COORDINATES.index(quantity)]
-    return np.asarray(getattr(results, quantity))
 
 
 def coordinates(source: Any, section: np.ndarray) -> np.ndarray:

@@ -278,6 +278,17 @@ def row_of(quantities: Iterable[Quantity], name: str) -> Quantity:
     return next((q for q in quantities if q.name == name), None) or QUANTITIES.get(name) or number(name, name)
 
 
+def values_of(results: Any, row: Quantity) -> Any:
+    """Return the array of a quantity as recorded: ξ and ξ' are parts of the section, and a power is an energy."""
+    import numpy as np
+
+    if row in SECTIONS:
+        return np.asarray(results.section)[..., SECTIONS.index(row)]
+    if row in LAST:
+        return np.asarray(results.section)[..., -1, LAST.index(row)]
+    return np.asarray(getattr(results, row.source or row.name))
+
+
 def length_along(dimension: str, periods: int) -> tuple[int, ...]:
     """Return the length of the dimension `along` of a quantity for this number of recorded periods; () for ""."""
     if not dimension:  # nearly always

@@ -14,7 +14,14 @@ from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, used_by
 from vibrodrive.model.own import Own, as_own
 from vibrodrive.model.parameters import bad, did_you_mean
-from vibrodrive.model.quantities import IMPACT_POWER, KEPT, QUANTITIES, How, Quantity  # noqa: F401  the explorer's names
+from vibrodrive.model.quantities import (  # noqa: F401  the explorer's names
+    IMPACT_POWER,
+    KEPT,
+    QUANTITIES,
+    How,
+    Quantity,
+    values_of,
+)  # fmt: skip
 from vibrodrive.model.record import BLOCK_POINTS_SEVERAL, BLOCK_POINTS_SMALL, OfMotion, Record
 
 

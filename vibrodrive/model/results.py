@@ -18,7 +18,8 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.quantities import Quantity, length_along, row_of
+from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, SECTIONS, Quantity, length_along, row_of
+from vibrodrive.model.record import Record
 from vibrodrive.model.records import ERROR, RECORDS, SECTION, Records, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.slips import warn
@@ -191,9 +192,9 @@ class Results:
 
         `section` is None if it is not recorded.
         """
-        wanted = SECTION in self.record
+        section = self.section.reshape(-1, self.settings.periods, 2) if self.plan.sectioned else None
         return (
-            self.section.reshape(-1, self.settings.periods, 2)[start:stop] if wanted else None,
+            None if section is None else section[start:stop],
             self._array("status").reshape(-1)[start:stop],
             self.margin.reshape(-1)[start:stop],
             self.switches.reshape(-1, 5)[start:stop],
@@ -252,8 +253,7 @@ class Results:
     @property
     def section(self) -> np.ndarray:
         """float64 (axes…, periods, 2): ξ and ξ' at the section. Raises ValueError if it is not recorded."""
-        if SECTION not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{SECTION}"'))
+        self._refuse_without(SECTION)
         return self._array("section")
 
     @property
@@ -269,9 +269,12 @@ class Results:
     @property
     def error(self) -> np.ndarray:
         """float64 (axes…, 2): error bounds of ξ and ξ'. Raises ValueError if they are not recorded."""
-        if ERROR not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{ERROR}"'))
+        self._refuse_without(ERROR)
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
+
+    def _refuse_without(self, one: Record) -> None:
+        if one not in self.record:
+            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{one}"'))
 
     @property
     def switches(self) -> np.ndarray:
@@ -572,10 +575,9 @@ ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "
 _WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))}
 
 _ELSEWHERE = {
-    "impact_power": "energy or, in W with a scene, to_xarray().impact_power",
-    "section_xi": "section[..., 0]",
-    "section_dxi": "section[..., 1]",
-    "motion_period": "period",
+    **{q.stored: q.name for q in QUANTITIES.values() if q.stored},
+    **{q.stored: f"section[..., {k}]" for k, q in enumerate(SECTIONS)},
+    IMPACT_POWER.name: f"{IMPACT_POWER.source} or, in W with a scene, to_xarray().{IMPACT_POWER.name}",
 }
 """Attributes that have other names in files and figures."""
 

@@ -12,7 +12,7 @@ from vibrodrive.batch.frames import made_of
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import column
 from vibrodrive.model.plan import POINT
-from vibrodrive.model.quantities import CHECKSUM, IMPACT_POWER, SECTIONS, Quantity
+from vibrodrive.model.quantities import CHECKSUM, IMPACT_POWER, Quantity, values_of
 from vibrodrive.model.records import IMPACTS, SECTION
 from vibrodrive.model.results import Results
 from vibrodrive.store import layout
@@ -99,10 +99,3 @@ def _variables(
 def _about(name: str) -> dict[str, str]:
     long_name, units = layout.meaning_of(name)
     return {"units": units, "long_name": long_name}
-
-
-def values_of(results: Results, quantity: Quantity) -> np.ndarray:
-    """Return the values of a quantity. The section is one array in Results and two variables in files."""
-    if quantity in SECTIONS:
-        return results.section[..., SECTIONS.index(quantity)]
-    return np.asarray(getattr(results, quantity.source or quantity.name))
