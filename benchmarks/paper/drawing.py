@@ -154,7 +154,7 @@ def scheme(sheet: sheets.Sheet, path: Collection[tuple[int, int]], named: str) -
         )
         _arrow(ax, *_ends(before, after, paired), **drawn)
         _label(ax, before, after, paired, function, decision)
-    sheet.explain(fig, [Line2D([], [], color=sheet.look.main, lw=THICK, label=named)] if path else [])
+    sheet.keys += [Line2D([], [], color=sheet.look.main, lw=THICK, label=named)] if path else []
     return fig
 
 

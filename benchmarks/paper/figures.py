@@ -46,7 +46,6 @@ def fig04(paper: Paper, sheet: sheets.Sheet) -> Figure:
         axes[0, 0].plot(sample.tau, sample.dxi, color=colour, ls=dashes, label=title)
     _over_time(sheet, axes[0, 0], sample.tau[0], sample.tau[-1], "dxi")
     sheet.note(axes[0, 0], _said(motions[0].arguments, "A", "B", "eps", "tau0"))
-    sheet.explain(fig)
     return fig
 
 
@@ -78,7 +77,6 @@ def fig12(paper: Paper, sheet: sheets.Sheet) -> Figure:
     sheet.letter(phase, 0)
     sheet.letter(time, 1)
     sheet.note(phase, _said(motion.arguments, "A", "B", "eps", "dtau"))
-    sheet.explain(fig)
     return fig
 
 
@@ -122,7 +120,6 @@ def grid(paper: Paper, sheet: sheets.Sheet) -> Figure:
     one.set_xlabel("periods $m$")
     one.set_ylabel("distance")
     sheet.letter(one, 1, sheets.equation("dtau", step))
-    sheet.explain(fig)
     return fig
 
 

@@ -43,8 +43,7 @@ def test_note_and_legend_fit_the_width_of_a_column(width):
         sheet.note(axes[0, 0], phrases)
         for k in range(7):
             axes[0, 0].plot([0, k], label=f"an entry of the legend {k}")
-        sheet.explain(fig)
-        fig.draw_without_rendering()
+    fig.draw_without_rendering()
     assert fig.get_figwidth() == INCHES[width]
     (legend,), said = fig.legends, axes[0, 0]._right_title
     for box in (legend.get_window_extent(), said.get_window_extent()):

@@ -114,7 +114,6 @@ def phase_curve(
             draw_phase(sheet, ax, motion)
             sheet.letter(ax, None if alone else k, titles[k] if titles else "", asked=titles is not None)
         sheet.note(axes[0, -1], shared)
-        sheet.explain(fig)
         return fig
 
 
@@ -218,7 +217,6 @@ def trajectory_figure(
             if name in OVER_TIME and shown is not None and shown < periods:
                 shared = [*shared, f"first {shown} of {periods} periods shown"]
             sheet.note(ax, shared)
-        sheet.explain(fig)
         return fig
 
 

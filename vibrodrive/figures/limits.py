@@ -99,7 +99,6 @@ def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
     sheet.name(ax, x, None)
     sheet.label(ax, None, unit.label("limit as a velocity $V$"))
     sheet.note(ax, said, above=True)
-    sheet.explain(fig)
     return fig
 
 

@@ -148,7 +148,7 @@ def draw_map(
     draw_lines(sheet, ax, lines)
     outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
     blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
-    sheet.explain(fig, outside + blank if y is not None else [])
+    sheet.keys += outside + blank if y is not None else []
     return fig
 
 

@@ -82,7 +82,7 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
         sheet.name_quantities(ax, brute, None, "dxi")
         known = {n: value for n, value in of_sweep(brute).items() if n not in (x, "eps", "method")}
         sheet.note(ax, [f"orbits up to {found.max_period} periods", *conditions(known)])
-        sheet.explain(fig, [Line2D([], [], ms=5, label="simulated", **dots)])
+        sheet.keys.append(Line2D([], [], ms=5, label="simulated", **dots))
         return fig
 
 
@@ -159,5 +159,4 @@ def cobweb(
         ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
         sheet.label(ax, r"$\varphi_i$", r"$\varphi_{i+1}$", upright=16.0)
         sheet.note(ax, [equation("A", system.A), equation("B", system.B)])
-        sheet.explain(fig)
         return fig

@@ -151,7 +151,6 @@ def plane_figure(found: Sequence[Bifurcation], plan: Plan, max_period: int, **lo
         sheet.name(ax, x, y)
         machine = {name: value for name, value in plan.scalars.items() if name in SCENE}
         sheet.note(ax, [*conditions(machine, section=False), f"{NUMBERED}, up to {max_period}"])
-        sheet.explain(fig)
     return fig
 
 

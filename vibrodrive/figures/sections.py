@@ -139,7 +139,6 @@ def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequenc
         )
         grey = grey or inks
         sheet.note(ax, [*([] if k else [*shared, *chosen]), *rests, *status_phrases(status[index]), *keys])
-    sheet.explain(fig)
     return fig
 
 
@@ -238,7 +237,6 @@ def draw_sections(
     for ax in flat[count:]:
         ax.set_axis_off()
     sheet.note(axes[0, -1], [*shared, *more])
-    sheet.explain(fig)
     return fig
 
 

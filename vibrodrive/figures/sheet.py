@@ -11,7 +11,7 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any, Literal, TypeVar, cast
 
 import matplotlib as mpl
@@ -52,9 +52,11 @@ class Sheet:
     look : colours (looks.py).
     narrow : True for one column, where panels are below each other instead of side by side.
     given : True for axes of the user (Given).
+    keys : entries of the legend in addition to those of the labels.
     """
 
     given = False
+    fig: Figure | None = None
 
     def __init__(self, style: Style | None, width: Width | None, notes: bool | None, cmap: Any) -> None:
         self.style: Style = style or "screen"
@@ -62,6 +64,7 @@ class Sheet:
         self.notes = notes is not False
         self.look = LOOKS[self.style].with_map(cmap)
         self.narrow = width == "single"
+        self.keys: list[Artist] = []
 
     def new(
         self, rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"],
@@ -77,7 +80,7 @@ class Sheet:
         something else.
         """
         inches = min(width, INCHES[self.width])
-        fig = ShownFigure(self.style, self.width, figsize=(inches, height * math.sqrt(inches / width)))
+        self.fig = fig = ShownFigure(self.style, self.width, figsize=(inches, height * math.sqrt(inches / width)))
         return fig, fig.subplots(rows, cols, squeeze=False, **options)
 
     def name(self, ax: Axes, x: str | None, y: str | None) -> None:
@@ -138,14 +141,15 @@ class Sheet:
         fits = not name or (alone and length(name) / NOTE + length(text.rsplit("\n", 1)[-1]) + BESIDE < room)
         ax.set_title(text + "\n" if text and (above or not fits) else text, loc=side, fontsize=size, color="0.35")
 
-    def explain(self, fig: Figure, more: Sequence[Artist] = ()) -> None:
-        """Draw a legend of all labels, each once, and of the entries `more`, below the figure, and break labels that
-        are too long for the height that remains.
+    def explain(self) -> None:
+        """Draw a legend of all labels, each once, and of `keys`, below the figure, and break labels that are too long
+        for the height that remains. `drawn_on` calls this when the figure is drawn.
 
         In the axes of the user the legend is in each of them, with the notes as its title, if he wants notes or if they
         show several results.
         """
-        named = named_in(fig.axes) | {str(handle.get_label()): handle for handle in more}
+        fig = cast(Figure, self.fig)
+        named = named_in(fig.axes) | {str(handle.get_label()): handle for handle in self.keys}
         if named and self.notes:
             room = 72 * fig.get_figwidth() / (LETTER * LETTERS[self.width][2])
             columns = max(1, int(room / (BESIDE + max(map(length, named)))))
@@ -202,7 +206,8 @@ class Given(Sheet):
         self.look = self.look._replace(main=colour, other=contrast, lines=((colour, "-"), *self.look.lines[1:]))
         if self.cmap is None:  # spots without ink show what is below them
             self.look = self.look._replace(density=ramp((*to_rgba(colour)[:3], 0.0), colour))
-        return self.axes[0].figure, np.array(self.axes, dtype=object).reshape(rows, cols)
+        self.fig = self.axes[0].figure
+        return self.fig, np.array(self.axes, dtype=object).reshape(rows, cols)
 
     def _colour(self) -> str:
         """Return the next colour of the cycle of the axes or, if there is one, of `style`."""
@@ -228,11 +233,11 @@ class Given(Sheet):
     def note(self, ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Any = "right") -> None:
         self.said[ax] += [text] if isinstance(text, str) else text
 
-    def explain(self, fig: Figure, more: Sequence[Artist] = ()) -> None:
+    def explain(self) -> None:
         for ax in self.axes:
             apart, named, title = _tell_apart(marks_of(ax)), named_in([ax]), None
             if self.notes:
-                named |= {str(handle.get_label()): handle for handle in more if ax is self.axes[-1]}
+                named |= {str(handle.get_label()): handle for handle in self.keys if ax is self.axes[-1]}
                 shared = [phrase for phrase in self.said[ax] if phrase not in apart]
                 points = 72 * ax.get_window_extent().width / ax.figure.dpi
                 title = in_lines(shared, int(0.9 * points / (LETTER * mpl.rcParams["font.size"]))) or None
@@ -323,14 +328,13 @@ def drawn_on(
             raise ValueError(bad(key, value, "one of " + ", ".join(known)))
     if notes not in (None, False, True):
         raise ValueError(bad("notes", notes, "True or False"))
-    if ax is None:
-        sheet = Sheet(style, width, notes, cmap)
-        with drawn_as(sheet.style, sheet.width):
-            yield sheet
-    elif width is not None:
+    if ax is not None and width is not None:
         raise ValueError(bad("width", width, "left out with ax, because its figure has a width"))
-    else:
-        yield Given(ax, style, notes, cmap)
+    sheet = Sheet(style, width, notes, cmap) if ax is None else Given(ax, style, notes, cmap)
+    with drawn_as(sheet.style, sheet.width) if ax is None else nullcontext():
+        yield sheet
+        if sheet.fig is not None:
+            sheet.explain()
 
 
 SHARED_PARAMETERS = """\
