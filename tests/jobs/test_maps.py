@@ -65,6 +65,7 @@ def test_structure_is_lost_at_the_limit():
         assert (swept.gaps == gaps).tolist() == [[True, True, True, False]]
         image = map_figure(swept, "kept", x="A", undisturbed=gaps).axes[0].images[0].get_array()
         assert [np.unique(row).size for row in np.asarray(image)] == [1] * len(image)
+        assert np.array_equal(image, swept.plot(quantity="kept", x="A").axes[0].images[0].get_array())
         assert np.unique(image).size == 2
 
 

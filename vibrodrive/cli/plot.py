@@ -6,20 +6,16 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from vibrodrive.cli.common import FILE, in_one_line, say, working
+from vibrodrive.cli.common import FILE, in_one_line, say
+from vibrodrive.errors import ConfigError
 from vibrodrive.model import drawing
+from vibrodrive.model.drawing import LOOK
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.quantities import KEPT
 from vibrodrive.store.place import check_figure
-
-LOOK = ("style", "width")  # keys of [figure] for any figure
-
-if TYPE_CHECKING:
-    from vibrodrive.model.results import Results
 
 
 @click.command()
@@ -84,31 +80,31 @@ def draw(
     Damaged blocks are left out and named in messages; the exit code is then 1.
     """
     from vibrodrive.figures import diagrams
+    from vibrodrive.figures.limits import check_limits
     from vibrodrive.figures.plane import read_lines
     from vibrodrive.figures.sheet import drawn_on
     from vibrodrive.figures.style import save
-    from vibrodrive.jobs.maps import undisturbed_gaps
     from vibrodrive.store.load import figure_of, load
 
     damaged: list[str] = []
     with left_out(damaged):
         results, others = load(files[0]), [load(file) for file in files[1:]]
         configured = figure_of(results)
-        style, width = ((configured | options).get(name) for name in LOOK)
+        look = {name: (configured | options).get(name) for name in LOOK}
         options = {name: value for name, value in options.items() if name not in LOOK}
         options |= {"over": ", ".join(map(str, over))} if over else {}
         if others:
-            _check_limits(files, [results, *others], options)
+            for name, value in options.items():
+                raise ConfigError(bad(f"--{name}", value, "left out for several files, which must contain limits"))
+            for file, one in zip(files, [results, *others], strict=True):
+                with in_one_line(f"{file}: "):
+                    check_limits(one, results)
             options = {"kind": drawing.BANDS}
         with in_one_line("--"):
             lines = read_lines(over)
-        shown, results = check_drawing(configured, results, options)
-        undisturbed = None
-        if shown.row == KEPT:
-            with working("undisturbed motions"):
-                undisturbed = undisturbed_gaps(results)
-        with in_one_line(), drawn_on(style=style, width=width) as sheet:
-            figure = diagrams.draw(sheet, shown, [results, *others], lines, undisturbed)
+        with in_one_line(), drawn_on(**look) as sheet:
+            shown, results = drawing.choose_configured(results, configured, options)
+            figure = diagrams.draw(sheet, shown, [results, *others], lines)
         share = min(one.computed for one in (results, *others))
     save(figure, target, dpi)
     if share < 1:
@@ -133,35 +129,3 @@ def left_out(damaged: list[str]) -> Iterator[None]:
             damaged.append(str(w.message))
         else:
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
-
-
-def _check_limits(files: tuple[Path, ...], several: list[Results], options: dict[str, Any]) -> None:
-    from vibrodrive.figures.limits import check_limits
-
-    for name, value in options.items():
-        raise click.ClickException(bad(f"--{name}", value, "left out for several files, which must contain limits"))
-    for file, one in zip(files, several, strict=True):
-        with in_one_line(f"{file}: "):
-            check_limits(one, several[0])
-
-
-def check_drawing(
-    figure: dict[str, Any], swept: Any, options: dict[str, Any] | None = None
-) -> tuple[drawing.Drawing, Any]:
-    """Return what is drawn of a sweep, a Plan or Results, and the Results in its units: by [figure] of its
-    configuration, and the options of a command.
-
-    The section of one motion is drawn, whatever the configuration says of axes. Raises an error if a sweep does not
-    have the axes or the record that its figure needs, or if an argument has no effect.
-    """
-    options = options or {}
-    configured = {key: value for key, value in figure.items() if swept.axes and key not in LOOK}
-    wanted = drawing.merge_options(configured, options)
-    if wanted.pop("units", drawing.SI) == drawing.DIMENSIONLESS and hasattr(swept, "dimensionless"):
-        swept = swept.dimensionless()
-    try:
-        return drawing.choose_drawing(swept, **wanted), swept
-    except ValueError as error:
-        key = str(error).partition(" ")[0]
-        place = "--" if key in options else "figure." if key in configured else ""
-        raise click.ClickException(f"{place}{error}") from None

@@ -11,8 +11,9 @@ import click
 
 from vibrodrive.cli import common
 from vibrodrive.cli.common import FILE, SET
-from vibrodrive.cli.plot import check_drawing, draw
+from vibrodrive.cli.plot import draw
 from vibrodrive.model.choices import Method, used_by
+from vibrodrive.model.drawing import choose_configured
 from vibrodrive.store.place import check_output
 
 if TYPE_CHECKING:
@@ -94,7 +95,8 @@ def sweep(
         picture = path.with_suffix(".png")
     check_output(path, config, overwrite=overwrite, figures=[picture] if picture else [])
     if picture:
-        check_drawing(settings.figure, plan)
+        with common.in_one_line():
+            choose_configured(plan, settings.figure, {})
     if dask is not None:
         from vibrodrive.jobs.sweep import check_dask
 

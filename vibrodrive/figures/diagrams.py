@@ -28,13 +28,11 @@ def from_results(
         return draw(sheet, drawing, [results], lines)
 
 
-def draw(
-    sheet: Sheet, drawing: Drawing, several: Sequence[Any], over: Sequence[Any] = (), undisturbed: Any = None
-) -> Figure:
-    """Draw a sweep, or limits of several, with the lines `over` it. A map of `kept` needs the `undisturbed` gaps."""
+def draw(sheet: Sheet, drawing: Drawing, several: Sequence[Any], over: Sequence[Any] = ()) -> Figure:
+    """Draw a sweep, or limits of several, with the lines `over` it."""
     results = several[0]
     if drawing.kind == MAP:
-        return draw_map(sheet, results, drawing, over, undisturbed)
+        return draw_map(sheet, results, drawing, over)
     if drawing.kind == BIFURCATION:
         return draw_bifurcation(sheet, results, drawing, over)
     return draw_bands(sheet, several) if drawing.kind == BANDS else draw_sections(sheet, results)

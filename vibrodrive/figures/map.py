@@ -25,11 +25,12 @@ from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, draw_lines, placed, read_lines
 from vibrodrive.figures.sheet import Sheet, documented, drawn_on, fit_label, in_short_lines
 from vibrodrive.figures.texts import as_shown, conditions_of, rest_phrases, status_phrases
+from vibrodrive.model.above import above
 from vibrodrive.model.choices import UNSEEN
 from vibrodrive.model.drawing import MAP, Drawing, Style, Width, choose_drawing
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity, values_of
+from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity
 from vibrodrive.model.results import Results
 
 
@@ -83,8 +84,8 @@ def map_figure(
         if there are at least 1000 values, of 99 % of them. Values below and above the range have their own colours,
         which the ends of the colour bar show.
     undisturbed : int array, optional
-        `gaps` of the undisturbed motions, needed for "kept". The dimensions of the array are the axes of the sweep;
-        along ε and Δτ its length is 1.
+        `gaps` of the undisturbed motions for "kept"; by default they are computed. The dimensions of the array are the
+        axes of the sweep; along ε and Δτ its length is 1.
     cmap : str or Colormap, optional
         colour map of Matplotlib for the values or the classes; by default that of `style`. A Colormap, unlike a name,
         also determines the colours of values beyond `limits`. The image has the values, or the numbers of the classes
@@ -155,7 +156,9 @@ def draw_map(
 def recorded(results: Any, row: Quantity) -> np.ndarray:
     """Return a quantity over all axes, dimensionless, as float64 with NaN for an undefined value or, for gaps and
     sequences, as int64 with -1."""
-    values = values_of(results, row)
+    if row in LAST:
+        return np.asarray(results.section, float)[..., -1, LAST.index(row)]
+    values = np.asarray(getattr(results, row.source or row.name))
     return values.astype(np.int64) if values.dtype.kind == "i" else values.astype(float)
 
 
@@ -163,7 +166,7 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
     """Return for each point 1 if its gaps equal those of the undisturbed motion, 0 if they differ, and -1 if the
     undisturbed motion has no gaps, or if a record is too short to show the gaps."""
     if undisturbed is None:
-        raise ValueError(bad("undisturbed", None, f"the gaps of the undisturbed motions for the quantity {KEPT.name}"))
+        undisturbed = above("the gaps of undisturbed motions")(results)
     gaps = np.asarray(results.gaps)
     return np.where((undisturbed > 0) & (gaps != UNSEEN), (gaps == undisturbed).astype(np.int64), -1)
 

@@ -33,7 +33,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, choose_drawing
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
-from vibrodrive.model.quantities import SECTIONS, values_of
+from vibrodrive.model.quantities import SECTIONS
 
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
@@ -105,7 +105,10 @@ def bifurcation(
 def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequence[Any] = ()) -> Figure:
     """Draw a bifurcation diagram with the lines `over` it (`read_lines`)."""
     x, quantity, unit = drawing.x, drawing.row.name, results.measure(drawing.row.name)
-    visited, limits = unit.shown_of(values_of(results, drawing.row)), unit.ends(drawing.limits)
+    recorded = (
+        results.section[..., COORDINATES.index(quantity)] if quantity in COORDINATES else getattr(results, quantity)
+    )
+    visited, limits = unit.shown_of(np.asarray(recorded)), unit.ends(drawing.limits)
     names, dimension = list(results.axes), POINT if x in results.points else x
     across = names.index(dimension)
     section = np.moveaxis(visited, across, -2)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vibrodrive.jobs.progress import under_way
 from vibrodrive.model.choices import Method
 from vibrodrive.model.names import Settings
 from vibrodrive.model.plan import Plan
@@ -25,5 +26,6 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
     settings = Settings(int(Method.CERTIFIED), max(SETTLING, s.transient), WATCHED, s.budget)
     axes = {name: values for name, values in results.axes.items() if name not in NONE}
     plan = Plan(axes, {**results.scalars, **NONE}, settings, record=(SUMMARY,))
-    gaps = Results.collect(plan, run_blocks(plan)).gaps.astype(np.int64)
+    with under_way("undisturbed motions"):
+        gaps = Results.collect(plan, run_blocks(plan)).gaps.astype(np.int64)
     return gaps.reshape([1 if name in NONE else len(values) for name, values in results.axes.items()])

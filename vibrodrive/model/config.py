@@ -39,6 +39,7 @@ from vibrodrive.model.drawing import (
     DIAGRAM_QUANTITIES,
     FIGURE_KINDS,
     FIGURE_UNITS,
+    LOOK,
     MAP_QUANTITIES,
     STYLES,
     WIDTHS,
@@ -102,7 +103,7 @@ class Config:
     @property
     def look(self) -> dict[str, Any]:
         """Style of figures: `style` and `width`, if given."""
-        return {key: self.figure[key] for key in ("style", "width") if key in self.figure}
+        return {key: self.figure[key] for key in LOOK if key in self.figure}
 
     def plan(self) -> Plan:
         """Return the sweep of this configuration. Raises ConfigError."""

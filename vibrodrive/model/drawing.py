@@ -24,6 +24,8 @@ WIDTHS: tuple[Width, ...] = get_args(Width)
 
 FIGURE_UNITS = SI, DIMENSIONLESS = "SI", "dimensionless"  # units of quantities in figures of a scene
 
+LOOK = ("style", "width")  # keys of [figure] for any figure
+
 FORMATS = (".png", ".pdf", ".svg")
 
 OF_EVERY_SWEEP = ("status", "margin")
@@ -196,6 +198,25 @@ def _recorded(swept: Any) -> str:
 def _refuse(key: str, value: object, allowed: str, meant: Sequence[str] = ()) -> NoReturn:
     """Raise ValueError with the sentence of `bad` and, if one is similar, the name that was `meant`."""
     raise ValueError(bad(key, value, allowed) + did_you_mean(value, meant))
+
+
+def choose_configured(swept: Any, figure: dict[str, Any], options: dict[str, Any]) -> tuple[Drawing, Any]:
+    """Return what is drawn of a sweep, a Plan or Results, and the Results in its units: by [figure] of its
+    configuration, and the options of a command.
+
+    The section of one motion is drawn, whatever the configuration says of axes. Raises ValueError as `choose_drawing`
+    does, with the place of the argument.
+    """
+    configured = {key: value for key, value in figure.items() if swept.axes and key not in LOOK}
+    wanted = merge_options(configured, options)
+    if wanted.pop("units", SI) == DIMENSIONLESS and hasattr(swept, "dimensionless"):
+        swept = swept.dimensionless()
+    try:
+        return choose_drawing(swept, **wanted), swept
+    except ValueError as error:
+        key = str(error).partition(" ")[0]
+        place = "--" if key in options else "figure." if key in configured else ""
+        raise ValueError(f"{place}{error}") from None
 
 
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

@@ -284,8 +284,6 @@ def values_of(results: Any, row: Quantity) -> Any:
 
     if row in SECTIONS:
         return np.asarray(results.section)[..., SECTIONS.index(row)]
-    if row in LAST:
-        return np.asarray(results.section)[..., -1, LAST.index(row)]
     return np.asarray(getattr(results, row.source or row.name))
 
 
