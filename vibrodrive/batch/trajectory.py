@@ -22,6 +22,7 @@ from vibrodrive.kernels.single import single
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.described import counted
+from vibrodrive.model.drawing import documented
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
 from vibrodrive.model.parameters import COLUMNS, check_count
@@ -263,6 +264,7 @@ class Trajectory:
     def _arrays(self) -> dict[str, np.ndarray]:
         return {"switches": self.switches, "impacts": self.impacts, "section": self.section}
 
+    @documented
     def plot(
         self,
         curves: Sequence[str] = ("phase", "time"),
@@ -282,19 +284,11 @@ class Trajectory:
         shown : int, optional
             number of periods that curves over time show, from the first period of the record; None shows all. It needs
             a curve over time.
-        ax, style, width, notes : optional
-            as in `Results.plot`, for motions instead of results.
-
-        Returns
-        -------
-        Figure
-            the figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file.
 
         Raises
         ------
         ValueError
-            if a curve, the style or the width is unknown, if a keyword has no effect on the curves, if the numbers of
-            axes and curves differ, or if the axes show other quantities.
+            if a curve is unknown, or if a keyword has no effect on the curves.
         """
         drawn = above("the figure of a motion")
         return drawn(self, curves, shown=shown, ax=ax, style=style, width=width, notes=notes)

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates
-from vibrodrive.figures.sheet import Sheet, documented, drawn_on
+from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import shared_by
-from vibrodrive.model.drawing import Style, Width
+from vibrodrive.model.drawing import Style, Width, documented
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.states import State
 

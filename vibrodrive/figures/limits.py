@@ -15,10 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.image import is_geometric, keep_range
-from vibrodrive.figures.sheet import Sheet, documented, drawn_on
+from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import as_shown, conditions, of_sweep
 from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.drawing import Style, Width
+from vibrodrive.model.drawing import Style, Width, documented
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.results import Results

@@ -23,11 +23,11 @@ from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
 from vibrodrive.figures.image import RarestImage, draw_cells, is_geometric, keep_range
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, draw_lines, placed, read_lines
-from vibrodrive.figures.sheet import Sheet, documented, drawn_on, fit_label, in_short_lines
+from vibrodrive.figures.sheet import Sheet, drawn_on, fit_label, in_short_lines
 from vibrodrive.figures.texts import as_shown, conditions_of, rest_phrases, status_phrases
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import UNSEEN
-from vibrodrive.model.drawing import MAP, Drawing, Style, Width, choose_drawing
+from vibrodrive.model.drawing import MAP, Drawing, Style, Width, choose_drawing, documented
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity

@@ -17,10 +17,10 @@ from matplotlib.lines import Line2D
 
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.sections import full_range
-from vibrodrive.figures.sheet import documented, drawn_on
+from vibrodrive.figures.sheet import drawn_on
 from vibrodrive.figures.texts import as_shown, conditions, equation, of_sweep
 from vibrodrive.model.bifurcations import BIFURCATIONS
-from vibrodrive.model.drawing import Style, Width
+from vibrodrive.model.drawing import Style, Width, documented
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.physical import Scene, amplitude_axis, measure
 from vibrodrive.model.plan import plan_motion

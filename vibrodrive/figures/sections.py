@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from vibrodrive.figures.image import density
 from vibrodrive.figures.ink import FAINTEST
 from vibrodrive.figures.plane import NUMBERED, draw_lines, read_lines, upright
-from vibrodrive.figures.sheet import Sheet, documented, drawn_on
+from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.style import INCHES
 from vibrodrive.figures.texts import (
     as_shown,
@@ -30,7 +30,7 @@ from vibrodrive.figures.texts import (
     symbol,
 )
 from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, choose_drawing
+from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, choose_drawing, documented
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import SECTIONS

@@ -6,13 +6,12 @@ passes to the functions that it calls.
 
 from __future__ import annotations
 
-import inspect
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from typing import Any, Literal, TypeVar, cast
+from typing import Any, Literal, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -31,7 +30,7 @@ from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import QUANTITIES
 
-__all__ = ["Given", "Sheet", "documented", "drawn_on", "equation", "fit_label", "in_short_lines", "save", "symbol"]
+__all__ = ["Given", "Sheet", "drawn_on", "equation", "fit_label", "in_short_lines", "save", "symbol"]
 
 MARGIN = 0.8  # width in inches of the labels beside the axes
 BESIDE = 10  # width of a line in a legend and of the space around it, in letters
@@ -40,8 +39,6 @@ LETTER = 0.45  # mean width of a letter, in units of its size
 
 Shows = tuple[str, str] | None
 """Names of the quantities to the right and upwards in a panel; None for a panel that cannot show several results."""
-
-_F = TypeVar("_F", bound=Callable[..., Any])
 
 
 class Sheet:
@@ -335,40 +332,3 @@ def drawn_on(
         yield sheet
         if sheet.fig is not None:
             sheet.explain()
-
-
-SHARED_PARAMETERS = """\
-ax : Axes or sequence of Axes, optional
-    your Matplotlib axes, one for each panel; by default those of a new figure. They keep their style: the data have the
-    next colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second result
-    in the same axes has another colour, and a key then names the difference.
-style : "screen" or "print", optional
-    "screen" has colours that colour-blind readers can distinguish; "print" is black and white, for a journal. The
-    default is "screen" or, with `ax`, the colours of the axes.
-width : "double" or "single", optional
-    width of a new figure, left out with `ax`. "double" is two columns of a page, at most 174 mm; "single" is one
-    column, 84 mm. The default is "double".
-notes : bool, optional
-    True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default is True
-    for a new figure, and False with `ax`."""
-
-SHARED_RETURNS = """\
-Returns
--------
-Figure
-    Matplotlib figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file. With
-    `ax`, it is the figure of these axes."""
-
-SHARED_RAISES = """\
-ValueError
-    if the style or the width is unknown, if `ax` does not have one Axes for each panel, or if these axes show other
-    quantities or a result that would be hidden."""
-
-
-def documented(function: _F) -> _F:
-    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to the docstring of a drawing function."""
-    described, heading, examples = (inspect.getdoc(function) or "").partition("\n\nExamples\n")
-    parameters, _, raises = described.partition("\n\nRaises\n------\n")
-    raises = "\n".join(["Raises\n------", *filter(None, [raises]), SHARED_RAISES])
-    function.__doc__ = f"{parameters}\n{SHARED_PARAMETERS}\n\n{SHARED_RETURNS}\n\n{raises}{heading}{examples}"
-    return function

@@ -1,14 +1,17 @@
 """Kinds of figures of a sweep, and quantities that can be drawn, depending on the records of the sweep."""
 
+import inspect
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from numbers import Real
-from typing import Any, Literal, NamedTuple, NoReturn, get_args
+from typing import Any, Literal, NamedTuple, NoReturn, TypeVar, get_args
 
 from vibrodrive.model.parameters import bad, did_you_mean
 from vibrodrive.model.physical import has_units
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, Quantity
 from vibrodrive.model.records import RECORDS, SECTION
+
+_F = TypeVar("_F", bound=Callable[..., Any])
 
 BIFURCATION, POINCARE, MAP, BANDS = "bifurcation", "poincare", "map", "bands"
 
@@ -237,3 +240,40 @@ def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]
     if merged.get("quantity") != wanted.get("quantity") or merged.get("units", SI) != wanted.get("units", SI):
         merged.pop("limits", None)
     return merged
+
+
+SHARED_PARAMETERS = """\
+ax : Axes or sequence of Axes, optional
+    your Matplotlib axes, one for each panel; by default those of a new figure. They keep their style: the data have the
+    next colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second result
+    in the same axes has another colour, and a key then names the difference.
+style : "screen" or "print", optional
+    "screen" has colours that colour-blind readers can distinguish; "print" is black and white, for a journal. The
+    default is "screen" or, with `ax`, the colours of the axes.
+width : "double" or "single", optional
+    width of a new figure, left out with `ax`. "double" is two columns of a page, at most 174 mm; "single" is one
+    column, 84 mm. The default is "double".
+notes : bool, optional
+    True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default is True
+    for a new figure, and False with `ax`."""
+
+SHARED_RETURNS = """\
+Returns
+-------
+Figure
+    Matplotlib figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file. With
+    `ax`, it is the figure of these axes."""
+
+SHARED_RAISES = """\
+ValueError
+    if the style or the width is unknown, if `ax` does not have one Axes for each panel, or if these axes show other
+    quantities or a result that would be hidden."""
+
+
+def documented(function: _F) -> _F:
+    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to the docstring of a drawing function."""
+    described, heading, examples = (inspect.getdoc(function) or "").partition("\n\nExamples\n")
+    parameters, _, raises = described.partition("\n\nRaises\n------\n")
+    raises = "\n".join(["Raises\n------", *filter(None, [raises]), SHARED_RAISES])
+    function.__doc__ = f"{parameters}\n{SHARED_PARAMETERS}\n\n{SHARED_RETURNS}\n\n{raises}{heading}{examples}"
+    return function

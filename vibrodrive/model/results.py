@@ -14,6 +14,7 @@ from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import counted, html_table, numbers, share_computed, span
+from vibrodrive.model.drawing import documented
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
@@ -430,6 +431,7 @@ class Results:
         """
         return above("a table of results")(self, of)
 
+    @documented
     def plot(
         self,
         kind: str | None = None,
@@ -477,30 +479,12 @@ class Results:
             lines over a map (see `vd.plot.map`); bifurcations also over a diagram.
         cmap : str or matplotlib Colormap, optional
             colours of the values (diagram and map).
-        ax : matplotlib Axes, or sequence of Axes with one for each panel, optional
-            your axes to draw into; by default those of a new figure. They keep their style: the data have the next
-            colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second
-            result in the same axes has another colour, and a key then names the difference.
-        style : "screen" or "print", optional
-            "screen": colours that are distinct for colour-blind readers; "print": black and white. The default is
-            "screen" or, with `ax`, the colours of the axes.
-        width : "double" or "single", optional
-            width of a new figure, in columns of a page; default "double". It is left out with `ax`.
-        notes : bool, optional
-            True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default
-            is True for a new figure, and False with `ax`.
-
-        Returns
-        -------
-        Figure
-            the figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file.
 
         Raises
         ------
         ValueError
             for an unknown kind, quantity or axis, a quantity that is not recorded, or an argument that has no effect on
-            the figure; with `ax`, if there is not one Axes for each panel, or if these axes show other quantities or a
-            result that would be hidden.
+            the figure.
         """
         drawn = above("the figure of results")
         shown = {"x": x, "y": y, "limits": limits, "over": over, "cmap": cmap}
