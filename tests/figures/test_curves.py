@@ -63,8 +63,9 @@ def test_motion_of_a_scene_is_drawn_in_its_units():
 def test_curves_and_titles_that_fit_no_panel_are_refused():
     fig = curves.trajectory_figure(fall(), ("phase", "time", "velocity", "section"))
     assert [ax.get_ylabel() for ax in fig.axes] == [r"$\xi\mathrm{′}$", r"$\xi$", *[r"$\xi\mathrm{′}$"] * 2]
-    with pytest.raises(ValueError, match=r"curves = .*: must be a list of one or more of phase, time"):
-        curves.trajectory_figure(fall(), "time")
+    for wrong in ("time", [["time"]], 3, [], {"time": 1}):
+        with pytest.raises(ValueError, match=r"curves = .*: must be a list of one or more of phase, time"):
+            curves.trajectory_figure(fall(), wrong)
     with pytest.raises(ValueError, match="shown = 3: must be left out, because no curve over time"):
         curves.trajectory_figure(fall(), ["phase"], shown=3)
     for draw in (curves.phase_curve, sections.poincare):

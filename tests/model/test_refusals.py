@@ -162,6 +162,7 @@ CONFIGURATIONS = [
     (ONE + "[figure]\ncolour = 'red'\n", "key of [figure] = 'colour': must be one of kind, …"),
     (ONE + "[figure]\nlimits = [1, 1]\n", "figure.limits = [1, 1]: must be two numbers in ascending order"),
     (ONE + "[figure]\nlimits = ['a', 'b']\n", "figure.limits = ['a', 'b']: must be two numbers in ascending order"),
+    (ONE + "[trajectory]\ncurves = [['time']]\n", "trajectory.curves = [['time']]: must be a list of one or more of …"),
     (ONE + "[trajectory]\ncurves = 'phase'\n", "trajectory.curves = 'phase': must be a list of one or more of …"),
     ("title = 3\n" + ONE, "title = 3: must be a string"),
     ('title = "a\\nb"\n' + ONE, r"title = 'a\nb': must be one line, without control characters"),

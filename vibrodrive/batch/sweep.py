@@ -185,12 +185,9 @@ def load_kernels(plan: Plan) -> None:
     """Load or compile the kernels of a sweep by computing at most two of its points for one period.
 
     There are two kinds of points, with and without a disturbance. One point of each kind that the plan contains is
-    computed. The combinations of the smallest and largest values of the axes contain such points, because ε A η² is
-    monotone in each parameter.
+    computed. The `extremes` of the plan contain such points, because ε A η² is monotone in each parameter.
     """
-    ends = [np.unique([axis.argmin(), axis.argmax()]) for axis in plan.axes.values()]
-    corners = np.meshgrid(*ends, indexing="ij") if ends else []
-    points = plan.rows(np.ravel_multi_index([at.ravel() for at in corners], plan.shape) if ends else np.zeros(1, int))
+    points = plan.extremes()
     _, kinds = np.unique(_disturbed(points), return_index=True)
     short = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
     fill(short.settings, points[kinds], 1, Halt(), Arrays.new(short, len(kinds)))

@@ -15,15 +15,12 @@ from matplotlib.ticker import MaxNLocator
 from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates
 from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import shared_by
-from vibrodrive.model.drawing import Style, Width, documented
+from vibrodrive.model.drawing import CURVES, Style, Width, check_curves, documented
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.states import State
 
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
-
-SHOWS = {"phase": ("xi", "dxi"), "time": ("tau", "xi"), "velocity": ("tau", "dxi"), "section": ("xi", "dxi")}
-"""Quantities to the right and upwards of each curve."""
 
 OVER_TIME = ("time", "velocity")
 
@@ -196,7 +193,7 @@ def trajectory_figure(
     _check_curves(curves, shown)
     tall = [1.5 if name in ("phase", "section") else 1.0 for name in curves]
     common = shared_by([trajectory], section="section" in curves)
-    shows = [SHOWS[name] for name in curves]
+    shows = [CURVES[name] for name in curves]
     with drawn_on(ax, style, width, notes) as sheet:
         fig, axes = sheet.new(
             len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall, shows=shows, said=common
@@ -222,8 +219,7 @@ def trajectory_figure(
 
 def _check_curves(curves: Sequence[str], shown: int | None) -> None:
     """Refuse unknown curves, and a number of periods that no curve would show. Raises TypeError or ValueError."""
-    if isinstance(curves, str) or not curves or not all(name in SHOWS for name in curves):
-        raise ValueError(bad("curves", curves, "a list of one or more of " + ", ".join(SHOWS)))
+    check_curves("curves", curves)
     if shown is not None:
         check_count("shown", shown, 1)
     if shown not in (None, FIRST) and not set(OVER_TIME) & set(curves):

@@ -43,6 +43,7 @@ from vibrodrive.model.drawing import (
     MAP_QUANTITIES,
     STYLES,
     WIDTHS,
+    check_curves,
     check_limits,
 )
 from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
@@ -289,13 +290,6 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     return geometric(ends[0], ends[1], num)
 
 
-def _curves(key: str, value: object) -> list[str]:
-    names = ("phase", "time", "velocity", "section")
-    if not isinstance(value, list) or not value or any(v not in names for v in value):
-        raise ValueError(bad(key, value, "a list of one or more of " + ", ".join(names)))
-    return value
-
-
 def _count(key: str, value: object) -> int:
     return check_count(key, value, 1)
 
@@ -311,7 +305,7 @@ _EXTRAS: dict[str, dict[str, tuple[str, ...] | Callable[[str, Any], Any]]] = {
         "width": WIDTHS,
         "units": FIGURE_UNITS,
     },
-    "trajectory": {"periods": _count, "curves": _curves},
+    "trajectory": {"periods": _count, "curves": check_curves},
     "orbits": {"max_period": _count},
 }
 """Tables of single commands: for each key its allowed values, or a function that checks a value and returns it."""

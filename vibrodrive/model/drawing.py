@@ -40,6 +40,9 @@ MAP_QUANTITIES = (*(name for one in RECORDS.values() for name in one.maps), *OF_
 """Quantities of maps over two axes, and of lines over one axis. The numbers of a function of the user are others."""
 
 
+CURVES = {"phase": ("xi", "dxi"), "time": ("tau", "xi"), "velocity": ("tau", "dxi"), "section": ("xi", "dxi")}
+"""Curves of a motion, each with its quantities to the right and upwards."""
+
 OPTIONS = {
     BIFURCATION: ("quantity", "x", "limits", "cmap", "over"), POINCARE: (),
     MAP: ("quantity", "x", "y", "limits", "cmap", "over"), BANDS: (),
@@ -48,6 +51,14 @@ OPTIONS = {
 
 SUITS = {BIFURCATION: DIAGRAM_QUANTITIES, POINCARE: (), MAP: MAP_QUANTITIES, BANDS: ()}
 """Quantities that each kind of figure can show."""
+
+
+def check_curves(key: str, curves: Any) -> Any:
+    """Return names of curves. Raises ValueError with one sentence."""
+    names = [] if isinstance(curves, str | dict) or not hasattr(curves, "__iter__") else [*curves]
+    if not names or any(name not in [*CURVES] for name in names):
+        _refuse(key, curves, "a list of one or more of " + ", ".join(CURVES))
+    return curves
 
 
 def check_limits(key: str, limits: Any) -> tuple[float, float]:

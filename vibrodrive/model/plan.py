@@ -138,8 +138,8 @@ class Plan:
             out[:, c] = values[name]
         return out
 
-    def ends(self) -> list[tuple[float, float, float, float]]:
-        """Return (A, B, ε, η) at all combinations of the least and largest values of the axes.
+    def extremes(self) -> np.ndarray:
+        """Return the points at all combinations of the least and largest values of the axes, as `points` does.
 
         For the axis `point` up to SAMPLED of its values are used instead.
         """
@@ -152,8 +152,12 @@ class Plan:
             for name, values in self.axes.items()
         ]
         which = np.ravel_multi_index(np.ix_(*some), self.shape).reshape(-1) if some else np.zeros(1, int)
+        return self.rows(which)
+
+    def ends(self) -> list[tuple[float, float, float, float]]:
+        """Return (A, B, ε, η) at the `extremes`."""
         columns = [COLUMNS.index(name) for name in ("A", "B", "eps", "eta")]
-        return [tuple(row) for row in self.rows(which)[:, columns].tolist()]
+        return [tuple(row) for row in self.extremes()[:, columns].tolist()]
 
     def single(self, at: int) -> "Plan":
         """Return the plan of the one point with the number `at`, with its scene, if any, and without axes."""
