@@ -4,11 +4,11 @@
     python -m examples.audit mine.csv --scene scene.toml  # a configuration, of which [physical] gives A, B and units
 
 The first line of `mine.csv` has the names of the columns, separated by commas: tau, xi, dxi, state or, in s, m and m/s,
-t_s, x_m, v_m_per_s, state. Each further line has one switch. `state` is the state that begins at this switch: UP, DOWN,
-STICK or REST. `xi` and `dxi` are ξ and ξ' at the beginning of this state; after an impact both are 0. A line with the
-state IMPACT is left out, because an impact takes no time. A table of `vibrodrive trajectory` is read, too. Each line is
-judged separately: the certified motion starts from the state of the previous line. So an error counts only at the line
-at which it occurs.
+t_s, x_m, v_m_per_s, state, where t_ms, x_mm and v_mm_per_s are other units; lines that begin with # are left out. Each
+further line has one switch. `state` is the state that begins at this switch: UP, DOWN, STICK or REST. `xi` and `dxi`
+are ξ and ξ' at the beginning of this state; after an impact both are 0. A line with the state IMPACT is left out,
+because an impact takes no time. A table of `vibrodrive trajectory` is read, too. Each line is judged separately: the
+certified motion starts from the state of the previous line. So an error counts only at the line at which it occurs.
 """
 
 import argparse
@@ -25,11 +25,12 @@ import numpy as np
 import vibrodrive as vd
 from vibrodrive import State
 from vibrodrive.model import config
+from vibrodrive.model.described import counted
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.physical import UNITS, column, measure
 from vibrodrive.model.quantities import QUANTITIES
-from vibrodrive.store.tables import read_table
+from vibrodrive.store.tables import numbered_rows
 
 RIGHT, MISSED, OTHER = "right", "missed", "another state"
 """Verdicts: the right switch (possibly late or early); an earlier switch was missed; a different state begins or
@@ -38,7 +39,8 @@ ends."""
 MODEL = ("A", "B", "eps", "eta")
 IN_SI = {name: column(name, UNITS[QUANTITIES[name].scales].si) for name in ("tau", "xi", "dxi")}
 """Columns of a table: the names of dimensionless numbers, and of numbers in SI units."""
-COLUMNS = f"{', '.join(IN_SI)} or, in SI units with --scene, {', '.join(IN_SI.values())}"
+MILLI = {"tau": "t_ms", "xi": "x_mm", "dxi": "v_mm_per_s"}
+COLUMNS = f"{', '.join(IN_SI)} or, with --scene, {', '.join([*IN_SI.values(), *MILLI.values()])}"
 
 FEW, MANY = 5, 20.0
 """Switches that are too few to judge their units, and switches in a period, more than an undisturbed motion has. Each
@@ -102,20 +104,22 @@ def read(path: str, scene: Mapping[str, float] | None = None) -> list[Switch]:
 
     Raises OSError, and ValueError with one sentence for a file that is not understood.
     """
-    rows = read_table(Path(path))
-    there = {_spelled(name): name for row in rows[:1] for name in row}
+    rows = numbered_rows(Path(path))
+    there = {_spelled(name): name for _, row in rows[:1] for name in row}
     state, found = there.get("state", there.get("after")), {}
     for name in IN_SI:
         unit = measure(QUANTITIES[name], scene or {})
-        for wanted, one in ((column(name, unit.si), unit.one), (name, 1.0)):
+        milli = ((MILLI[name], 1e3 * unit.one),) if scene and unit.si != "1" else ()
+        for wanted, one in ((column(name, unit.si), unit.one), *milli, (name, 1.0)):
             if own := there.get(_spelled(wanted)):
                 found[name] = own, one
     if rows and (state is None or len(found) < len(IN_SI)):
-        raise ValueError(f"{path}: {bad('columns', ', '.join(rows[0]), f'state, and {COLUMNS}')}")
+        raise ValueError(f"{path}: {bad('columns', ', '.join(rows[0][1]), f'state, and {COLUMNS}')}")
     if len(rows) < 2:
-        raise ValueError(f"{path}: {len(rows)} switches: must be at least 2, below the names of the columns")
+        told = f"{counted(len(rows), 'switch', 'es')}: must be at least 2, below the names of the columns"
+        raise ValueError(f"{path}: {told}")
     switches: list[Switch] = []
-    for line, row in enumerate(rows, 2):
+    for line, row in rows:
         name = _state(f"{path}: {state} in line {line}", row[state])
         tau, xi, dxi = (_number(f"{path}: {own} in line {line}", row[own]) / one for own, one in found.values())
         if switches and tau < switches[-1].tau:
@@ -128,8 +132,8 @@ def read(path: str, scene: Mapping[str, float] | None = None) -> list[Switch]:
 
 
 def _spelled(name: str) -> str:
-    """Return the letters that tell the name of a column with its unit: v_m_per_s, v_m_s and "v [m/s]" are equal."""
-    return re.sub(r"\W|_|per", "", name.strip().lower())
+    """Return the name of a column with its unit in one spelling: v_m_per_s, v_m_s and "v [m/s]" are equal."""
+    return re.sub(r"(\W|_)+(per_)?", "_", name.lower()).strip("_")
 
 
 def _state(key: str, text: object) -> str:
@@ -153,7 +157,9 @@ def report(judged: Iterable[Judged]) -> str:
     """Return as text the number of each verdict, the delay of the right switches, and the first wrong switch."""
     judged = list(judged)
     counts = Counter(j.verdict for j in judged)
-    lines = [f"{len(judged)} switches: " + ", ".join(f"{counts[v]} {v}" for v in (RIGHT, MISSED, OTHER))]
+    lines = [
+        f"{counted(len(judged), 'switch', 'es')}: " + ", ".join(f"{counts[v]} {v}" for v in (RIGHT, MISSED, OTHER))
+    ]
     late = np.array([j.late for j in judged if j.verdict == RIGHT])
     if len(late):
         lines.append(f"late by {np.median(late):.2g} (median), from {late.min():.2g} to {late.max():.2g}")

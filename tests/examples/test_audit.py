@@ -79,12 +79,18 @@ def all_right(switches):
     return f"{len(switches) - 1} switches: {len(switches) - 1} right, 0 missed, 0 another state\n"
 
 
-@pytest.mark.parametrize("head", ["t_s,x_m,v_m_per_s,state", "t_s,x_m,v_m_s,state", "t [s],x [m],v [m/s],State"])
-def test_switches_in_si_units_are_those_of_the_scene(tmp_path, monkeypatch, capsys, head):
+HEADS = {
+    "t_s,x_m,v_m_per_s,state": 1.0, "t_s,x_m,v_m_s,state": 1.0, "t [s],x [m],v [m/s],State": 1.0,
+    "t_ms,x_mm,v_mm_per_s,state": 1e3, "t (ms),x (mm),v (mm/s),state": 1e3,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("head", "milli"), HEADS.items())
+def test_switches_in_si_units_are_those_of_the_scene(tmp_path, monkeypatch, capsys, head, milli):
     """The scene gives A, B and the units. Its frequency and gravity convert, without the functions of the package."""
     switches, omega = certified(SCENE.A, B=SCENE.B), 2 * np.pi * 24.0
-    v = 0.6 * 9.80665 * np.cos(np.radians(3.4)) / omega
-    rows = [(s.tau / omega, s.xi * v / omega, s.dxi * v, s.state.lower()) for s in switches]
+    v = milli * 0.6 * 9.80665 * np.cos(np.radians(3.4)) / omega
+    rows = [(milli * s.tau / omega, s.xi * v / omega, s.dxi * v, s.state.lower()) for s in switches]
     written(tmp_path / "mine.csv", head, rows)
     (tmp_path / "scene.toml").write_text(TOML)
     out = run(monkeypatch, capsys, tmp_path / "mine.csv", "--scene", tmp_path / "scene.toml")
@@ -105,6 +111,17 @@ def test_tables_of_the_program_are_read(tmp_path, method, in_si):
     assert (min(late) > 0 and max(late) < 0.01) if method else max(map(abs, late)) < 1e-9
 
 
+def test_comments_and_empty_lines_are_left_out(tmp_path):
+    written(
+        tmp_path / "mine.csv", "# of MATLAB\n\ntau,xi,dxi,state", [(0.5, 0, 0, "UP"), ("#",), (2.5, 0.5, 0, "STICK")]
+    )
+    assert read(str(tmp_path / "mine.csv")) == [Switch(0.5, 0.0, 0.0, "UP"), Switch(2.5, 0.5, 0.0, "STICK")]
+
+
+def test_one_switch_is_counted_as_one():
+    assert report(audit(certified(1.5)[:2], 1.5)).startswith("1 switch: 1 right")
+
+
 def test_states_are_known_names_in_any_case():
     switches = certified(1.5)
     lower = [dataclasses.replace(s, state=f" {s.state.lower()} ") for s in switches]
@@ -120,7 +137,7 @@ def test_numbers_in_other_units_are_suspected(tmp_path, monkeypatch, capsys):
     rows = [(SCENE.time(s.tau), SCENE.length(s.xi), SCENE.velocity(s.dxi), s.state) for s in switches]
     written(tmp_path / "mine.csv", "tau,xi,dxi,state", rows)
     out = run(monkeypatch, capsys, tmp_path / "mine.csv", "--A", SCENE.A, "--B", SCENE.B)
-    assert "switches in 0.037 periods: is τ in seconds? Columns: tau, xi, dxi or, in SI units with --scene, t_s" in out
+    assert "switches in 0.037 periods: is τ in seconds? Columns: tau, xi, dxi or, with --scene, t_s" in out
     disturbed = certified(1.5, eps=2e-4, periods=50)  # it has a hundred switches in a period
     assert not suspect(switches, 0.0, vd.ETA)
     assert not suspect(disturbed, 2e-4, vd.ETA)
@@ -140,7 +157,10 @@ REFUSED = {
     ROWS.replace("2.5", "nan"): "tau in line 3 = 'nan': must be a finite number",
     ROWS.replace("2.5", "0.4"): "tau in line 3 = '0.4': must be at least that of the line before",
     ROWS.replace("0.5,0,0", "1e20,0,0").replace("2.5", "2e20"): "tau0 = 1e+20: must be",
-    ROWS[:27]: "1 switches: must be at least 2",
+    ROWS.replace("\n0.5", "\n# mine\n\n0.5").replace("UP", "1"): "state in line 4 = '1': must be one of UP",
+    ROWS.replace("tau,xi,dxi", "t_ms,x_mm,v_mm_per_s"): "columns = 't_ms, x_mm, v_mm_per_s, state': must be state, and",
+    ROWS.replace("xi,dxi", "xi,xi"): "columns = 'tau, xi, xi, state': must be different, but xi is there twice",
+    ROWS[:27]: "1 switch: must be at least 2",
     "": "must be a table (CSV in UTF-8)",
     "\xff\xfe": "must be a table (CSV in UTF-8)",
 }

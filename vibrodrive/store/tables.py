@@ -45,24 +45,31 @@ def rows_of(columns: Mapping[str, np.ndarray]) -> Iterator[tuple[Any, ...]]:
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a table, by the names of its columns. Item k is line k + 2.
+    """Return the rows of a table, by the names of its columns.
 
     Raises OSError, and ConfigError for a file that is no table.
     """
+    return [row for _, row in numbered_rows(path)]
+
+
+def numbered_rows(path: Path) -> list[tuple[int, dict[str, str]]]:
+    """Return the rows of a table with the numbers of their lines. Empty lines, and comments after #, are left out."""
+    lines: list[tuple[int, list[str]]] = []
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:  # spreadsheets begin a file with a byte order mark
-            lines = list(csv.reader(file))
+            reader = csv.reader(file)
+            lines += [(reader.line_num, cells) for cells in reader if cells and not cells[0].lstrip().startswith("#")]
     except (UnicodeDecodeError, csv.Error):
         lines = []
-    while lines and not lines[-1]:
-        lines.pop()
     if not lines:
         raise ConfigError(f"{path}: must be a table (CSV in UTF-8)")
-    names = [name.strip() for name in lines[0]]
+    names = [name.strip() for name in lines[0][1]]
     if len(names) == 1 and (other := re.search(r"[;\t ]", names[0])):
         raise ConfigError(f"{path}: {bad('separator', other[0], 'a comma')}")
-    for k, line in enumerate(lines, 1):
-        if len(line) != len(names):
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise ConfigError(f"{path}: {bad('columns', ', '.join(names), f'different, but {twice} is there twice')}")
+    for number, cells in lines[1:]:
+        if len(cells) != len(names):
             allowed = f"{len(names)} cells, as in the first line"
-            raise ConfigError(f"{path}: {bad(f'line {k}', ','.join(line), allowed)}")
-    return [dict(zip(names, line, strict=True)) for line in lines[1:]]
+            raise ConfigError(f"{path}: {bad(f'line {number}', ','.join(cells), allowed)}")
+    return [(number, dict(zip(names, cells, strict=True))) for number, cells in lines[1:]]
