@@ -32,6 +32,22 @@ def test_members_equal_their_names_and_keep_the_hash_of_their_numbers():
         assert pickle.loads(pickle.dumps(member)) is member
 
 
+def test_members_are_made_of_names_and_numbers():
+    assert Status("OK") is Status("ok") is Status(0) is Status.OK
+    assert (State("UP"), Method("certified")) == (State.UP, Method.CERTIFIED)
+    for wrong in ("OKAY", 99, None, ""):
+        with pytest.raises(ValueError, match=rf"^status = {wrong!r}: must be one of OK, TOO_CLOSE, .*, NOT_COMPUTED$"):
+            Status(wrong)
+
+
+def test_texts_of_arrays_are_names(statuses):
+    for kind in (str, "U20", object):
+        assert statuses.astype(kind).tolist() == [["OK", "TOO_CLOSE"], ["BUDGET", "NOT_COMPUTED"]]
+    assert np.isin(statuses.astype(str), ["OK", "BUDGET"]).tolist() == [[True, False], [True, False]]
+    assert (statuses.astype(float).sum(), type(statuses.astype(np.int64))) == (2.0, Statuses)
+    assert statuses[0, :1].reshape(()).astype(str) == "OK"
+
+
 def test_arrays_equal_names(statuses):
     assert (statuses == "OK").tolist() == (statuses == Status.OK).tolist() == [[True, False], [False, False]]
     assert (statuses == "not_computed").tolist() == [[False, False], [False, True]]

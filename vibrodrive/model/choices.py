@@ -21,7 +21,14 @@ period, `gaps` needs the cycle of gaps twice.
 
 class Named(IntEnum):
     """A choice that prints as its name, "OK", not 0, and equals it, in upper or lower case. As a key of a dict or a
-    member of a set it is its number, because equal keys need equal hashes."""
+    member of a set it is its number, because equal keys need equal hashes. `Status("OK")` is a member, as `Status(0)`.
+    """
+
+    @classmethod
+    def _missing_(cls, value: object) -> Named:
+        if isinstance(value, str) and value.upper() in cls.__members__:
+            return cls[value.upper()]
+        raise ValueError(f"{cls.__name__.lower()} = {value!r}: must be one of {', '.join(cls.__members__)}")
 
     def __str__(self) -> str:
         return self.name
@@ -68,13 +75,17 @@ def used_by(name: str) -> str:
 class Status(Named):
     """Result of the computation of a trajectory: OK, or a problem. `advice` names the action to take.
 
+    A member equals its name and its number, but in a set, a dict, `np.isin` or xarray it is the number only: write the
+    member there, `vd.Status.OK`, or take the name, as in `motion.status.name in {"OK"}`. The names of an array are
+    `Results.status.astype(str)`; a DataFrame has them.
+
     Examples
     --------
     >>> import vibrodrive as vd
     >>> motion = vd.simulate(A=0.5, transient=0, periods=1)
     >>> print(motion.status)
     NEVER_LEAVES
-    >>> motion.status == "NEVER_LEAVES"
+    >>> motion.status == "NEVER_LEAVES" == vd.Status("never_leaves")
     True
     >>> motion.status.advice.split(":")[0]
     'the mass comes to rest and the excitation is too weak to move it again'

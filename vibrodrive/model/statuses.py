@@ -11,7 +11,7 @@ NO_STATUS = -128  # no version has such a status
 
 class Statuses(np.ndarray):
     """int8 array with the status of each point. An element is a `Status`, and equals its name; results of NumPy's
-    ufuncs are plain arrays."""
+    ufuncs are plain arrays. As texts the elements are names, `astype(str)`."""
 
     def __getitem__(self, index: Any) -> Any:
         found = super().__getitem__(index)
@@ -24,6 +24,12 @@ class Statuses(np.ndarray):
         if out:
             options["out"] = tuple(np.asarray(x) if isinstance(x, Statuses) else x for x in out)
         return getattr(ufunc, method)(*plain, **options)
+
+    def astype(self, dtype: Any, *args: Any, **options: Any) -> Any:
+        if np.dtype(dtype).kind not in "UO":
+            return super().astype(dtype, *args, **options)
+        names = [str(as_status(value)) for value in np.asarray(self).reshape(-1).tolist()]
+        return np.array(names, dtype).reshape(self.shape)
 
     def __repr__(self) -> str:
         return f"Statuses({self})"
