@@ -66,11 +66,20 @@ friction is too weak to hold the mass, which accelerates without limit.
 class _Rows(dict[str, Mapping[str, float]]):
     """Rows by name, which may have the minus of a keyboard instead of “−”."""
 
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(_named(name))
+
     def __missing__(self, name: str) -> Mapping[str, float]:
-        typed = str(name).replace("-", "−")
-        if typed not in self:
+        if name not in self:
             raise KeyError(unknown("row", name, self) if self else "the table has no rows without a scene")
-        return self[typed]
+        return self[_named(name)]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return super().get(_named(name), default)
+
+
+def _named(row: object) -> str:
+    return str(row).replace("-", "−")
 
 
 class Description(str):
