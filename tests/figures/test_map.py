@@ -439,6 +439,14 @@ def test_limits_over_two_axes_are_a_map_of_k2():
     assert fig.axes[1].get_yscale() == "log"
 
 
+def test_map_of_statuses_has_words_for_each():
+    found = limits_over([[1e-6, 1e-3], [np.nan] * 2, [1e-4] * 2], A=[1.0, 2.0, 3.0], B=[0.1, 0.2])
+    found.status[1] = Status.NO_ORBIT, Status.RAISED
+    assert key(found.plot(quantity="status")) == ["no periodic motion or function raised an exception"]
+    found.status[1] = 9  # of a later version
+    assert key(found.plot(quantity="status")) == ["status 9"]
+
+
 def test_limits_over_one_axis_are_bands_of_velocities():
     same = {"A": [1.5, 1.0, 2.0]}
     certified, fixed = limits_over([1e-3, 1e-4, np.inf], **same), limits_over([0.2, 0.1, 0.3], **same, method="fixed")

@@ -23,6 +23,7 @@ from vibrodrive.model.quantities import (
     STRUCTURE,
     Quantity,
 )
+from vibrodrive.model.statuses import as_status
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512  # number of shades of a scale
@@ -96,6 +97,9 @@ def paint(
         labels, colours = [], [*shades, *look.beyond, *(colour for _, colour in apart)]
     none = done & (kind < 0)
     if none.any():
+        if row is STATUS:  # those of few motions share a colour
+            others = map(as_status, np.unique(values[none]).tolist())
+            lacking = " or ".join(one.words if isinstance(one, Status) else one for one in others)
         apart.append((lacking, look.lacking))
         kind = np.where(none, len(colours), kind)
         colours = [*colours, look.lacking]
