@@ -74,7 +74,9 @@ def __getattr__(name: str) -> Any:
     if name in ("errors", "plot"):
         return import_module(f"vibrodrive.{name}")
     if name not in _HOMES:
-        raise AttributeError(f"module 'vibrodrive' has no attribute {name!r}")
+        from vibrodrive.model.parameters import did_you_mean
+
+        raise AttributeError(f"module 'vibrodrive' has no attribute {name!r}{did_you_mean(name, __all__)}")
     value = getattr(import_module(f"vibrodrive.{_HOMES[name]}"), name)
     globals()[name] = value  # later accesses do not call this function
     return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import functools
 import hashlib
 import inspect
@@ -10,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from vibrodrive.errors import Failed
-from vibrodrive.model.parameters import bad, has_control, real_number
+from vibrodrive.model.parameters import bad, did_you_mean, has_control, real_number, with_sentences
 from vibrodrive.model.quantities import SCALES, Quantity, number
 from vibrodrive.model.record import OfMotion, Record
 
@@ -19,6 +20,9 @@ _TEXT = re.compile(r"(?P<name>[^:,]+): (?P<numbers>.*) \((?P<of>source|function)
 SOURCE, FUNCTION = "source", "function"
 """What a SHA-256 is of: of the source alone, as in older files, or of all that the function depends on (identity.py)"""
 
+
+ALIKE = 0.8
+"""Likeness, as in `difflib`, from which on a unit is taken for a slip, such as "lenght" or "Velocity"."""
 
 Row = tuple[str, str, str]
 NO_ROWS: Mapping[str, Row] = {}
@@ -139,6 +143,7 @@ class Own(OfMotion):
         return Own(str(self), self.returned, sha256, SOURCE, self.function, self.rows, self.uses)
 
 
+@with_sentences
 def own(
     function: Callable[[Any], Any], *, unit: str | Mapping[str, str] = "", label: str | Mapping[str, str] = ""
 ) -> Own:
@@ -162,8 +167,8 @@ def own(
 
     Raises
     ------
-    TypeError
-        if an argument has another type. The message is one line.
+    TypeError, ValueError
+        if an argument has another type, or a unit is written wrongly. The message is one line.
 
     Examples
     --------
@@ -187,6 +192,9 @@ def own(
                 raise TypeError(bad(key, given, "a text of one line, or a dict of them by the names of the numbers"))
             texts.append(text)
         scales = texts[0] if texts[0] in SCALES else ""
+        if not scales and difflib.get_close_matches(texts[0].lower(), SCALES, 1, ALIKE):
+            allowed = f"one of {', '.join(SCALES)}, which follow a scene, or another unit, such as m s-1"
+            raise ValueError(bad("unit", texts[0], allowed) + did_you_mean(texts[0], SCALES))
         rows[name] = ("1" if scales else texts[0] or "1", scales, texts[1])
     return Own.from_function(function).with_rows(rows)
 

@@ -123,6 +123,9 @@ def check_record(record: object) -> Records:
     for f in own:
         if f in RECORDS:
             raise ValueError(bad("record", f"the function {f}", "a function that has not the name of a record"))
+    if len({*own}) < len(own):
+        told = "functions of different names (that of a lambda is 'function')"
+        raise ValueError(bad("record", ", ".join(own), told))
     if len({*named, *own}) < len(given):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
     for one in RECORDS.values():

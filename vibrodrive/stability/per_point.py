@@ -24,7 +24,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.described import counted
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.own import Own
-from vibrodrive.model.parameters import COLUMNS, bad
+from vibrodrive.model.parameters import COLUMNS, bad, unknown
 from vibrodrive.model.physical import UNITS, column
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
@@ -155,6 +155,8 @@ def with_names(plan: Plan) -> Plan:
     for one in plan.record:
         if isinstance(one, Own):
             one = one.returning(_first_names(plan, one))
+            for name in one.rows.keys() - {"", *one.returned}:
+                raise ValueError(unknown(f"name in the units and labels of {one}", name, one.returned))
             for name in one.returned:
                 _check_name(one, name, {*named, *plan.axes, *plan.together})
                 named.append(name)
