@@ -245,6 +245,29 @@ CALLS = [
     (lambda: recorded().select(A=[3.0, 3.1]), "A = [3.0, 3.1]: must be one number; to_xarray().sel(A=…) selects …"),
     (lambda: recorded().select(A=slice(3, 4)), "A = slice(3, 4, None): must be one number; to_xarray().sel(A=…) …"),
     (lambda: recorded().impact_power, "'Results' object has no attribute 'impact_power': it is energy or, in W …"),
+    (lambda: recorded().plot(colour="red"), "argument = 'colour': must be one of kind, quantity, x, y, …, notes"),
+    (lambda: vd.plot.map(recorded(), colour="red"), "argument = 'colour': must be one of results, quantity, x, y, …"),
+    (lambda: vd.plot.limits(), "results is missing: must be given"),
+    (lambda: vd.plot.map(3), "results = 3: must be the Results of a sweep, of which vd.load reads those of a file"),
+    (lambda: vd.plot.bifurcation("x.h5"), "results = 'x.h5': must be the Results of a sweep, of which vd.load …"),
+    (lambda: vd.plot.poincare([recorded()]), "source = [<Results … …: must be Results, a Trajectory, or a sequence …"),
+    (lambda: vd.plot.limits([3]), "results = [3]: must be Results, or a sequence of them"),
+    (lambda: vd.plot.phase_curve([]), "source = []: must be a Trajectory, or a sequence of them"),
+    (lambda: vd.plot.poincare(recorded(), "ab"), "titles = 'ab': must be a list of 2, one for each panel"),
+    (lambda: vd.plot.poincare(recorded(), reference=[1]), "reference = [1]: must be section points, ξ and ξ' in …"),
+    (lambda: vd.plot.cobweb(3.04, orbit=vd.orbits(3.0)[0]), "orbit = <Orbit…: must be an Orbit … at A = 3.04, B = 0.1"),
+    (lambda: motion().plot(3), "curves = 3: must be a list of one or more of phase, time, velocity, section"),
+    (lambda: motion().sample(points=9), "argument = 'points': must be one of points_per_period. Did you mean …?"),
+    (lambda: motion().to_dataframe(table="x"), "argument = 'table': must be one of of"),
+    (lambda: summarised().plot(quantity="kept"), "undisturbed = None: must be the gaps … vd.sweep(…).gaps"),
+    (lambda: vd.plot.map(summarised(), "kept", undisturbed=3), "undisturbed = 3: must be the gaps …"),
+    (lambda: vd.own(len, unit="lenght"), "unit = 'lenght': must be one of length, … Did you mean length?"),
+    (lambda: vd.own(len, units="m"), "argument = 'units': must be one of function, unit, label. Did you mean unit?"),
+    (lambda: vd.sweep(A=3, record=[lambda m: 1.0, lambda m: 2.0]), "record = 'function, function': must be functi…"),
+    (lambda: vd.sweep(A=3, record=vd.own(lambda m: {"a": 1.0}, label={"b": "x"}), **SHORT),
+     "name in the units and labels of function = 'b': must be one of a"),
+    (lambda: vd.simulat, "module 'vibrodrive' has no attribute 'simulat'. Did you mean simulate?"),
+    (lambda: vd.explore(3), "config = 3: must be the name of a configuration"),
     (lambda: recorded().plot("map", limits=(10,)), "limits = (10,): must be two numbers in ascending order"),
     (lambda: vd.sweep(A=3, path="x.csv"), "path = 'x.csv': must be a result file (.h5 or .nc)"),
     (lambda: vd.Scene(1e-3, 24.0), "arguments without a name = (0.001, 24.0): must be none; … such as a0 = …"),
@@ -294,6 +317,14 @@ SENTENCES = [
 def recorded():
     plan = make_plan({"A": [3.0, 3.1], **SHORT})
     return Results.collect(plan, fake.run_blocks(plan))
+
+
+def motion():
+    return vd.simulate(A=3.0, **SHORT)
+
+
+def summarised():
+    return vd.sweep(A=[3.0, 3.1], record="summary", **SHORT)
 
 
 @pytest.mark.integration

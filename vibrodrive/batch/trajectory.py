@@ -25,7 +25,7 @@ from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import documented
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.names import ETA
-from vibrodrive.model.parameters import COLUMNS, check_count
+from vibrodrive.model.parameters import COLUMNS, check_count, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import row_of
@@ -215,6 +215,7 @@ class Trajectory:
         """Return the conversion of a quantity to SI units; one that changes nothing without a scene."""
         return measure(row_of((), quantity), self._plan.scalars)
 
+    @with_sentences
     def to_dataframe(self, of: Table = "switches") -> pandas.DataFrame:
         """Return the switches, the main impacts or the section points as a table.
 
@@ -323,6 +324,7 @@ class Trajectory:
         """
         return described(self.status, self.margin, self._plan)
 
+    @with_sentences
     def sample(self, points_per_period: int) -> Sample:
         """Evaluate the motion at equidistant instants of the record, including its beginning and its end.
 

@@ -70,7 +70,7 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
 
     Raises
     ------
-    ConfigError, ValueError
+    ConfigError, TypeError, ValueError
         if the configuration cannot be read or shown; the message has one line.
     ModuleNotFoundError
         if the extra `explore` is not installed.
@@ -85,6 +85,8 @@ def explore(config: str | PathLike[str] | None = None, *, threads: int | None = 
     """
     if find_spec("tornado") is None:
         raise ModuleNotFoundError("explore needs the extra `explore`: pip install 'vibrodrive[explore]'")
+    if not isinstance(config, str | PathLike | None):
+        raise TypeError(parameters.bad("config", config, "the name of a configuration"))
     view = View.read({}) if config is None else view_of(configuration.read(Path(config)))
     from vibrodrive.batch import sweep
     from vibrodrive.explorer import tasks  # noqa: F401 - imports Numba; if two threads import it, one may fail

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.image import is_geometric, keep_range
-from vibrodrive.figures.sheet import Sheet, drawn_on
+from vibrodrive.figures.sheet import Sheet, as_list, drawn_on
 from vibrodrive.figures.texts import as_shown, conditions, of_sweep
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import Style, Width, documented
@@ -67,7 +67,7 @@ def limits_figure(
     >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
     ('$A$', 'limit as a velocity $V$')
     """
-    several = [results] if isinstance(results, Results) else list(results)
+    several = as_list("results", results, "plan", "Results, or a sequence of them")
     for one in several:
         check_limits(one, several[0])
     with drawn_on(ax, style, width, notes) as sheet:

@@ -167,8 +167,12 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
     undisturbed motion has no gaps, or if a record is too short to show the gaps."""
     if undisturbed is None:
         undisturbed = above("the gaps of undisturbed motions")(results)
-    gaps = np.asarray(results.gaps)
-    return np.where((undisturbed > 0) & (gaps != UNSEEN), (gaps == undisturbed).astype(np.int64), -1)
+    gaps, there = np.asarray(results.gaps), np.asarray(undisturbed)
+    alike = there.ndim == gaps.ndim and all(n in (1, m) for n, m in zip(there.shape, gaps.shape, strict=True))
+    if there.dtype.kind != "i" or not alike:
+        allowed = f"the gaps of the undisturbed motions for {KEPT.name}, as of vd.sweep(…, eps=[0.0], …).gaps"
+        raise ValueError(bad("undisturbed", undisturbed, allowed))
+    return np.where((there > 0) & (gaps != UNSEEN), (gaps == there).astype(np.int64), -1)
 
 
 def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:

@@ -22,6 +22,7 @@ from vibrodrive.figures.texts import as_shown, conditions, equation, of_sweep
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.drawing import Style, Width, documented
 from vibrodrive.model.keywords import as_written
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, amplitude_axis, measure
 from vibrodrive.model.plan import plan_motion
 from vibrodrive.model.quantities import QUANTITIES
@@ -118,7 +119,7 @@ def cobweb(
     Raises
     ------
     TypeError, ValueError
-        if A or B is not a number or is out of range.
+        if A or B is not a number or is out of range, or if the orbit is not one at A and B.
 
     Examples
     --------
@@ -130,6 +131,10 @@ def cobweb(
     """
     plan = plan_motion(written)
     system = ImpactMap(plan.scalars["A"], plan.scalars["B"])
+    if orbit is not None and not (
+        isinstance(orbit, Orbit) and np.allclose((orbit.A, orbit.B), (system.A, system.B), 1e-9)
+    ):
+        raise ValueError(bad("orbit", orbit, f"an Orbit of vd.orbits at A = {system.A:g}, B = {system.B:g}"))
     with drawn_on(ax, style, width, notes) as sheet:
         fig, axes = sheet.new(height=4.6, width=4.8)
         ax = axes[0, 0]

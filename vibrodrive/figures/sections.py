@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from vibrodrive.figures.image import density
 from vibrodrive.figures.ink import FAINTEST
 from vibrodrive.figures.plane import NUMBERED, draw_lines, read_lines, upright
-from vibrodrive.figures.sheet import Sheet, drawn_on
+from vibrodrive.figures.sheet import Sheet, as_list, drawn_on
 from vibrodrive.figures.style import INCHES
 from vibrodrive.figures.texts import (
     as_shown,
@@ -30,8 +30,8 @@ from vibrodrive.figures.texts import (
     symbol,
 )
 from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, choose_drawing, documented
-from vibrodrive.model.parameters import bad, bad_axes
+from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, check_swept, choose_drawing, documented
+from vibrodrive.model.parameters import bad, bad_axes, real_array
 from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import SECTIONS
 
@@ -95,6 +95,7 @@ def bifurcation(
     >>> len(figure.axes), figure.axes[1].get_xlabel()
     (2, '$A$')
     """
+    check_swept(results)
     if not results.axes:
         raise ValueError(bad_axes((), "at least one axis for a bifurcation diagram (for one motion, draw its section)"))
     drawing = choose_drawing(results, BIFURCATION, quantity, x=x, limits=limits, cmap=cmap)
@@ -206,7 +207,7 @@ def poincare(
     >>> len(figure.axes)
     2
     """
-    source = source if hasattr(source, "axes") else as_motions(source)
+    source = source if hasattr(source, "record") else as_motions(source, results=True)
     with drawn_on(ax, style, width, notes) as sheet:
         return draw_sections(sheet, source, titles, reference)
 
@@ -215,7 +216,10 @@ def draw_sections(
     sheet: Sheet, source: Any, titles: Sequence[str] | None = None, reference: np.ndarray | None = None
 ) -> Figure:
     """Draw the sections of a Results or of a list of trajectories."""
-    marks = np.empty((0, 2)) if reference is None else np.asarray(reference)
+    allowed = "section points, ξ and ξ' in a row, as from motion.section"
+    marks = np.empty((0, 2)) if reference is None else real_array("reference", reference, allowed)
+    if marks.ndim != 2 or marks.shape[1] != 2:
+        raise ValueError(bad("reference", reference, allowed))
     sections, circled, named, shared, more = (_of_results if hasattr(source, "axes") else _of_motions)(source, marks)
     asked, count = titles is not None, len(sections)
     titles = named if titles is None else check_titles(titles, count)
@@ -274,13 +278,13 @@ def _rests(sections: Sequence[np.ndarray], status: Sequence[Any]) -> tuple[np.nd
 
 def check_titles(titles: Sequence[str], panels: int) -> Sequence[str]:
     """Return the titles. Raises ValueError if there is not one for each panel."""
-    if isinstance(titles, str) or len(titles) != panels:
+    if np.ndim(titles) != 1 or len(titles) != panels:
         raise ValueError(bad("titles", titles, f"a list of {panels}, one for each panel"))
     return titles
 
 
-def as_motions(source: Any) -> list[Trajectory]:
+def as_motions(source: Any, results: bool = False) -> list[Trajectory]:
     """Return one trajectory or a sequence of trajectories as a list; without their scenes unless all have one."""
-    motions = [source] if hasattr(source, "sample") else list(source)
+    motions = as_list("source", source, "arguments", f"{'Results, ' * results}a Trajectory, or a sequence of them")
     alike = all(m.scene is not None for m in motions)
     return [m if alike or m.scene is None else m.dimensionless() for m in motions]

@@ -332,3 +332,11 @@ def drawn_on(
         yield sheet
         if sheet.fig is not None:
             sheet.explain()
+
+
+def as_list(key: str, given: Any, attribute: str, allowed: str) -> list[Any]:
+    """Return one object with an attribute, or a sequence of such objects, as a list. Raises TypeError."""
+    found = [given] if hasattr(given, attribute) else list(given) if isinstance(given, Iterable) else []
+    if not found or not all(hasattr(one, attribute) for one in found):
+        raise TypeError(bad(key, given, allowed))
+    return found

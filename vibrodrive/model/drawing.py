@@ -4,9 +4,9 @@ import inspect
 import math
 from collections.abc import Callable, Sequence
 from numbers import Real
-from typing import Any, Literal, NamedTuple, NoReturn, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, NoReturn, TypeVar, cast, get_args
 
-from vibrodrive.model.parameters import bad, did_you_mean
+from vibrodrive.model.parameters import bad, did_you_mean, with_sentences
 from vibrodrive.model.physical import has_units
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, Quantity
 from vibrodrive.model.records import RECORDS, SECTION
@@ -81,6 +81,12 @@ def check_range(key: str, limits: tuple[float, float] | None, row: Quantity) -> 
         check_limits(key, limits)
 
 
+def check_swept(swept: Any) -> None:
+    """Refuse what is no sweep. Raises TypeError with one sentence."""
+    if not hasattr(swept, "record"):
+        raise TypeError(bad("results", swept, "the Results of a sweep, of which vd.load reads those of a file"))
+
+
 class Drawing(NamedTuple):
     """What a figure of a sweep shows: its kind, the row of its quantity, the axes to the right ("" in sections) and
     upwards (None unless it is a map over two axes), and the range of the quantity."""
@@ -108,6 +114,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     `swept` is a Plan or Results. `others` contains `x`, `y`, `limits`, `cmap` and `over`, which must have an effect on
     the figure. Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
     """
+    check_swept(swept)
     if kind not in (None, *FIGURE_KINDS):
         _refuse("kind", kind, "one of " + ", ".join(FIGURE_KINDS))
     given = {name: value for name, value in {"quantity": quantity, **others}.items() if value is not None}
@@ -282,9 +289,10 @@ ValueError
 
 
 def documented(function: _F) -> _F:
-    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to the docstring of a drawing function."""
+    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to the docstring of a drawing function, and refuse wrong
+    arguments in a sentence."""
     described, heading, examples = (inspect.getdoc(function) or "").partition("\n\nExamples\n")
     parameters, _, raises = described.partition("\n\nRaises\n------\n")
     raises = "\n".join(["Raises\n------", *filter(None, [raises]), SHARED_RAISES])
     function.__doc__ = f"{parameters}\n{SHARED_PARAMETERS}\n\n{SHARED_RETURNS}\n\n{raises}{heading}{examples}"
-    return function
+    return cast(_F, with_sentences(function))

@@ -78,13 +78,14 @@ def refuse_unknown(names: Collection[str], most: int, args: Sequence[object], kw
 
 def with_sentences(function: Callable[P, R]) -> Callable[P, R]:
     """Wrap a function so that it refuses unknown and missing arguments in one sentence. Raises TypeError."""
-    known = {p.name: p for p in inspect.signature(function).parameters.values() if p.name != "self"}
+    known = dict(inspect.signature(function).parameters)
+    bound = known.pop("self", None) is not None
     most = sum(p.kind != p.KEYWORD_ONLY for p in known.values())
     needed = [name for name, p in known.items() if p.default is p.empty]
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        own = args[1:] if function.__name__ == "__init__" else args
+        own = args[1:] if bound else args
         refuse_unknown(known, most, own, kwargs)
         for name in needed:
             if name not in kwargs and name not in [*known][: len(own)]:

@@ -16,7 +16,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.described import counted, html_table, numbers, share_computed, span
 from vibrodrive.model.drawing import documented
 from vibrodrive.model.names import Settings
-from vibrodrive.model.parameters import bad, did_you_mean, real_number, unknown
+from vibrodrive.model.parameters import as_number, bad, did_you_mean, real_number, unknown, with_sentences
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, SECTIONS, Quantity, length_along, row_of
@@ -395,6 +395,7 @@ class Results:
         """
         return above("a Dataset of results")(self)
 
+    @with_sentences
     def to_dataframe(self, of: Literal["points", "section", "impacts"] = "points") -> pandas.DataFrame:
         """Return a table for pandas, which the extra `data` installs.
 
@@ -599,7 +600,8 @@ def _reach(method: str | None, tolerance: object) -> float | None:
 
 def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> int:
     """Return the index of a value on an axis; `reach` is the result of `_reach`. Raises TypeError or ValueError."""
-    if isinstance(value, list | tuple | slice | np.ndarray):
+    value = as_number(name, value, "one number")
+    if isinstance(value, list | tuple | slice) or getattr(value, "shape", None):
         raise TypeError(bad(name, value, f"one number; to_xarray().sel({name}=…) selects several values, or a range"))
     only = f"{axis[0].item()!r}, the one value of this axis"
     allowed = f"one of the {len(axis)} values of this axis" if len(axis) > 1 else only

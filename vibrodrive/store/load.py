@@ -33,13 +33,13 @@ def load(path: str | Path) -> Results:
     Raises
     ------
     NoResult
-        if `path` is not a result file of this version. All exceptions of this function are in `vibrodrive.errors`.
+        if `path` is not a result file of this version. This exception and the next are in `vibrodrive.errors`.
     Damaged (a NoResult)
         if the file cannot be read.
     TypeError, ValueError
         if `path` is not a file name.
-    OSError
-        if the system cannot open the file.
+    FileNotFoundError, OSError
+        if there is no such file, or the system cannot open it.
 
     Examples
     --------
