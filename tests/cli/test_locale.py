@@ -51,6 +51,9 @@ def test_commands_read_and_write_the_same_files_in_any_locale(run):
         return out
 
     Path("ü.toml").write_text(CONFIG, encoding="utf-8")
+    title = "η".encode() if encoding == "ascii" else "ü".encode("latin-1")  # as a terminal sends it
+    output("sweep", "ü.toml", "-o", "t.h5", "--set", b"title=" + title)
+    assert vd.load("t.h5").title == title.decode("utf-8" if encoding == "ascii" else "latin-1")
     output("init", "quickstart")
     supplied = (configurations() / "quickstart.toml").read_text(encoding="utf-8")
     assert Path("quickstart.toml").read_text(encoding="utf-8") == supplied.replace("configs/", "")

@@ -163,6 +163,7 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
         raise ConfigError(f"invalid TOML: {error}") from None
     except RecursionError:
         raise ConfigError("invalid TOML: lists or tables are nested too deeply") from None
+    overrides = [_in_utf8(option) for option in overrides]
     for option in sorted(overrides, key=lambda option: "method" not in option.partition("=")[0]):
         _override(tables, option)  # the method first, because it removes parameters of the file, not of other options
     try:
@@ -320,14 +321,20 @@ def _extra(table: str, key: str, value: Any) -> Any:
     return value
 
 
+def _in_utf8(option: str) -> str:
+    """Return an option of the command line as text. Python makes surrogates of bytes that its locale does not know."""
+    try:
+        return os.fsencode(option).decode() if any("\ud800" <= c <= "\udfff" for c in option) else option
+    except UnicodeError:
+        raise ConfigError(bad("--set", option, "text in UTF-8")) from None
+
+
 def _override(tables: dict[str, Any], option: str) -> None:
     """Store the value of one option KEY=VALUE of `--set` in the tables read from a file."""
     key, equals, written = option.partition("=")
     path = key.strip().split(".")
     if not equals or not all(path):
         raise ConfigError(bad("--set", option, "KEY=VALUE or TABLE.KEY=VALUE"))
-    if any("\ud800" <= c <= "\udfff" for c in option):  # surrogates that Python makes of bytes that are not UTF-8
-        raise ConfigError(bad("--set", option, "text in UTF-8"))
     try:
         value = tomllib.loads(f"value = {written.strip()}")
     except tomllib.TOMLDecodeError:
