@@ -1,7 +1,8 @@
 """Functions that draw results and return a Matplotlib Figure.
 
-A notebook displays it as the value of a cell. In a script `figure.show()` opens a window and waits until it is closed;
-`pyplot.show()` knows only figures of pyplot, into whose axes you can draw with `ax`.
+A notebook displays it as the value of a cell. In a script `figure.show()` opens a window and waits until it is closed,
+and `figure.savefig("figure.png")` writes a file; `pyplot.show()` knows only figures of pyplot, into whose axes you can
+draw with `ax`.
 
 Each function has the arguments `style`, `width`, `notes` and `ax`. `ax` gives the axes to draw into: one Axes for a
 figure with one panel, otherwise a sequence with one Axes for each panel. The function then returns the Figure of these

@@ -208,9 +208,19 @@ def test_notebook_shows_a_figure(motion):
     assert matplotlib.image.imread(io.BytesIO(png)).shape[1::-1] == (2 * size["width"], 2 * size["height"])
 
 
+def test_a_figure_that_cannot_be_shown_says_so(motion):
+    told = r'without a display \(backend [Aa]gg\); figure\.savefig\("figure\.png"\) writes it to a file$'
+    with pytest.warns(UserWarning, match=told) as caught:
+        motion.plot().show()
+    assert (len(caught), caught[0].filename) == (1, __file__)
+    motion.plot().show(warn=False)
+    assert pyplot.get_fignums() == []
+
+
 def test_only_show_makes_a_figure_of_pyplot(motion, monkeypatch):
     """pyplot keeps its figures, warns of many, and a notebook displays all of them at the end of a cell."""
     shown = []
+    monkeypatch.setattr(pyplot, "get_backend", lambda: "qtagg")
     monkeypatch.setattr(pyplot, "show", lambda: shown.append([pyplot.figure(n) for n in pyplot.get_fignums()]))
     with mpl.rc_context({"figure.max_open_warning": 1}):
         for _ in range(3):

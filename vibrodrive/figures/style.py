@@ -6,6 +6,7 @@ This module does not use pyplot. Each Figure is drawn without a display (Agg) an
 from __future__ import annotations
 
 import io
+import warnings
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,9 @@ LETTERS: dict[Width, tuple[float, float, float]] = {"double": (10.0, 11.0, 9.0),
 
 DEFAULTS: dict[Any, Any] = {n: value for n, value in mpl.rcParamsDefault.items() if not n.startswith("backend")}
 """Matplotlib's own settings. They replace those of the user's matplotlibrc, so that figures are equal for all users."""
+
+WINDOWLESS = ("agg", "cairo", "pdf", "pgf", "ps", "svg", "template")
+"""Backends of Matplotlib that only write files. Without a display it chooses agg, and `pyplot.show` is silent."""
 
 COMMON: dict[str, Any] = {
     "font.family": ["STIXGeneral"],  # Matplotlib contains this font, so that figures are equal on all machines
@@ -87,9 +91,15 @@ class ShownFigure(Figure):
             super().savefig(*args, **kwargs)
 
     def show(self, warn: bool = True) -> None:
-        """Open a window. A script waits until all windows are closed, as in `pyplot.show`; then pyplot forgets them."""
+        """Open a window. A script waits until all windows are closed, as in `pyplot.show`; then pyplot forgets them.
+        Warns, unless `warn` is False, if Matplotlib can open no window."""
         from matplotlib import pyplot
 
+        if (backend := pyplot.get_backend()).lower() in WINDOWLESS:
+            if warn:
+                told = f'the figure cannot be shown without a display (backend {backend}); figure.savefig("figure.png")'
+                warnings.warn(f"{told} writes it to a file", UserWarning, stacklevel=2)
+            return
         size: Any = self.get_size_inches()
         if self.canvas.manager is None or not pyplot.fignum_exists(self.canvas.manager.num):
             pyplot.figure(FigureClass=lambda *_, **__: self)  # type: ignore[arg-type]
