@@ -110,8 +110,8 @@ ODD = [
     ({"tau0": [0, -90]}, "tau0 = -90: a time"),
     ({"A": 0.1, "B": 3.04}, r"A = 0\.1, B = 3\.04: the mass cannot leave the obstacle, .* swapped"),
     ({"A": [0.1, 0.2], "points": {"B": [3.0, 4.0]}}, r"A = 0\.2, B = 3: the mass cannot leave the obstacle"),
-    ({"eta": [3.0, 100.0]}, "eta: no motion depends on it, because eps is 0 everywhere"),
-    ({"points": {"eta": [3.0, 100.0]}}, "eta: no motion"),
+    ({"eta": [3.0, 100.0]}, "eta = 3 to 100: no motion depends on it, because eps is 0 everywhere"),
+    ({"points": {"eta": [3.0, 100.0]}}, "eta = 3 to 100: no motion"),
 ]
 USUAL = [
     {"section_phase": [-math.pi, 7.0]},
@@ -143,11 +143,14 @@ def test_usual_values_of_a_plan_give_no_warning(arguments):
 
 
 SCENE_ODD = [
-    ({"frequency": [0.02, 0.024]}, "A = .*: the mass cannot leave the obstacle, .* frequency in Hz"),
-    ({"a0": [0.5, 0.8]}, "A = .*: A is usually below 100 .*a0 in m"),
+    (
+        {"frequency": [0.02, 0.024]},
+        r"A = .* of a0 = 0\.0008, frequency = 0\.02 to 0\.024, mu = .*: the mass cannot leave the obstacle, .* in Hz",
+    ),
+    ({"a0": [0.5, 0.8]}, r"A = .* of a0 = 0\.5 to 0\.8, .*: A is usually below 100 .*a0 in m"),
     ({"alpha": 0.059}, r"alpha = 0\.059: an angle is in degrees \(is it in radians, for 3\.38 degrees"),
     ({"alpha": [0.03, 0.059]}, r"alpha = 0\.059: an angle"),
-    ({"mu": [60.0, 80.0]}, "A = .*: the mass cannot leave"),
+    ({"mu": [60.0, 80.0]}, "A = .* mu = 60 to 80, .*: the mass cannot leave"),
 ]
 
 

@@ -325,7 +325,7 @@ class Scene:
         pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
         self._take({"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         known = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
-        warn([*(slip([(self.A, self.B, 0.0, 1.0)]) if known else ()), *in_radians(self.alpha)])
+        warn([*(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ()), *in_radians(self.alpha)])
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:

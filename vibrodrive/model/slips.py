@@ -15,21 +15,27 @@ from vibrodrive.model.names import PARAMETERS, SCENE, TURN
 
 LARGE = 100.0  # warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation
 
+GIVE_A_AND_B = ("a0", "omega0", "frequency", "mu", "alpha")
+NOTHING: Mapping[str, Any] = {}
+
 UNITS = "a0 in m, omega0 in rad/s, frequency in Hz, alpha in degrees"
 
 
-def slip(points: Iterable[tuple[float, float, float, float]]) -> list[str]:
-    """Return a sentence for each likely mistake that all points (A, B, eps, eta) share."""
+def slip(points: Iterable[tuple[float, float, float, float]], known: Mapping[str, Any] = NOTHING) -> list[str]:
+    """Return a sentence for each likely mistake that all points (A, B, eps, eta) share. It names the quantities of the
+    scene, if any, among the values `known` by name."""
     given = list(points)
     A, B, _, _ = given[0]
+    scene = ", ".join(f"{name} = {_span(known[name])}" for name in GIVE_A_AND_B if name in known)
+    of, wrong = (f" of {scene}", "is the scene") if scene else ("", "are A and B swapped, or is a scene")
     said = []
     if all(A * (1.0 + eps * eta**2) <= 1.0 + B for A, B, eps, eta in given):
         said.append(
-            f"A = {A:g}, B = {B:g}: the mass cannot leave the obstacle, because A (1 + ε η²) <= 1 + B "
-            f"(are A and B swapped, or is a scene not in SI units: {UNITS}?)"
+            f"A = {A:g}, B = {B:g}{of}: the mass cannot leave the obstacle, because A (1 + ε η²) <= 1 + B "
+            f"({wrong} not in SI units: {UNITS}?)"
         )
     if all(A > LARGE and A > LARGE * B for A, B, _, _ in given):
-        said.append(f"A = {A:g}, B = {B:g}: A is usually below {LARGE:g} (is a scene not in SI units: {UNITS}?)")
+        said.append(f"A = {A:g}, B = {B:g}{of}: A is usually below {LARGE:g} (is a scene not in SI units: {UNITS}?)")
     return said
 
 
@@ -67,7 +73,7 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
     given: dict[str, Any] = {**plan.scalars, **plan.varied}
     (eps, most), (slowest, eta) = _ends(given["eps"]), _ends(given["eta"])
     if of_scene:
-        said += slip(plan.ends()) + in_radians(_ends(given.get("alpha", 0.0))[1])
+        said += slip(plan.ends(), given) + in_radians(_ends(given.get("alpha", 0.0))[1])
     elif given.keys() >= {"A", "B"} and _ends(given["xi0"]) == _ends(given["dxi0"]) == (0.0, 0.0):
         A, (B, _) = _ends(given["A"])[1], _ends(given["B"])
         if 0.0 < A <= (PARAMETERS["B"].slider or (0.0, 0.0))[1] and B > 1.0 + A:
@@ -83,13 +89,20 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
     if eps > 1.0:
         said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
     if most == 0.0 and slowest < eta and not plan.seeks:
-        said.append("eta: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)")
+        said.append(
+            f"eta = {_span(given['eta'])}: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)"
+        )
     return said
 
 
 def _ends(values: Any) -> tuple[float, float]:
     """Return the smallest and the largest of the values of a parameter, fast if there is one."""
-    return (values, values) if isinstance(values, float) else (values.min(), values.max())
+    return (values, values) if isinstance(values, float | int) else (values.min(), values.max())
+
+
+def _span(values: Any) -> str:
+    """Return the values of a parameter in words, such as "3" or "3 to 5"."""
+    return " to ".join(dict.fromkeys(f"{end:g}" for end in _ends(values)))
 
 
 def _is_range(start: float, stop: float, num: float) -> bool:

@@ -203,8 +203,8 @@ def bifurcations(
         allowed = f"a number >= {least:.3g}, because at most {MOST_VALUES} values of A are compared"
         if not least <= real_number("step", step, allowed) < math.inf:
             raise ValueError(bad("step", step, allowed))
-    if there[0].scene(min(there[0].values)) is not None:
-        warn(slip([(A, way.B, 0.0, 1.0) for way in there for A in way.values]))
+    if (first := there[0].scene(min(there[0].values))) is not None:
+        warn(slip([(A, way.B, 0.0, 1.0) for way in there for A in way.values], first.given))
     return [b for way in there for b in way.bifurcations(limit, step)]
 
 

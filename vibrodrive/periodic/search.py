@@ -192,7 +192,7 @@ def orbits(
     plan = plan_motion(written)
     system, machine = ImpactMap(plan.scalars["A"], plan.scalars["B"]), scene_of(plan.scalars)
     limit = check_period("max_period", max_period)
-    judged = slip(plan.ends()) if A is not None or names_scene(written, plan) else []
+    judged = slip(plan.ends(), plan.scalars) if A is not None or names_scene(written, plan) else []
     warn([*judged, *forgotten(A, plan.scalars.get("B"))])
     return [replace(orbit, scene=machine) for orbit in orbits_of(system, limit)]
 
