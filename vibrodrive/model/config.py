@@ -271,7 +271,7 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     keys = ("start", "stop", "num", "scale")
     for k in table:
         if k == "step":
-            raise ValueError(bad(f"{where}.step", table[k], "left out, because num gives the number of values"))
+            raise ValueError(bad(f"{where}.step", table[k], f"replaced by num, the number of values{_counted(table)}"))
         if k not in keys:
             raise ValueError(unknown(f"key of {where}", k, keys))
     for k in keys[:3]:
@@ -289,6 +289,15 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
         if end <= 0:
             raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 with scale = "log"'))
     return geometric(ends[0], ends[1], num)
+
+
+def _counted(table: Mapping[str, Any]) -> str:
+    """Return the number of values of {start, stop, step}, as ", here 26", "" if they do not give a whole number."""
+    try:
+        steps = (table["stop"] - table["start"]) / table["step"]
+        return f", here {steps + 1:.0f}" if 0 < steps < 1e9 and abs(steps - round(steps)) < 1e-6 else ""
+    except (KeyError, TypeError, ArithmeticError):
+        return ""
 
 
 def _count(key: str, value: object) -> int:
