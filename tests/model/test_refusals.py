@@ -137,7 +137,7 @@ FROM_SCENE = "must be left out, because it follows from the scene"
 
 CONFIGURATIONS = [
     ("[modl]\nB = 1\n", "table = 'modl': must be one of title, model, physical, … Did you mean model?"),
-    ("B = 1\n", "table = 'B': must be one of title, … trajectory, orbits"),
+    ("B = 1\n", "table = 'B': must be one of … orbits. It is a key of [model] or [sweep]"),
     ("model = 3\n", "model = 3: must be a table [model]"),
     ("[model]\nbeta = 1\n", "key of [model] = 'beta': must be one of A, B, … Did you mean eta?"),
     ("[model]\nA = [1, 2]\n", f"A = [1, 2]: {NUMBERS}"),
@@ -147,7 +147,7 @@ CONFIGURATIONS = [
     ("[sweep]\nA = 1979-05-27\n", f"sweep.A = datetime.date(1979, 5, 27): {NUMBERS}"),
     ("[sweep]\nA = []\n", "sweep.A = []: must be a list with at least one value"),
     ("[sweep]\nA = [1, true]\n", f"sweep.A[1] = True: {NUMBERS}"),
-    ("[sweep]\nperiods = 3\n", "key of [sweep] = 'periods': must be one of A, … mass, points"),
+    ("[sweep]\nperiods = 3\n", "key of [sweep] = 'periods': … points. It is a key of [run] or [trajectory]"),
     (RANGE % "nun = 3", "key of sweep.A = 'nun': must be one of start, stop, num, scale. Did you mean num?"),
     (RANGE % "step = 0.1", "sweep.A.step = 0.1: must be replaced by num, the number of values, here 11"),
     (RANGE % "step = 0.3", "sweep.A.step = 0.3: must be replaced by num, the number of values"),

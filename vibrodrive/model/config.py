@@ -180,12 +180,12 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
         raise ValueError(bad("title", title, "one line, without control characters"))
     for name, table in tables.items():
         if name not in _TABLES:
-            raise ValueError(unknown("table", name, ["title", *_TABLES]))
+            raise ValueError(unknown("table", name, ["title", *_TABLES]) + _belongs(name))
         if not isinstance(table, dict):
             raise TypeError(bad(name, table, f"a table [{name}]"))
         for key in table:
             if key not in _TABLES[name]:
-                raise ValueError(unknown(f"key of [{name}]", key, _TABLES[name]))
+                raise ValueError(unknown(f"key of [{name}]", key, _TABLES[name]) + _belongs(key))
 
     arguments: dict[str, Any] = {}
     scene = _given_by_scene(tables)
@@ -200,6 +200,12 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
         _take_scene(tables.get("physical", {}), arguments)
     extras = {name: {k: _extra(name, k, v) for k, v in tables.get(name, {}).items()} for name in _EXTRAS}
     return Config(text, overrides, arguments, title, **extras)
+
+
+def _belongs(key: str) -> str:
+    """Return the tables that have a key as a sentence, "" for a key of no table."""
+    tables = [f"[{name}]" for name, keys in _TABLES.items() if key in keys]
+    return f". It is a key of {' or '.join(tables)}" if tables else ""
 
 
 def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
