@@ -1,5 +1,6 @@
 """Figures fit the columns of a journal, in its black ink, and equal figures are equal files."""
 
+import io
 import itertools
 import math
 
@@ -97,6 +98,18 @@ def test_names_of_classes_leave_room(axes, width):
     assert max(box.x1 for box in boxes) <= figure.bbox.width
     said = figure.axes[0]._right_title if len(axes) == 1 else figure.axes[0]._left_title
     assert 0 <= said.get_window_extent().x0 < said.get_window_extent().x1 <= figure.bbox.width
+
+
+def test_first_drawing_leaves_room_for_the_last_number():
+    """The layout decides which numbers are at the axes, and these decide the layout, so that a second drawing may move
+    the axes."""
+    section = np.random.default_rng(1).uniform(-3.3, 0.0, (400, 100, 2))
+    fig = figures.bifurcation(results({"A": np.linspace(2.5, 3.3, 400)}, section=section), width="single")
+    ends = []
+    for _ in range(2):
+        fig.savefig(io.BytesIO())
+        ends.append(fig.axes[0].get_position().x1)
+    assert ends[0] == pytest.approx(ends[1], abs=1e-3)
 
 
 def test_style_applies_within_its_block_only(swept):

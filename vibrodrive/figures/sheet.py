@@ -151,10 +151,9 @@ class Sheet:
             room = 72 * fig.get_figwidth() / (LETTER * LETTERS[self.width][2])
             columns = max(1, int(room / (BESIDE + max(map(length, named)))))
             fig.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns, borderpad=0.2)
-        if max(map(label_share, fig.axes)) > 0.4:  # notes and legend take up to about half of the height
-            cast(LayoutEngine, fig.get_layout_engine()).execute(fig)
-            for ax in fig.axes:
-                fit_label(ax)
+        cast(LayoutEngine, fig.get_layout_engine()).execute(fig)  # once more when drawn: only then the ticks are known
+        for ax in fig.axes:
+            fit_label(ax)
 
 
 class Mark(Line2D):
