@@ -152,6 +152,8 @@ REFUSED = [
     (["plot", "map.h5", "--over", "missing.csv"], ["missing.csv", "No such file"]),
     (["plot", "map.h5", "--over", "result.h5"], ["--over = 'result.h5'", 'record = "limit"', ".csv"]),
     (["plot", "map.h5", "--quantity", "power"], ["--quantity = 'power': must be one of", "Did you mean impact_power?"]),
+    (["plot", "map.h5", "--cmap", "magna"], ["--cmap = 'magna': must be a Colormap", "Did you mean magma?"]),
+    (["plot", "limit.h5", "--cmap", "magma"], ["--cmap = 'magma': must be left out for a figure of kind bands"]),
     (["plot", "limit.h5", "--over", "other.h5"], ["--over = 'other.h5'", "left out for a figure of kind bands"]),
     (["explore", "missing.toml", "--no-browser"], ["missing.toml", "No such file"]),
     (["sweep", "idle.toml"], ["dtau = 0.1: must be left out with method = 'certified', because it is used by"]),
@@ -330,6 +332,18 @@ def test_figures_of_finished_unfinished_and_damaged_files(run, quick):
         "small.png": ("sweep", "--plot", "small.toml"),  # as the configuration says
         "mine.SVG": ("sweep", "small.toml", "--plot", "mine.SVG"),
         "screen.png": ("plot", "small.h5", "-o", "screen.png", "--style", "screen", "--dpi", "100"),
+        "magma.png": (
+            "plot",
+            "small.h5",
+            "-o",
+            "magma.png",
+            "--kind",
+            "bifurcation",
+            "--cmap",
+            "magma",
+            "--dpi",
+            "100",
+        ),
         "double.png": ("plot", "small.h5", "-o", "double.png", "--width", "double", "--dpi", "100"),
     }.items():
         code, _, err = run(*call)
@@ -338,7 +352,8 @@ def test_figures_of_finished_unfinished_and_damaged_files(run, quick):
             drawn = image.imread(name)[..., :3]
             looks[name] = drawn.shape[1], bool(np.ptp(drawn, axis=-1).any())
     assert Path("mine.SVG").read_bytes().startswith(b"<?xml")
-    assert looks == {"small.png": (827, False), "screen.png": (331, True), "double.png": (685, False)}
+    seen = {"small.png": (827, False), "screen.png": (331, True), "double.png": (685, False), "magma.png": (331, True)}
+    assert looks == seen
     Path("wide.toml").write_text(SMALL.replace("num = 40", "num = 3000"))
     fake.write("wide.h5", Path("wide.toml").read_text(), which=[1, 2])
     flip_bit("wide.h5", "section_dxi", 100, chunk=2)

@@ -50,6 +50,7 @@ from vibrodrive.store.place import check_figure
     type=click.Choice(drawing.WIDTHS),
     help="double: 174 mm, two columns (default); single: 84 mm, one column.",
 )
+@click.option("--cmap", metavar="NAME", help="Colour map of Matplotlib for a map or a diagram, such as magma.")
 @click.option("--dpi", type=click.IntRange(20, 2400), help="Resolution in pixels per inch (default 250).")
 def plot(
     files: tuple[Path, ...], output: Path | None, over: tuple[Path, ...], dpi: int | None, **chosen: str | None
@@ -81,6 +82,7 @@ def draw(
     """
     from vibrodrive.figures import diagrams
     from vibrodrive.figures.limits import check_limits
+    from vibrodrive.figures.looks import LOOKS
     from vibrodrive.figures.plane import read_lines
     from vibrodrive.figures.sheet import drawn_on
     from vibrodrive.figures.style import save
@@ -100,9 +102,11 @@ def draw(
                 with in_one_line(f"{file}: "):
                     check_limits(one, results)
             options = {"kind": drawing.BANDS}
+        cmap = options.get("cmap")
         with in_one_line("--"):
             lines = read_lines(over)
-        with in_one_line(), drawn_on(**look) as sheet:
+            LOOKS["screen"].with_map(cmap)
+        with in_one_line(), drawn_on(**look, cmap=cmap) as sheet:
             shown, results = drawing.choose_configured(results, configured, options)
             figure = diagrams.draw(sheet, shown, [results, *others], lines)
         share = min(one.computed for one in (results, *others))
