@@ -139,7 +139,7 @@ def test_table_of_keys_names_every_key():
             table = cells[1].strip(" `[]") or table
             named.setdefault(table, set()).update(re.findall(r"`(\w+)`", cells[2]))
     assert named.pop("") == {"title"}
-    assert named == {name: set(keys) for name, keys in config._TABLES.items()}
+    assert named == {name: set(keys) for name, keys in config.TABLES.items()}
 
 
 @pytest.mark.jit

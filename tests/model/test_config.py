@@ -16,6 +16,11 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 MINIMAL = "[sweep]\nA = 3.04\n"
 
 
+def test_numbers_of_options_may_lack_digits_on_one_side():
+    found = [parse("[sweep]\nA = 3\n", [f"eps={text}"]).arguments["eps"] for text in (".5", "5.", "+.5e-3", "1.5E-3")]
+    assert found == [0.5, 5.0, 0.0005, 0.0015]
+
+
 def test_every_form_of_an_axis():
     plan = parse(
         "[sweep]\n"

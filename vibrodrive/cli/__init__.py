@@ -84,6 +84,8 @@ def _run(command: Callable[[], object]) -> tuple[int, str]:
         return end.exit_code, ""
     except click.Abort:
         return 130, "interrupted"
+    except click.NoSuchOption as error:
+        return 2, " ".join(_no_option(error).split())
     except click.ClickException as error:
         return 2, " ".join(error.format_message().split())
     except BrokenPipeError:
@@ -95,6 +97,18 @@ def _run(command: Callable[[], object]) -> tuple[int, str]:
             raise
         return code, _text(error)
     return (result if isinstance(result, int) else 0), ""
+
+
+def _no_option(error: click.NoSuchOption) -> str:
+    """Return the message for an unknown option. The name of a key is not an option but a value of --set."""
+    from vibrodrive.model.config import TABLES
+
+    key = error.option_name.lstrip("-").replace("-", "_")
+    if error.ctx is None or not any(key in keys for keys in TABLES.values()):
+        return error.format_message()
+    settable = any(p.name == "overrides" for p in error.ctx.command.params)
+    allowed = f"given as --set {key}=…" if settable else "a key of the configuration"
+    return bad("option", error.option_name, allowed)
 
 
 def _expected(error: Exception) -> int | None:

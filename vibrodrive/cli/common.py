@@ -30,7 +30,7 @@ class _Name(click.Path):
     def convert(self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not os.fspath(value) or has_control(os.fspath(value)):
             role = "path" if param is None else str(param.name)
-            raise click.ClickException(bad(role, os.fspath(value), "a name without control characters"))
+            raise click.ClickException(bad(role, os.fspath(value), "the name of a file, without control characters"))
         return super().convert(value, param, ctx)
 
 

@@ -18,16 +18,16 @@ def init(name: str | None) -> None:
     not replaced.
     """
     from vibrodrive.model.packaged import configurations, titles
-    from vibrodrive.model.parameters import bad
+    from vibrodrive.model.parameters import bad, unknown
 
-    known = titles()
+    known, name = titles(), name and name.removesuffix(".toml")
     if name is None:
         wide = max(map(len, known))
         for each, title in known.items():
             click.echo(f"{each:<{wide}}  {title}")
         return
     if name not in known:
-        raise click.ClickException(bad("name", name, "one of " + ", ".join(known)))
+        raise click.ClickException(unknown("name", name, known))
     target = Path(f"{name}.toml")
     text = (configurations() / f"{name}.toml").read_text(encoding="utf-8")
     # comments contain the paths of configurations in a checkout

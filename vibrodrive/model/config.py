@@ -75,6 +75,11 @@ DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 """Pattern of a key with more than 100 parts. Such a key is refused, because the time to read a key grows as the square
 of the number of its parts."""
 
+HALF = re.compile(r"[+-]?(\d+\.|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+"""Numbers without digits on one side of the point, such as ".5", which are none in TOML."""
+
+SEVERAL = re.compile(r"[+-]?[\d.][\d.e+-]*(\s*,\s*[+-]?[\d.][\d.e+-]*)+", re.IGNORECASE)
+
 ALONG = (*AXES, POINT)  # values of `x` and `y` in [figure]: names of axes
 
 
@@ -179,13 +184,13 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     if has_control(title):
         raise ValueError(bad("title", title, "one line, without control characters"))
     for name, table in tables.items():
-        if name not in _TABLES:
-            raise ValueError(unknown("table", name, ["title", *_TABLES]) + _belongs(name))
+        if name not in TABLES:
+            raise ValueError(unknown("table", name, ["title", *TABLES]) + _belongs(name))
         if not isinstance(table, dict):
             raise TypeError(bad(name, table, f"a table [{name}]"))
         for key in table:
-            if key not in _TABLES[name]:
-                raise ValueError(unknown(f"key of [{name}]", key, _TABLES[name]) + _belongs(key))
+            if key not in TABLES[name]:
+                raise ValueError(unknown(f"key of [{name}]", key, TABLES[name]) + _belongs(key))
 
     arguments: dict[str, Any] = {}
     scene = _given_by_scene(tables)
@@ -204,7 +209,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
 
 def _belongs(key: str) -> str:
     """Return the tables that have a key as a sentence, "" for a key of no table."""
-    tables = [f"[{name}]" for name, keys in _TABLES.items() if key in keys]
+    tables = [f"[{name}]" for name, keys in TABLES.items() if key in keys]
     return f". It is a key of {' or '.join(tables)}" if tables else ""
 
 
@@ -332,7 +337,7 @@ def _extra(table: str, key: str, value: Any) -> Any:
     if callable(allowed):
         return allowed(place, value)
     if value not in allowed:
-        raise ValueError(bad(place, value, "one of " + ", ".join(allowed)))
+        raise ValueError(unknown(place, value, allowed))
     return value
 
 
@@ -353,10 +358,13 @@ def _override(tables: dict[str, Any], option: str) -> None:
     try:
         value = tomllib.loads(f"value = {written.strip()}")
     except tomllib.TOMLDecodeError:
-        value = {"value": written.strip()}  # a bare word: method=fixed
+        word = written.strip()  # a bare word: method=fixed
+        if SEVERAL.fullmatch(word):
+            raise ConfigError(bad("--set", option, f"a list in brackets, such as {key}=[{word}]")) from None
+        value = {"value": float(word) if HALF.fullmatch(word) else word}
     if set(value) != {"value"}:
         raise ConfigError(bad("--set", option, "one KEY=VALUE"))
-    if path[0] not in _TABLES and path != ["title"]:
+    if path[0] not in TABLES and path != ["title"]:
         path = [_home(tables, path[0], value["value"]), *path]
     if len(path) > 1 and path[0] in (*HOMES, "physical"):
         _take_out(tables, path[0], path[1])
@@ -365,7 +373,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
             raise ConfigError(bad("--set", option, f"a key of a table, but {name} is not a table"))
-    if path[-1] in _TABLES and len(path) == 1:
+    if path[-1] in TABLES and len(path) == 1:
         raise ConfigError(bad("--set", option, "TABLE.KEY=VALUE"))
     table[path[-1]] = value["value"]
     if path[-1] == "method":
@@ -388,7 +396,7 @@ def _leave_out_idle(switching: dict[str, Any]) -> None:
             switching.pop(key, None)
 
 
-_TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCENE, **HOMES, **_EXTRAS}
+TABLES: dict[str, Collection[str]] = {"model": HOMES["model"], "physical": SCENE, **HOMES, **_EXTRAS}
 
 
 def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
@@ -399,11 +407,11 @@ def _home(tables: Mapping[str, Any], key: str, value: object) -> str:
     """
     if key in HOMES["sweep"] and isinstance(value, (list, dict)):
         return "sweep"
-    for name in _TABLES:
+    for name in TABLES:
         if isinstance(tables.get(name), dict) and key in tables[name]:
             return name
     homes: dict[str, str] = {}
-    for name, keys in _TABLES.items():
+    for name, keys in TABLES.items():
         homes |= {k: name for k in keys if name != "sweep" and k not in homes}
     if key not in homes:
         raise ConfigError(unknown("key of --set", key, homes))
