@@ -65,6 +65,7 @@ VALUES = {
     ]),
     "select": ("A", lambda v: swept().select(A=v), [*NUMBER, 99, 2.9, 3.05, 3.1 + 1e-12]),
     "select nearest": ("A", lambda v: swept().select(A=v, method="nearest", tolerance=0.01), [*NUMBER, 3.05, 2.98]),
+    "select a nearest one": ("A", lambda v: swept().select("nearest", A=v), [None, "3", math.nan, math.inf]),
     "select method": ("method", lambda v: swept().select(A=3, method=v), TEXT[1:]),
     "select tolerance": ("tolerance", lambda v: swept().select("nearest", v, A=3), [*NOT_NUMBERS, -1.0, math.nan]),
     "select exactly within": ("tolerance", lambda v: swept().select(A=3, tolerance=v), [0.1]),
@@ -241,6 +242,9 @@ CALLS = [
     (lambda: recorded().plot(quantity="power"), "quantity = 'power': must be one of dxi, xi, …, because this sweep …"
      " Did you mean impact_power?"),
     (lambda: recorded().plot(quantity="energy"), "quantity = 'energy': must be one of … energy needs record = …"),
+    (lambda: recorded().plot(quantity=""), "quantity = '': must be one of dxi, xi, …, because this sweep recorded se…"),
+    (lambda: vd.sweep(A=3, record=len, **SHORT), "len raised: TypeError: object of type 'Trajectory' has no len()"),
+    (lambda: vd.sweep(A=[3, 4], record=len, **SHORT), "len raised at all 2 points, first at A = 3: TypeError: …"),
     (lambda: recorded().plot(cmap="magna"), "cmap = 'magna': must be a Colormap …, or … magma. Did you mean magma?"),
     (lambda: recorded().plot(cmap=3), "cmap = 3: must be a Colormap of Matplotlib, or the name of one such as magma"),
     (lambda: recorded().plot("poincare", cmap="magma"), "cmap = 'magma': must be left out for a figure of kind poin…"),

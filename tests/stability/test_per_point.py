@@ -100,7 +100,7 @@ def test_points_without_a_limit_have_a_status_of_their_own(arguments, status):
         ({"record": ["failures", settling], "method": "fixed", "dtau": 0.1}, '"failures" alone'),
         ({"record": "failures"}, "method = 'certified': must be fixed or muller"),
         ({"record": "failures", "method": "fixed"}, "dtau is missing"),
-        ({"record": [settling, settling]}, "each of them once"),
+        ({"record": [settling, settling]}, "must be functions of different names"),
         ({"record": [3]}, "or functions of a motion"),
         ({"record": lambda motion: {"section": 1.0}}, "a name of function = 'section': must be a name of its own"),
         ({"record": lambda motion: {"checksum": 1.0}}, "a name of function = 'checksum': must be a name of its own"),
@@ -112,7 +112,7 @@ def test_points_without_a_limit_have_a_status_of_their_own(arguments, status):
         ({"record": lambda motion: {"e\u0301": 1.0}}, "must be a name as of a variable in Python"),
         ({"record": lambda motion: {}}, "function = {}: must be a number, or numbers by name"),
         ({"record": summary}, "a function that has not the name of a record"),
-        ({"record": lambda motion: "no number"}, "function raised at all 1 point, first at the one point: TypeError"),
+        ({"record": lambda motion: "no number"}, "function raised: TypeError"),
     ],
 )
 def test_what_cannot_be_recorded_is_refused(arguments, words):

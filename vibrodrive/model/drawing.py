@@ -136,7 +136,7 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         _refuse("record", ", ".join(swept.record), f'extended by "{SECTION}" to draw one motion')
     if not known and not free:
         _refuse("kind", kind, f"{f'{MAP} or {BIFURCATION}' if diagrams else MAP}, because {_recorded(swept)}")
-    name = _known(swept, quantity or known[0], [*diagrams, *maps] if free else known)
+    name = _known(swept, known[0] if quantity is None else quantity, [*diagrams, *maps] if free else known)
     row = next(q for q in (*swept.quantities, *QUANTITIES.values()) if q.name == name)
     check_range("limits", others.get("limits"), row)
     x, y = _plane(swept, kind, others.get("x"), others.get("y"))

@@ -606,6 +606,8 @@ def _place(name: str, axis: np.ndarray, value: object, reach: float | None) -> i
     only = f"{axis[0].item()!r}, the one value of this axis"
     allowed = f"one of the {len(axis)} values of this axis" if len(axis) > 1 else only
     x = real_number(name, value, allowed)
+    if not np.isfinite(x):
+        raise ValueError(bad(name, value, allowed))
     distance = np.abs(axis - x)
     at = int(np.argmin(distance))
     most = ROUNDING * np.spacing(float(np.abs(axis).max())) if reach is None else reach

@@ -21,7 +21,6 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
-from vibrodrive.model.described import counted
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import COLUMNS, bad, unknown
@@ -190,8 +189,8 @@ def _first_names(plan: Plan, own: Own) -> list[str]:
         first = first or (at, found)
     assert first is not None, "a plan has points"
     at, why = first
-    points = counted(plan.n_points, "point")
-    raise ValueError(f"{own} raised at all {points}, first at {place(plan, at)}: {type(why).__name__}: {why}") from why
+    where = f" at all {plan.n_points} points, first at {place(plan, at)}" if plan.n_points > 1 else ""
+    raise ValueError(f"{own} raised{where}: {type(why).__name__}: {why}") from why
 
 
 def place(plan: Plan, at: int) -> str:
