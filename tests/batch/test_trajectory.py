@@ -64,6 +64,11 @@ def test_motion_is_described_in_words():
     assert falling[3:] == [f"period unknown, because the switches searched span less than 64 periods; {short}"]
 
 
+@pytest.mark.jit
+def test_one_switch_is_counted_as_one():
+    assert "; 1 switch, 0 main impacts; OK" in repr(vd.simulate(1.5, tau0=2.7, transient=0, periods=1))
+
+
 SCENE = vd.Scene(a0=0.8e-3, omega0=150.0, mu=0.6, alpha=3.4, mass=250.0)
 
 

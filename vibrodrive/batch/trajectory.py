@@ -190,8 +190,8 @@ class Trajectory:
         start = [f"{name} {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name]]
         method = Method(a["method"]).name.lower()
         how = f"{method}, {a['transient']} + {counted(a['periods'], 'period')}"
-        found = f"{len(self.switches)} switches, {counted(len(self.impacts), 'main impact')}; {self.status}"
-        return f"<Trajectory {', '.join(start)}: {how}; {found}, margin {self.margin:.2g}>"
+        switches, impacts = counted(len(self.switches), "switch", "es"), counted(len(self.impacts), "main impact")
+        return f"<Trajectory {', '.join(start)}: {how}; {switches}, {impacts}; {self.status}, margin {self.margin:.2g}>"
 
     @property
     def period(self) -> int:

@@ -41,6 +41,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     from vibrodrive.batch.trajectory import follow
     from vibrodrive.figures.curves import FIRST, trajectory_figure
     from vibrodrive.figures.style import save
+    from vibrodrive.model.described import counted
     from vibrodrive.store.tables import rows_of, write_table
 
     with working(config.stem):
@@ -54,7 +55,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     if table:
         columns = motion.columns("switches")
         write_table(table, columns, rows_of(columns))
-        say(f"{table} written: {len(motion.switches)} switches")
+        say(f"{table} written: {counted(len(motion.switches), 'switch', 'es')}")
     if picture and figure:
         save(figure, picture)
-        say(f"{picture} drawn: {len(motion.switches)} switches")
+        say(f"{picture} drawn: {counted(len(motion.switches), 'switch', 'es')}")

@@ -12,6 +12,7 @@ from matplotlib.colors import LogNorm, Normalize, to_rgba
 
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.choices import LONGEST, Status
+from vibrodrive.model.described import counted
 from vibrodrive.model.quantities import (
     CODES,
     CYCLES,
@@ -70,7 +71,7 @@ class Painted(NamedTuple):
         """Return the number of points in each group outside the scale, except those that their status counts."""
         groups = zip(self.apart, self.counts[self.first_apart :].tolist(), strict=True)
         said = ((name.partition(":")[0], count) for (name, _), count in groups if name != RESTS)
-        return [f"{name} at {count} point{'s' * (count > 1)}" for name, count in said]
+        return [f"{name} at {counted(count, 'point')}" for name, count in said]
 
 
 def paint(

@@ -20,6 +20,7 @@ from vibrodrive.figures.sections import full_range
 from vibrodrive.figures.sheet import drawn_on
 from vibrodrive.figures.texts import as_shown, conditions, equation, of_sweep
 from vibrodrive.model.bifurcations import BIFURCATIONS
+from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import Style, Width, documented
 from vibrodrive.model.keywords import as_written
 from vibrodrive.model.parameters import bad
@@ -82,7 +83,7 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
         sheet.name(ax, x, None)
         sheet.name_quantities(ax, brute, None, "dxi")
         known = {n: value for n, value in of_sweep(brute).items() if n not in (x, "eps", "method")}
-        sheet.note(ax, [f"orbits up to {found.max_period} periods", *conditions(known)])
+        sheet.note(ax, [f"orbits up to {counted(found.max_period, 'period')}", *conditions(known)])
         sheet.keys.append(Line2D([], [], ms=5, label="simulated", **dots))
         return fig
 

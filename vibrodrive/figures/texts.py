@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import STARTS
 from vibrodrive.model.names import NAMES, SCENE_AXES
 from vibrodrive.model.plan import POINT
@@ -130,7 +131,7 @@ def status_phrases(status: np.ndarray) -> list[str]:
     """
     counts = {s.words: int((status == s).sum()) for s in COUNTED}
     found = [f"{name}: {count}" for name, count in counts.items() if count]
-    return [f"{found[0]} of {status.size} points", *found[1:]] if found else []
+    return [f"{found[0]} of {counted(status.size, 'point')}", *found[1:]] if found else []
 
 
 def rest_phrases(dxi: np.ndarray, status: np.ndarray) -> list[str]:
