@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, say
+from vibrodrive.cli.common import FILE, say, stoppable
 from vibrodrive.cli.plot import left_out
 from vibrodrive.model.drawing import DIMENSIONLESS
 
@@ -37,14 +37,17 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import contradictions, look, verify
 
-    if check:
-        show = Show(sys.stderr, file.name)
+    show = Show(sys.stderr, file.name)
+    with stoppable(file) as advances:
+
+        def watch(done: int, total: int) -> None:
+            advances()
+            show.update(lambda: f"block {done} of {total}")
+
         try:
-            found = verify(file, lambda done, total: show.update(lambda: f"block {done} of {total}"))
+            found = verify(file, watch) if check else look(file)
         finally:
             show.clear()
-    else:
-        found = look(file)
     size, versions = file.stat().st_size, found.header.versions
     written = datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="seconds")
     title, faults = found.header.origin.title, found.complaints()
