@@ -505,6 +505,16 @@ def test_damaged_root_is_refused(finished):
             attempt(finished)
 
 
+def test_address_that_is_too_large_is_damage(finished):
+    raw = bytearray(finished.read_bytes())
+    assert raw[48:56] == b"\xff" * 8, "the superblock has no address of a driver"
+    raw[48] = 0xBF
+    finished.write_bytes(raw)
+    for attempt in (load, look, verify):
+        with pytest.raises(Damaged, match=r"too damaged to be read \(.*\); restore or delete it"):
+            attempt(finished)
+
+
 def test_overwrite_replaces_after_the_new_file_exists(finished, monkeypatch):
     before = finished.read_bytes()
 

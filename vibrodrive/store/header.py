@@ -29,7 +29,7 @@ from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, chunk_of, c
 from vibrodrive.store.netcdf import attribute
 from vibrodrive.version import __version__
 
-BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError)
+BROKEN = (OSError, KeyError, TypeError, ValueError, RuntimeError, OverflowError)
 """Exceptions that h5py raises for bytes that it cannot interpret."""
 
 RESTORE = "restore or delete it"
@@ -106,7 +106,7 @@ def _opened(path: Path, access: h5py.h5p.PropFAID) -> h5py.File:
     while True:
         try:
             return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
-        except OSError as error:
+        except (OSError, OverflowError) as error:  # an address that is too large
             truncated = "truncated" in str(error)
             if truncated and (wait := next(waits, 0.0)):
                 time.sleep(wait)

@@ -44,9 +44,10 @@ def read(file: h5py.File) -> Results:
     """
     header = read_header(file)
     plan = header.plan
-    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, _Seen(header.rewritten))
+    seen = _Seen(header.rewritten)
+    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, seen)
     results = Results.of(plan, source, header.origin.title)
-    results._origin = header.origin
+    results._origin, results._damaged = header.origin, seen.damaged
     return results
 
 
