@@ -18,7 +18,13 @@ def results(axes, record=("section",), **arrays):
     """Return what figures need of `Results` over these axes, with the given arrays."""
     axes = {name: np.asarray(values, float) for name, values in axes.items()}
     shape = tuple(map(len, axes.values()))
-    known = {"status": np.zeros(shape, np.int8), "margin": np.full(shape, 0.5), "points": {}, "title": ""} | arrays
+    known = {
+        "status": np.zeros(shape, np.int8),
+        "margin": np.full(shape, 0.5),
+        "points": {},
+        "title": "",
+        "_damaged": (),
+    } | arrays
     fixed = {"A": 2.0, "B": 0.1, "eps": 0.0, "eta": 101.0}
     scalars = {name: value for name, value in fixed.items() if name not in axes}
     record = check_record(record)

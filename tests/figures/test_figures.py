@@ -1,17 +1,22 @@
 """Diagrams show the data: pixels are dark at the values, in the right panel, and say what they do not show."""
 
 import math
+from dataclasses import replace
 
+import h5py
 import matplotlib as mpl
 import numpy as np
 import pytest
 
+import vibrodrive as vd
 from tests.figures.made import results
+from tests.support import fake
 from tests.support.process import python
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
 from vibrodrive.figures.image import PANEL_ROWS
 from vibrodrive.model.choices import Status
+from vibrodrive.model.plan import make_plan
 
 A = np.linspace(3.0, 3.2, 200)
 
@@ -90,6 +95,34 @@ def test_other_axes_become_panels_thinned_to_six_with_both_ends(two_regimes):
     assert r"6 of 9 values of $\Delta\tau$ shown" in note(panels[0])
     assert (inked(panels[0], A[50])[1], inked(panels[5], A[50])[1]) == ([1, 2], [2, 4])
     assert len({ax.get_ylim() for ax in panels}) == 1
+
+
+DAMAGED = {
+    "section": ("section_dxi", {"A": A[:6]}, ""),
+    "impacts": ("impact_phase", {"A": A[:6]}, ""),
+    "summary": ("energy", {"A": A[:6], "B": [0.1, 0.2]}, "energy"),
+    "limit": ("k2", {"A": A[:6]}, ""),
+}
+
+
+@pytest.mark.parametrize("record", DAMAGED)
+def test_figure_of_a_damaged_file_says_so(tmp_path, record):
+    """A map, too, has the status that reading the drawn array has shown."""
+    variable, axes, quantity = DAMAGED[record]
+    plan = make_plan({**axes, "transient": 0, "periods": 12, "record": record})
+    path = tmp_path / "x.h5"
+    fake.write(path, replace(plan, tiling=(2, 2)[: len(axes)]))
+    with h5py.File(path) as file:
+        chunk = file[variable].id.get_chunk_info(0)
+    sound = vd.load(path).plot(quantity=quantity or None)
+    raw = bytearray(path.read_bytes())
+    raw[chunk.byte_offset] ^= 4
+    path.write_bytes(raw)
+    with pytest.warns(UserWarning, match="damaged blocks are left out"):
+        fig = vd.load(path).plot(quantity=quantity or None)
+    said = [" ".join(ax.get_title(loc=loc) for ax in one.axes for loc in ("left", "right")) for one in (sound, fig)]
+    assert ["damaged parts of the file left out" in text for text in said] == [False, True]
+    assert "not computed" in said[1]
 
 
 def test_points_without_a_section_are_white_and_counted_and_odd_ones_marked(two_regimes):

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from vibrodrive.figures.image import is_geometric, keep_range
 from vibrodrive.figures.sheet import Sheet, as_list, drawn_on
-from vibrodrive.figures.texts import as_shown, conditions, of_sweep
+from vibrodrive.figures.texts import as_shown, conditions, damaged, of_sweep
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import Style, Width, documented
 from vibrodrive.model.parameters import bad, bad_axes
@@ -28,7 +28,7 @@ METHODS = {
     Method.CERTIFIED: "certified", Method.FIXED: "switches on the grid", Method.MULLER: "Muller",
 }  # fmt: skip
 BAND = "from the first loss on, at least half of the values kept"
-MISSING = (Status.NO_ORBIT, Status.TOO_SHORT, Status.BUDGET)
+MISSING = (Status.NO_ORBIT, Status.TOO_SHORT, Status.BUDGET, Status.NOT_COMPUTED)
 WIDE = 0.035  # a range of the axis with one period has a label if it is at least this share of the abscissa
 MARKED = 60  # a curve with at most this many values has marks
 
@@ -83,7 +83,7 @@ def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
     fig, axes = sheet.new(height=4.2)
     ax = axes[0, 0]
     ax.set(xscale="log" if is_geometric(np.sort(values)) else "linear", yscale="log")
-    order, missing = np.argsort(values), _gaps(several)
+    order = np.argsort(values)
     along = as_shown(x, values[order])
     for number, one in enumerate(several):
         first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
@@ -95,7 +95,7 @@ def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
     keep_range(ax, along)
     apart = {x, "eps", "dtau", "method"}
     known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
-    said = [*conditions(known, apart, section=False), missing]
+    said = [*conditions(known, apart, section=False), _gaps(several), *damaged(*several)]
     sheet.name(ax, x, None)
     sheet.label(ax, None, unit.label("limit as a velocity $V$"))
     sheet.note(ax, said, above=True)
@@ -133,7 +133,7 @@ def _draw(sheet: Sheet, ax: Axes, x: np.ndarray, ends: tuple[np.ndarray, np.ndar
 
 
 def _gaps(several: Sequence[Results]) -> str:
-    """Return a phrase with the reasons why computed points are not drawn, and their numbers."""
+    """Return a phrase with the reasons why points are not drawn, and their numbers."""
     counts = {s.words: sum(int((one.status == s).sum()) for one in several) for s in MISSING}
     counts["no limit found"] = sum(int(np.isposinf(one.k2).sum()) for one in several)
     there = [f"{text} ({count})" for text, count in counts.items() if count]

@@ -120,8 +120,9 @@ def draw_map(
     _, row, x, y, limits = drawing
     names = list(results.axes)
     index = tuple(slice(None) if n in (x, y) else 0 for n in names)
-    unit, status = results.measure(row.name), np.asarray(results.status)[index]
+    unit = results.measure(row.name)
     values = (_kept(results, undisturbed) if row is KEPT else unit.shown_of(recorded(results, row)))[index]
+    status = np.asarray(results.status)[index]  # after the values, which show what is damaged
     painted = paint(row, values, status, unit.ends(limits), sheet.look)
     said = conditions_of(results, (x, y), section=row in LAST)
     more = rest_phrases(values, status) if row is LAST[1] else []

@@ -121,7 +121,12 @@ def conditions_of(results: Any, drawn: Collection[str | None] = (), *, section: 
     rest = [name for name in results.axes if drawn and name not in drawn]
     first = [(name, results.axes[name][0], len(results.axes[name])) for name in rest]
     said = [equation(name, value) + (f" (first of {count})" if count > 1 else "") for name, value, count in first]
-    return said + conditions(of_sweep(results), results.axes, section=section)
+    return said + conditions(of_sweep(results), results.axes, section=section) + damaged(results)
+
+
+def damaged(*several: Any) -> list[str]:
+    """Return a phrase if a file of these results is damaged, as far as the arrays read so far show it."""
+    return ["damaged parts of the file left out"] if any(one._damaged for one in several) else []
 
 
 def status_phrases(status: np.ndarray) -> list[str]:

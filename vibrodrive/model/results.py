@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import functools
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -141,6 +141,7 @@ class Results:
         self.settings = settings
         self.title = title
         self._origin: Any = None  # of results in a file: its configuration (Origin of store/layout.py)
+        self._damaged: Collection[int] = ()  # damaged blocks of the file that the arrays read so far have shown
         self._arrays: dict[str, np.ndarray] = {} if callable(source) else dict(source)
         self._source: Read = source if callable(source) else _no_source
 
@@ -346,7 +347,7 @@ class Results:
             axes, with_A_and_B(scalars), self.settings, functools.partial(_read_part, self._source, at), self.title,
             record=self.record, points=points, stored=self.quantities,
         )  # fmt: skip
-        part._dimensionless = self._dimensionless
+        part._dimensionless, part._damaged = self._dimensionless, self._damaged
         part._arrays.update({name: array[at] for name, array in self._arrays.items()})
         return part
 
