@@ -167,29 +167,42 @@ def slopes(slides: Slides, eta: float) -> dict[str, Any]:
     return {"depth_per_A": per_A, "Z": Z, "K": K, "eps": per_A / Z, "dtau": per_A / sum(k for k in K if k > 0)}
 
 
-def limit_at_distance(slides: Slides, eta: float) -> float | None:
-    """Return the V at which the largest rise over all touches equals the depth, with ends of rest and sticking exact.
+def phases_of_touches(
+    slides: Slides, eta: float, touches: np.ndarray = TOUCHES, first: int | None = None
+) -> np.ndarray:
+    """Return the phase of the force for each touch: at the beginning of the period from which its times are counted.
 
-    The phases are those that the force has in the motion from rest, at a rational η only some.
-    The result is None if no V up to 32 times the linear limit raises the lowest point by the depth.
+    These are the phases that the force has in the motion from rest, at a rational η only some.
+
+    touches : the numbers of the touches; 0 is the touch of `slides`, or of the period `first` if that is given.
     """
-    phases = TWO_PI * (eta * (slides.first + slides.period * TOUCHES) % 1.0)
-    linear = (wave(slides, eta) * np.exp(1j * phases)).real
-    releases = []
+    began = slides.first if first is None else first
+    return np.asarray(TWO_PI * (eta * (began + slides.period * touches) % 1.0))
+
+
+def rises(slides: Slides, eta: float, V: float, phases: np.ndarray) -> np.ndarray:
+    """Return the rise of the lowest point at each phase of the force, with ends of rest and sticking exact."""
+    up = V * (wave(slides, eta) * np.exp(1j * phases)).real
     for k, state in enumerate(slides.states):
         if state in SIGN and (k == 0 or slides.states[k - 1] in STILL):
-            at = slides.times[k]
-            unit = rise(slides, *kick(at))
-            releases.append((at, SIGN[state], abs(slides.A * math.cos(at)), unit))
-
-    def highest(V: float) -> float:
-        up = V * linear
-        for at, sign, growth, unit in releases:
+            at, sign = slides.times[k], SIGN[state]
+            growth = abs(slides.A * math.cos(at))
             reach = max(math.sqrt(4 * V / growth), 2 * V * eta / growth)
             h = np.linspace(-reach, reach, 1001)
             gained = (sign * V * np.cos(eta * (at + h) + phases[:, None]) - growth * h * h / 2).max(axis=1)
-            up = up + unit * (sign * gained - V * np.cos(eta * at + phases))
-        return float(up.max())
+            up = up + rise(slides, *kick(at)) * (sign * gained - V * np.cos(eta * at + phases))
+    return np.asarray(up)
+
+
+def limit_at_distance(slides: Slides, eta: float) -> float | None:
+    """Return the V at which the largest of the `rises` over all touches equals the depth.
+
+    The result is None if no V up to 32 times the linear limit raises the lowest point by the depth.
+    """
+    phases = phases_of_touches(slides, eta)
+
+    def highest(V: float) -> float:
+        return float(rises(slides, eta, V, phases).max())
 
     first = slides.depth / abs(wave(slides, eta))
     low, high = next(((0.5 * V, V) for V in first * 2.0 ** np.arange(6) if highest(V) >= slides.depth), (0.0, math.inf))
