@@ -28,7 +28,6 @@ from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.states import State
 
 KINDS = ("missed", "late", "wrong")
-AHEAD = 2  # excitation periods that the certified motion covers; every sticking or rest that ends is shorter
 ROWS = 8  # space for certified switches after each start; an impact or a start close to a boundary gives more than one
 
 
@@ -41,12 +40,15 @@ class SwitchCounts(NamedTuple):
     wrong: int
 
 
-def next_switches(motion: Trajectory, tau: np.ndarray, xi: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, ...]:
+def next_switches(
+    motion: Trajectory, tau: np.ndarray, xi: np.ndarray, states: np.ndarray, periods: int
+) -> tuple[np.ndarray, ...]:
     """Return (period, phase, next state) of the certified switches that end the given states, with the parameters of a
     motion.
 
     Each state begins at time τ at the gap ξ with ξ' = 0. `tau` and `xi` are float64 (n,), `states` is int64 (n,). The
-    results are int64 (n,), float64 (n,) and int64 (n,). The period is -1 if no switch follows.
+    results are int64 (n,), float64 (n,) and int64 (n,). The period is -1 if no switch follows within `periods`
+    excitation periods.
     """
     points = np.repeat([[motion.arguments[name] for name in COLUMNS]], len(tau), axis=0)
     for name, values in (("xi0", xi), ("dxi0", 0.0), ("tau0", tau)):
@@ -54,8 +56,8 @@ def next_switches(motion: Trajectory, tau: np.ndarray, xi: np.ndarray, states: n
     w, k = new_lanes(1)
     ends, phases = np.empty((len(tau), 2), np.int64), np.empty(len(tau))
     rows, stored = np.empty(ROWS, SWITCH), np.zeros(1, np.int64)
-    numbers = numbers_of(Settings(transient=0, periods=AHEAD, budget=ROWS), 1)
-    kernel.next_switches(w[0], k[0], points, states, numbers, np.empty((1, AHEAD, 2)), rows, stored, ends, phases)
+    numbers = numbers_of(Settings(transient=0, periods=periods, budget=ROWS), 1)
+    kernel.next_switches(w[0], k[0], points, states, numbers, np.empty((1, periods, 2)), rows, stored, ends, phases)
     return ends[:, 0], phases, ends[:, 1]
 
 
@@ -96,7 +98,8 @@ def compared(motion: Trajectory) -> Comparison:
     # if the end of a slide was found late, the mass may be below the obstacle: the next state then starts just above it
     xi = np.where(at_obstacle, 0.0, np.maximum(row["xi"], SMALLEST))
     tau = TWO_PI * row["period"] + row["phase"]
-    period, phase, to = next_switches(motion, tau, xi, row["after"].astype(np.int64))
+    longest = int((following["period"] - row["period"]).max(initial=0))  # a slow disturbance prolongs a rest
+    period, phase, to = next_switches(motion, tau, xi, row["after"].astype(np.int64), longest + 2)
     known = period >= 0
     certified = np.where(known, TWO_PI * period + phase, np.inf)
     behind = np.where(known, TWO_PI * (following["period"] - period) + (following["phase"] - phase), np.inf)
