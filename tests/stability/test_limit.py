@@ -11,6 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import vibrodrive as vd
+from vibrodrive.jit.slices import Halt
+from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.quantities import How
 from vibrodrive.model.spacing import geometric
 from vibrodrive.stability import evaluate, structure
@@ -244,6 +246,52 @@ def test_brief_records_change_no_result(disturbance, monkeypatch):
     monkeypatch.setattr(limits, "never_follows", lambda *of: proofs.append(never_follows(*of)) or proofs[-1])
     assert dict(LimitSearch(plan).run()) == whole
     assert any(proofs)
+
+
+@pytest.mark.parametrize(
+    ("motions", "transient", "periods", "saves"),
+    [(64, 0, 480, True), (63, 0, 480, False), (64, 0, 479, False), (64, 1000, 1320, True), (64, 1000, 1319, False)],
+)
+def test_brief_records_are_for_many_long_motions(motions, transient, periods, saves):
+    """A brief record of 160 periods proves a loss in 480, and takes half the time of 1000 + 1320 periods."""
+    plan = plan_limits({"A": [2.0], "transient": transient, "periods": periods})
+    assert LimitSearch(plan)._saves_time(motions) == saves
+
+
+@pytest.mark.parametrize(("points", "most_sweeps", "most_motions"), [(1, 8, 70), (300, 80, 20_500)])
+def test_searches_need_few_sweeps_and_few_motions(points, most_sweeps, most_motions, monkeypatch):
+    """A search that requests one value at a time takes 18 sweeps and 58 motions."""
+    sweeps = []
+
+    def answers(self, requests, ask, *_, **periods):
+        sweeps.append([len(values) for _, _, values in requests])
+        kept = [(p, x, x < 1e-4 * 1.01**k) for k, p, values in requests for x in values.tolist()]
+        found = iter([ask(p, SimpleNamespace(keeps=lambda *_, now=now: now, copy=lambda x=x: x)) for p, x, now in kept])
+        return [[next(found) for _ in values] for *_, values in requests]
+
+    orbit = SimpleNamespace(n=1, cycle=None)
+    monkeypatch.setattr(evaluate.Evaluator, "undisturbed", lambda self, numbers, criterion: [orbit] * len(numbers))
+    monkeypatch.setattr(evaluate.Evaluator, "answers", answers)
+    monkeypatch.setattr(LimitSearch, "_explained", lambda self, problem, band: band)
+    found = list(LimitSearch(plan_limits({"A": np.linspace(2, 3, points), "transient": 50, "periods": 500})).run())
+    assert len(found) == points
+    assert len(sweeps) <= most_sweeps
+    assert sum(map(sum, sweeps)) <= most_motions
+    assert max(map(len, sweeps)) <= 128, "the records of so many searches are in memory"
+
+
+def test_motions_computed_together_take_about_50_megabytes(monkeypatch):
+    plan, sizes = plan_limits({"A": [2.0], "transient": 0, "periods": 1500}), []
+
+    def computed(self, points, settings):
+        sizes.append(len(points) * settings.periods * (2 + 2 * 4) * 8)  # section points, and two impacts in a period
+        return np.empty((len(points), 0, 2)), np.empty((len(points), 0, 4))
+
+    monkeypatch.setattr(evaluate.Evaluator, "_computed", computed)
+    with evaluate.Evaluator(plan, "eps", 1, Halt()) as evaluator:
+        assert len(list(evaluator._motions(np.zeros((2000, len(COLUMNS))), plan.settings))) == 2000
+    assert 25e6 < max(sizes) < 51e6
+    assert sum(sizes) == 2000 * 120_000
 
 
 @pytest.mark.jit

@@ -55,7 +55,7 @@ def test_motion_alternating_about_its_orbit_has_no_period():
     section = np.stack([1.0 + there, -2.0 + there], axis=1)
     assert np.abs(section[2:] - section[:-2]).max() < structure.SAME_POINT, "the section repeats after two periods"
     assert structure.period(section) == 0
-    assert structure.period(section + 0.01 * (-1.0) ** np.arange(60)[:, None]) == 2
+    assert structure.period(section + 1e-3 * (-1.0) ** np.arange(60)[:, None]) == 2
 
 
 def test_shifted_copy_has_the_same_structure_and_gives_its_shift():
