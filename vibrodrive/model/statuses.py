@@ -38,8 +38,6 @@ class Statuses(np.ndarray):
         return super().__format__(spec) if spec else str(self)
 
     def __str__(self) -> str:
-        if self.ndim == 0:  # the status of a single point
-            return str(as_status(int(self)))
         names = {"int": lambda value: str(as_status(int(value)))}
         return np.array2string(np.asarray(self), separator=", ", formatter=names)  # type: ignore[arg-type]
 
