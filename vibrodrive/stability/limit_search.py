@@ -80,8 +80,8 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float |
     values of the grid, and then so many of a round of bisection. So a search can fill the lanes of a kernel that other
     searches leave empty. This changes the number of requests, and not the result.
 
-    The first value tried is the largest one of the grid up to `begin`, below which all values should be kept; by
-    default it is value 0. If it is lost, smaller values are tried.
+    The first value tried is one of the grid below `begin`, up to which all values should be kept; by default it is
+    value 0. If it is lost, smaller values are tried.
     """
     value = grid.value
     known: dict[float, bool] = {}
@@ -138,12 +138,15 @@ def _ask(
 
 
 def _index(grid: Grid, most: float) -> int:
-    """Return the number of the largest value of a grid that is at most `most`, or of its smallest value."""
+    """Return the number of a value of a grid that is at most `most`, or of its smallest value.
+
+    It is a multiple of `batch`, so that a search ends at the same value wherever it begins.
+    """
     k = 0
-    while grid.value(k + 1) <= most:
-        k += 1
+    while grid.value(k + grid.batch) <= most:
+        k += grid.batch
     while grid.value(k) > max(most, grid.floor):
-        k -= 1
+        k -= grid.batch
     return k
 
 
