@@ -185,6 +185,15 @@ def test_certified_method_agrees(name):
     assert verdict["digits"] > 10
 
 
+def test_answers_shorter_than_a_tick_take_time():
+    """While a limit of CPU time is set, Linux counts the CPU time of a process in whole ticks."""
+
+    class Sums:
+        zeros = staticmethod(lambda function, T: [float(sum(range(1000)))])
+
+    assert all(run.timed(Sums, 0, run.WAVES, {}, 2.0)[1] > 0.0 for _ in range(30))
+
+
 # the score
 
 FAR, PAIR = ["1.0", "3.0"], ["1.0", "1.0000003"]
