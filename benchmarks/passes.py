@@ -16,6 +16,8 @@ NAMES = {
     "vibrodrive fixed": "fixed Δτ (ours)",
     "scan + Newton": "scan + Newton",
     "scan of g and g′": "scan of g and g′",
+    "branch and prune": "branch and prune",
+    "branch and prune, Arb": "branch and prune with Arb",
     "scipy brentq on a grid": "brentq on a grid",
     "NumPy Chebyshev roots": "Chebyshev roots",
     "RK4 + bisection": "RK4 + bisection",

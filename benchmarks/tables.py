@@ -185,13 +185,15 @@ def close_pairs(_: dict[str, Any]) -> str:
     head, rows = passes.table(0)
     pair = next(k for k, name in enumerate(head) if name.startswith("close pair"))
     kinds: dict[str, list[list[str]]] = {"scan of g and g′": [], "integrator as advised": [], "other rival": []}
-    for row in (row for row in rows if "(ours)" not in row[0]):
+    bounded = [row for row in rows if row[0].startswith("branch and prune")]
+    for row in (row for row in rows if "(ours)" not in row[0] and row not in bounded):
         kind = row[0] if row[0] in kinds else "integrator as advised" if passes.ADVISED in row[0] else "other rival"
         kinds[kind].append(row)
     best = {kind: max(found, key=lambda row: int(row[pair])) for kind, found in kinds.items()}
     scan, *others = best.items()
-    told = [f"the best {kind} {row[pair]} % ({row[0].removesuffix(passes.ADVISED)})" for kind, row in others]
-    words = f"Of the close pairs, the {scan[0]} finds {scan[1][pair]} %, {' and '.join(told)}."
+    told = [f"{row[0]} {row[pair]} %" for row in bounded]
+    told += [f"the best {kind} {row[pair]} % ({row[0].removesuffix(passes.ADVISED)})" for kind, row in others]
+    words = f"Of the close pairs, the {scan[0]} finds {scan[1][pair]} %, {', '.join(told[:-1])} and {told[-1]}."
     shown = [0, 2, 3, pair]
     return table([head[k] for k in shown], [[row[k] for k in shown] for row in rows]) + f"\n\n{words}"
 

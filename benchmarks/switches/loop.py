@@ -14,6 +14,9 @@ CROWD = 2_000
 MOST = 1 << 20
 """Largest number of switches of a motion; a solver with more is stopped."""
 
+UNKNOWN = "rounding hides the first zero"
+"""The error of a method that refuses a case, because it cannot decide whether there is a first zero, or where."""
+
 Event = tuple[float, int, int]
 """τ, state before and state after a switch."""
 
@@ -38,9 +41,9 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., list
     """Return the function `events` of a method that locates the end of each state.
 
     `locate(point, setting, state, tau, xi, dxi, end)` returns (τ of the end of the state, True at an impact, ξ at this
-    τ). If the state does not end before `end`, this τ is greater than `end`. A compiled `locate` needs `compiled=True`.
-    Otherwise the loop runs in Python and evaluates the formulas in Python, because calls of compiled functions would
-    take longer.
+    τ). If the state does not end before `end`, this τ is greater than `end`. If the method cannot decide, τ is NaN; the
+    motion ends there, and is refused if it has no switch yet. A compiled `locate` needs `compiled=True`. Otherwise the
+    loop runs in Python and evaluates the formulas in Python, because calls of compiled functions would take longer.
     """
     h, first, decided = (force, start, decide) if compiled else (force.py_func, start.py_func, decide.py_func)
 
@@ -53,6 +56,8 @@ def event_loop(locate: Callable[..., Any], compiled: bool) -> Callable[..., list
             if state != IMPACT:
                 tau, impact, xi = locate(point, setting, state, tau, xi, dxi, end)
             if not tau <= end:
+                if math.isnan(tau) and not count:
+                    raise ArithmeticError(UNKNOWN)
                 break
             next_state = decided(state, h(point, tau), impact)
             times[count], before[count], after[count] = tau, state, next_state
