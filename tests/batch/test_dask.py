@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -107,12 +106,6 @@ def wait_for_a_block(process, file):
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < limit, "no block was written"
         time.sleep(0.01)
-
-
-@pytest.mark.jit
-def test_any_executor_gives_the_same_bits(local):
-    with ThreadPoolExecutor(2) as pool:
-        assert bits(vd.sweep(**ARGUMENTS, executor=pool)) == local
 
 
 @pytest.mark.jit

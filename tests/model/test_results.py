@@ -1,6 +1,5 @@
 """Tests of Results: named axes, selection of values, equality of results, sizes in memory, and the repr."""
 
-import copy
 import pickle
 
 import numpy as np
@@ -24,18 +23,6 @@ def collected(plan):
     return Results.collect(plan, fake.run_blocks(plan))
 
 
-def test_blocks_are_stored_at_their_points(plan):
-    r = collected(plan)
-    assert r.section.shape == (4, 2, 5, 2)
-    assert r.switches.shape == (4, 2, 5)
-    flat = r.section.reshape(-1, 5, 2)
-    for k, (start, stop) in enumerate(plan.blocks()):
-        np.testing.assert_array_equal(flat[start:stop], fake.block(plan, k).section)
-    # point 5 of the product is A = 3, ε = 1e-4
-    assert r.section[2, 1, 0, 0] == np.sin(3.0 * 1 + 5)
-    assert r.computed == 1.0
-
-
 def test_select_finds_the_exact_or_nearest_value_and_drops_the_axis(plan):
     r = collected(plan)
     part = r.select(A=2.9, method="nearest", tolerance=0.11)
@@ -55,20 +42,6 @@ def test_select_allows_for_rounding_of_a_value(plan):
     r = Results({"A": axis}, {}, plan.settings, {"margin": np.arange(251.0)})
     assert [r.select(A=round(3 + k / 1000, 3)).margin for k in range(251)] == list(range(251))
     assert (axis != [round(3 + k / 1000, 3) for k in range(251)]).any(), "some values must differ by rounding"
-
-
-@pytest.mark.parametrize("chosen", [{}, {"A": 3}, {"A": 3, "eps": 0}])
-def test_pickled_and_copied_results_are_equal(plan, chosen):
-    """A pickled selection contains only the data of the selection."""
-    whole = collected(plan)
-    r = whole.select(**chosen)
-    for again in (pickle.loads(pickle.dumps(r)), copy.deepcopy(r), copy.copy(r)):
-        assert repr(again) == repr(r)
-        assert again.settings == r.settings
-        for name in ("section", "status", "margin", "switches"):
-            np.testing.assert_array_equal(getattr(again, name), getattr(r, name))
-    if chosen:
-        assert len(pickle.dumps(r)) < len(pickle.dumps(whole))
 
 
 @pytest.mark.integration

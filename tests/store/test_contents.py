@@ -40,21 +40,6 @@ def made(name, path):
 each = pytest.mark.parametrize("name", PLANS)
 
 
-@each
-def test_file_of_each_record_is_read_described_and_equal_to_another(name, tmp_path):
-    path = made(name, tmp_path / "one.h5")
-    assert path.read_bytes() == made(name, tmp_path / "two.h5").read_bytes()
-    results, report = vd.load(path), look(path)
-    assert results.record == make_plan(PLANS[name]).record
-    assert repr(results).startswith("<Results of 2")
-    assert verify(path).sound
-    assert report.complete
-    assert report.facts()["blocks"] == {"computed": 1, "of": 1}
-    for quantity in results.quantities:
-        assert np.array_equal(results[quantity.name], fake.block(results.plan, 0).records[quantity.name].reshape(
-            results[quantity.name].shape), equal_nan=True)  # fmt: skip
-
-
 def test_file_does_not_contain_the_time(tmp_path):
     one = made("section", tmp_path / "one.h5").read_bytes()
     sleep(1.1)  # HDF5 stores seconds

@@ -107,29 +107,6 @@ def test_missing_xarray_is_reported_in_one_line(path, monkeypatch):
         load(path).to_xarray()
 
 
-def test_table_has_a_row_for_each_point_and_a_column_for_each_number(path):
-    results = load(path)
-    table = results.to_dataframe()
-    assert len(table) == results.status.size
-    for k, index in enumerate(np.ndindex(results.shape)):
-        row = table.iloc[k]
-        assert row["status"] == str(results.status[index])
-        assert row["margin"] == results.margin[index]
-        for (name, values), i in zip(results.axes.items(), index, strict=True):
-            assert row[name] == values[i]
-        for name, values in results.points.items():
-            assert row[name] == values[index]
-    data = results.to_xarray()
-    numbers = {n for n, array in data.variables.items() if n not in data.dims and set(array.dims) == set(results.axes)}
-    wanted = (
-        {"period" if name == "motion_period" else name for name in numbers}
-        | results.axes.keys()
-        | results.points.keys()
-    )
-    assert set(table) == wanted
-    assert set(table.attrs["units"]) == set(table)
-
-
 def test_a_column_in_si_units_has_its_unit_in_its_name(tmp_path):
     """So a name that dimensionless tables and tables in SI units share has the same numbers in both."""
     text = SCENE + 'record = ["section", "impacts", "summary", "error"]\n'

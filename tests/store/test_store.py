@@ -31,7 +31,7 @@ from vibrodrive.store import header
 from vibrodrive.store import writer as writer_module
 from vibrodrive.store.layout import Origin, tiles, variables_of
 from vibrodrive.store.load import load
-from vibrodrive.store.reader import DamagedBlock, look, place, verify
+from vibrodrive.store.reader import DamagedBlock, look, verify
 from vibrodrive.store.writer import Writer, open_writer
 
 ARRAYS = ("section", "status", "margin", "switches")
@@ -234,19 +234,6 @@ def test_error_of_the_system_is_no_damage(finished, monkeypatch):
     assert finished.read_bytes() == before
 
 
-def test_xarray_sees_named_dimensions(finished):
-    results = load(finished)
-    with xr.open_dataset(finished, engine="h5netcdf") as data:
-        assert data.section_xi.dims == data.section_dxi.dims == ("A", "eps", "period")
-        assert data.status.dims == data.margin.dims == ("A", "eps")
-        assert data.switches.dims == ("A", "eps", "state")
-        np.testing.assert_array_equal(data.period, np.arange(1, 13))
-        np.testing.assert_array_equal(data.section_xi, results.section[..., 0])
-        np.testing.assert_array_equal(data.section_dxi, results.section[..., 1])
-        assert data.state.flag_meanings.split() == [s.name.lower() for s in State]
-        assert all(data[name].units == "1" and data[name].long_name for name in data.variables)
-
-
 def test_attributes_give_the_origin(finished):
     with h5py.File(finished) as file:
         assert file.attrs["Conventions"].decode() == "CF-1.10"
@@ -256,7 +243,7 @@ def test_attributes_give_the_origin(finished):
         assert json.loads(file.attrs["overrides"]) == ["eps=[0, 2e-4]"]
         assert "created" not in file.attrs  # a date would make files of equal runs different
         assert "numba" in json.loads(file.attrs["versions"])
-        assert all(file[v.variable].fletcher32 for v in variables_of(make()))
+        assert file["state"].attrs["flag_meanings"].decode().split() == [s.name.lower() for s in State]
 
 
 def test_frozen_program_without_metadata_names_its_versions(path, monkeypatch):
@@ -304,14 +291,6 @@ def test_changed_axis_is_found(finished, name):
     for reads in (load, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
         with pytest.raises(Damaged, match=f"axis {name}: changed after it was written"):
             reads(finished)
-
-
-def test_two_runs_give_the_same_bytes(path, tmp_path):
-    other = tmp_path / "other.h5"
-    write(path, make())
-    write(other, make(), which=[3, 1])  # in another order, in two runs
-    write(other, make())
-    assert path.read_bytes() == other.read_bytes()
 
 
 @pytest.mark.parametrize("record", RECORDED, ids="+".join)
@@ -403,18 +382,6 @@ def test_reader_needs_no_permission_of_the_writer(path):
         open_writer(path, make(), Origin(TEXT), overwrite=True)
     writer.close()
     open_writer(path, make(), Origin(TEXT)).close()
-
-
-def test_resuming_computes_missing_blocks_only(path):
-    plan = make()
-    write(path, plan, which=[0, 2, 3])
-    writer = open_writer(path, plan, Origin("# a comment more\n" + TEXT))
-    writer.check()
-    assert writer.missing() == [1, 4]
-    for block in fake.run_blocks(writer.plan, writer.missing()):
-        writer.write(block)
-    writer.close()
-    assert_complete(path, plan)
 
 
 def test_file_keeps_its_block_size(path):
@@ -557,49 +524,6 @@ def damaged(path, offset, bit=0):
     raw = bytearray(path.read_bytes())
     raw[offset] ^= 1 << bit
     path.write_bytes(raw)
-
-
-def assert_complete_but_for(path, plan, block, variable):
-    """Assert that only the array of the damaged variable lacks the block, and that a warning names this block."""
-    array = "section" if variable.startswith("section") else variable
-    results = load(path)
-    with pytest.warns(DamagedBlock, match=rf"left out of \w+: block {block} \(points .* A = ") as told:
-        part = {name: results[name].reshape(plan.n_points, -1) for name in (*recorded(plan), "status")}
-    assert {str(w.message).split(": damaged blocks are left out of ")[1].split(":")[0] for w in told} == (
-        {array} if array != "status" else set(recorded(plan))  # without its status a block counts as missing
-    )
-    for k, (start, stop) in enumerate(plan.blocks()):
-        expected = fake.block(plan, k)
-        for name, values in part.items():
-            if k != block or (name not in (array, "status") and array != "status"):
-                wanted = expected.records.get(name, getattr(expected, name, None))
-                assert values[start:stop].astype(wanted.dtype).tobytes() == wanted.tobytes()
-    left_out = part[array][slice(*plan.blocks()[block])]
-    assert (np.isnan(left_out) if left_out.dtype.kind == "f" else left_out == -1).all()
-    assert (np.flatnonzero(part["status"] == Status.NOT_COMPUTED) == np.arange(*plan.blocks()[block])).all()
-
-
-@pytest.mark.parametrize("variable", [*(v.variable for v in variables_of(make())), "sequence", "impact_states"])
-def test_flipped_bit_is_found_named_and_repaired(path, variable):
-    plan = make(**({"record": ["impacts", "summary"]} if variable in ("sequence", "impact_states") else {}))
-    write(path, plan)
-    with h5py.File(path) as file:
-        chunk = file[variable].id.get_chunk_info(3)
-        block = chunk.chunk_offset[0] // 20
-    damaged(path, chunk.byte_offset + chunk.size // 2)
-    report = verify(path)
-    assert list(report.faults) == [block]
-    assert variable in report.faults[block]
-    assert f"block {block} (points {40 * block} to" in place(report.header.plan, block)
-    if variable != "checksum":  # readers do not use checksums of points
-        assert_complete_but_for(path, plan, block, variable)
-    writer = open_writer(path, plan, Origin(TEXT))
-    writer.check()
-    assert writer.missing() == [block]
-    writer.close()
-    write(path, plan)
-    assert verify(path).sound
-    assert_complete(path, plan)
 
 
 def test_lost_data_with_a_status_are_found(finished):
