@@ -7,31 +7,11 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
-from vibrodrive.batch.sweep import run_blocks
-from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.store.reader import look
 
-TEXT = (
-    "[physical]\na0 = 8e-4\nmu = 0.6\n"
-    "[sweep]\nomega0 = {start = 120, stop = 160, num = 12}\neps = [0, 1e-4]\nalpha = [2, 3.4]\n"
-    "[run]\ntransient = 30\nperiods = 20\n"
-)
 MACHINE = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4, mass=250.0)
-
-
-@pytest.mark.jit
-def test_scene_axes_equal_the_same_numbers_given_directly():
-    plan = parse(TEXT).plan()
-    results = Results.collect(plan, run_blocks(plan))
-    assert results.section.shape == (12, 2, 2, 20, 2)
-    for i, omega0 in enumerate(results.axes["omega0"].tolist()):
-        for k, alpha in enumerate(results.axes["alpha"].tolist()):
-            scene = vd.Scene(a0=8e-4, omega0=omega0, mu=0.6, alpha=alpha)
-            direct = vd.sweep(A=scene.A, B=scene.B, eps=[0, 1e-4], transient=30, periods=20)
-            for name in ("section", "margin", "status", "switches"):
-                assert getattr(results, name)[i, :, k].tobytes() == getattr(direct, name).tobytes()
 
 
 @pytest.mark.jit
@@ -98,15 +78,3 @@ def test_figures_over_a_frequency_are_in_si_units():
     panels = r.plot("poincare").axes
     assert panels[2].lines[0].get_xdata().max() == pytest.approx(1e3 * scenes[2].length(r.section[2, :, 0].max()))
     assert panels[0].get_ylabel() == "velocity dx/dt in m/s"
-
-
-@pytest.mark.jit
-def test_motion_of_a_scene_is_drawn_in_si_units():
-    motion = vd.simulate(scene=MACHINE, transient=50, periods=3)
-    phase, time = motion.plot().axes
-    assert [ax.get_ylabel() for ax in (phase, time)] == ["velocity dx/dt in m/s", "gap x in mm"]
-    assert time.get_xlim()[1] == pytest.approx(3e3 / 24.0)
-    highest = 1e3 * MACHINE.length(motion.sample(400).xi.max())
-    assert max(phase.lines[0].get_xdata()) == max(time.lines[0].get_ydata()) == pytest.approx(highest, rel=1e-4)
-    assert "$f = 24$ Hz" in phase.get_title(loc="right")
-    assert motion.dimensionless().plot().axes[0].get_ylabel() == r"$\xi\mathrm{′}$"

@@ -50,7 +50,8 @@ def test_impact_breaks_the_curve_and_is_stored_as_a_jump():
 @pytest.mark.jit
 def test_motion_of_a_scene_is_drawn_in_its_units():
     scene = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
-    phase, time = vd.simulate(scene=scene, transient=50, periods=4).plot().axes
+    motion = vd.simulate(scene=scene, transient=50, periods=4)
+    phase, time = motion.plot().axes
     jump, mine = (
         next(line for line in phase.lines if ("jump" in line.get_label()) == jumps) for jumps in (True, False)
     )
@@ -58,6 +59,9 @@ def test_motion_of_a_scene_is_drawn_in_its_units():
     assert "m/s" in phase.get_ylabel()
     assert 0.5 * fastest > np.nanmin(jump.get_ydata()) > fastest, "a jump must have the unit of the curve"
     assert time.get_xlim() == pytest.approx((0.0, 4e3 / 24.0))
+    highest = 1e3 * scene.length(motion.sample(400).xi.max())
+    assert max(mine.get_xdata()) == max(time.lines[0].get_ydata()) == pytest.approx(highest, rel=1e-4)
+    assert motion.dimensionless().plot().axes[0].get_ylabel() == r"$\xi\mathrm{′}$"
 
 
 def test_curves_and_titles_that_fit_no_panel_are_refused():

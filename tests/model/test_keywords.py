@@ -5,7 +5,6 @@ import math
 import pickle
 from dataclasses import fields
 
-import numpy as np
 import pytest
 
 import vibrodrive as vd
@@ -72,10 +71,3 @@ def test_omitted_arguments_have_the_default_of_the_signature():
     assert motion.arguments["tol"] == 1e-7
     assert vd.simulate(1.5, transient=0, periods=1, tol=None, dtau=None) == motion
     assert all(pickle.loads(pickle.dumps(function)) is function for function in FUNCTIONS)
-
-
-@pytest.mark.integration
-@pytest.mark.parametrize("names", [["A", "eps", "xi0"], ["xi0", "A", "eps"]])
-def test_axes_are_in_the_order_written(names):
-    r = vd.sweep(**{name: np.linspace(0.0, 0.01, k + 1) for k, name in enumerate(names)}, transient=0, periods=1)
-    assert (list(r.axes), r.shape) == (names, (1, 2, 3))

@@ -65,6 +65,7 @@ def plans(name):
     listed = f"[{', '.join(map(repr, values.tolist()))}]"
     spread = f"{{start = {values[0].item()!r}, stop = {values[-1].item()!r}, num = 3}}"
     yield "axis", make_plan({name: values, **others})
+    yield "axis, written last", make_plan(dict(reversed({name: values, **others}.items())))
     yield "points", make_plan({"points": {name: values}, **others})
     for table in ("sweep", "sweep.points"):
         for entry in (listed, spread):
@@ -79,12 +80,13 @@ def plans(name):
 @pytest.mark.parametrize("name", AXES)
 def test_each_way_to_give_a_parameter_gives_the_same_motions(name):
     wanted = [numbers(name, value) for value in values_of(name).tolist()]
-    rows = np.array([])
+    rows, orders = np.array([]), set()
     for way, plan in plans(name):
         found = plan.points(0, plan.n_points)
         np.testing.assert_allclose(found, wanted, rtol=1e-15, err_msg=way)
         assert found.tobytes() == (rows if rows.size else found).tobytes(), way
         rows = found
+        orders.add((*plan.axes, *plan.scalars))
         for k, value in enumerate(values_of(name).tolist()):
             one = make_plan({name: value, **beside(name)})
             assert one.points(0, 1).tobytes() == found[k : k + 1].tobytes(), way
@@ -93,6 +95,7 @@ def test_each_way_to_give_a_parameter_gives_the_same_motions(name):
         again = parse(as_toml(plan)).plan()
         assert compare(plan, again) == [], way
         assert list(again.scalars) == list(plan.scalars), way
+    assert len(orders) == 2, "along an axis and along points: files of equal sweeps are equal"
 
 
 @pytest.mark.parametrize("name", AXES)
@@ -106,9 +109,10 @@ def test_each_way_to_give_a_parameter_has_the_same_units(name):
             got = np.broadcast_to(np.asarray(unit.one, float), results.shape)
             assert got.tolist() == [single.one for single in one], (way, quantity)
         assert (results.measure("energy").si != "1") == (name in SCENE_AXES), way
-        assert results.select(**{next(iter(results.axes)): results.axes[next(iter(results.axes))][1]}).scalars[
-            name
-        ] == pytest.approx(values_of(name)[1])
+        axis, places = next(iter(results.axes.items()))
+        scalars = results.select(**{axis: places[1]}).scalars
+        assert scalars[name] == values_of(name)[1], way
+        assert [scalars["A"], scalars["B"]] == pytest.approx(numbers(name, values_of(name)[1])[:2], rel=1e-15), way
 
 
 SHORT = {"transient": 10, "periods": 6}

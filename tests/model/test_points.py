@@ -5,13 +5,13 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.errors import Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
+from vibrodrive.model.toml import as_toml
 from vibrodrive.store.load import load
 from vibrodrive.store.reader import look, verify
 
@@ -34,7 +34,7 @@ def column(plan, name):
 
 def test_configuration_and_call_give_the_same_points():
     called = make_plan({"eps": [0.0, 1e-4], "points": POINTS, "periods": 3, "transient": 0})
-    for plan in (called, parse(TEXT).plan()):
+    for plan in (called, parse(TEXT).plan(), parse(as_toml(called)).plan()):
         assert (list(plan.axes), plan.shape) == (["eps", "point"], (2, 5))
         assert column(plan, "A") == 2 * POINTS["A"].tolist()
         assert column(plan, "xi0") == 2 * [0.0, 1.0, 2.0, 3.0, 4.0]
@@ -44,19 +44,6 @@ def test_configuration_and_call_give_the_same_points():
     assert column(make_plan({"points": pd.DataFrame(POINTS)}), "A") == POINTS["A"].tolist()
     r = Results.collect(called, fake.run_blocks(called))
     assert "eps 0…0.0001 (2), point 0…4 (5) with A, xi0; section" in repr(r)
-
-
-@pytest.mark.jit
-def test_each_point_is_the_motion_of_its_parameters():
-    r = vd.sweep(points=POINTS, eps=[0.0, 1e-4], transient=3, periods=3)
-    for k, (A, xi0) in enumerate(zip(POINTS["A"], POINTS["xi0"], strict=True)):
-        for e, eps in enumerate((0.0, 1e-4)):
-            assert (
-                r.section[k, e].tobytes() == vd.simulate(A, xi0=xi0, eps=eps, transient=3, periods=3).section.tobytes()
-            )
-    one = r.select(point=3)
-    assert (one.scalars["A"], one.scalars["xi0"], list(one.axes), one.points) == (POINTS["A"][3], 3.0, ["eps"], {})
-    assert r.select(eps=0).points.keys() == POINTS.keys()
 
 
 def test_file_stores_points_as_coordinates(tmp_path):

@@ -5,15 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from vibrodrive.model.choices import Status
 from vibrodrive.model.config import parse
 from vibrodrive.model.names import SCENE_AXES, TURN
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.physical import Scene
-from vibrodrive.model.plan import make_plan
-from vibrodrive.model.results import Results
-from vibrodrive.model.toml import as_toml
-from vibrodrive.store.compare import compare
 
 SCENE = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "mass": 250.0, "g": 9.81}
 
@@ -73,14 +68,6 @@ def test_constant_parameters_stay_scalars():
     assert (both["A"], both["B"]) == (Scene.quiet(**SCENE).A, Scene.quiet(**SCENE).B)
 
 
-def test_scene_of_numbers_in_the_sweep_table_equals_a_physical_table():
-    one = parse("[sweep]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n")
-    other = parse("[physical]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n")
-    assert one.physical == other.physical
-    assert one.arguments == other.arguments
-    assert parse(text("omega0")).physical is None  # the sweep has no single scene
-
-
 def test_options_move_a_quantity_between_the_tables():
     plain = "[physical]\na0 = 0.8e-3\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n"
     plan = parse(plain, ["omega0={start = 100, stop = 200, num = 5}"]).plan()
@@ -94,35 +81,3 @@ def test_options_move_a_quantity_between_the_tables():
     over = parse(text("omega0"), ["frequency={start = 20, stop = 30, num = 3}"]).plan()
     assert over.axes["frequency"].tolist() == [20.0, 25.0, 30.0]
     assert parse(text("frequency"), ["omega0=[150]"]).plan().axes["omega0"].tolist() == [150.0]
-
-
-def test_scene_of_a_call_is_the_scene_of_a_configuration():
-    """Its quantities replace A and B; an argument replaces a quantity; a file made of the plan gives the plan again."""
-    machine = Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4, mass=250.0)
-    for written, table, sweep in (
-        ({"eps": [0.0, 1e-4]}, "a0 = 0.8e-3\nfrequency = 24\nalpha = 3.4\n", "eps = [0, 1e-4]"),
-        ({"omega0": [100.0, 150.0]}, "a0 = 0.8e-3\nalpha = 3.4\n", "omega0 = [100, 150]"),
-        ({"frequency": [20.0, 24.0], "alpha": 0.0}, "a0 = 0.8e-3\nalpha = 0\n", "frequency = [20, 24]"),
-    ):
-        plan = make_plan({"scene": machine, **written})
-        other = parse(f"[physical]\nmu = 0.6\nmass = 250\n{table}[sweep]\n{sweep}\n").plan()
-        again = parse(as_toml(plan)).plan()
-        assert compare(plan, other) == compare(plan, again) == []
-        assert list(plan.scalars) == list(other.scalars) == list(again.scalars), "files of equal sweeps are equal"
-    alone = make_plan({"scene": Scene.quiet(omega0=150.0, mu=0.6, alpha=3.4), "A": [1.5, 2.0]})
-    assert alone.scalars["B"] == machine.B, "a scene without a0 gives B and the units"
-
-
-def test_select_keeps_the_numbers_of_the_scene():
-    plan = parse(text("omega0", "alpha")).plan()
-    results = Results.uncomputed(plan)
-    results.status[:] = Status.OK
-    part = results.select(omega0=110.0, method="nearest")
-    assert list(part.axes) == ["alpha"]
-    assert part.scalars["omega0"] == VALUES["omega0"][1]
-    assert part.scalars.keys().isdisjoint({"A", "B"})
-    one = part.select(alpha=3.0)
-    scene = Scene.quiet(**(SCENE | {"omega0": VALUES["omega0"][1], "alpha": 3.0}))
-    assert (one.scalars["A"], one.scalars["B"]) == (scene.A, scene.B)
-    with pytest.raises(ValueError, match=r"^omega0 = 300: must be one of the .* would select 200"):
-        results.select(omega0=300)
