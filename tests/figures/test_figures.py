@@ -202,26 +202,6 @@ def test_diagram_of_motions_that_rest_at_the_section_says_so(two_regimes):
     assert "section point" not in note(figures.bifurcation(two_regimes).axes[0])
 
 
-@pytest.mark.parametrize(
-    ("call", "told"),
-    [
-        (lambda r: figures.from_results(r, kind="pie"), "kind = .*must be one of"),
-        (lambda r: figures.bifurcation(r, "speed"), "quantity = .*must be one of"),
-        (lambda r: figures.bifurcation(r, x="B"), "x = .*must be one of"),
-        (lambda r: figures.bifurcation(r, limits=(2.0, 1.0)), "limits = .*: must be two numbers in ascending order"),
-        (lambda r: figures.bifurcation(r, limits=(0.0, math.inf)), "limits = .*: must be two numbers"),
-        (lambda r: figures.bifurcation(r, style="nature"), "style = 'nature': must be one of"),
-        (lambda r: figures.bifurcation(r, width="triple"), "width = 'triple': must be one of"),
-        (lambda r: style.save(figures.bifurcation(r), "figure.xyz"), r"a file name ending in \.png"),
-    ],
-)
-def test_bad_arguments_are_named(two_regimes, call, told, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(ValueError, match=told):
-        call(two_regimes)
-    assert not list(tmp_path.iterdir())
-
-
 def test_figures_load_no_window_system_and_no_numba():
     code = (
         "import sys, vibrodrive.figures.diagrams as _; sys.exit(bool({'matplotlib.pyplot', 'numba'} & {*sys.modules}))"

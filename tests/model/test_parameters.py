@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from vibrodrive.model.choices import Method, Status
+from vibrodrive.model.choices import Method
 from vibrodrive.model.config import read
 from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.packaged import configurations, titles
@@ -43,12 +43,6 @@ def test_both_ends_of_every_range(name):
         assert p.allowed in str(caught.value)
     if p.default is not None and not math.isnan(p.default):
         assert check(name, p.default) == p.default
-
-
-def test_every_status_has_different_advice():
-    advice = [s.advice for s in Status]
-    assert len(set(advice)) == len(Status)
-    assert all(len(text) > 20 and "\n" not in text and not text.endswith(".") for text in advice)
 
 
 SCENE = {"a0": 0.004, "omega0": 150.0, "mass": 250.0, "mu": 0.6, "alpha": 10.0, "g": 9.81}

@@ -10,15 +10,18 @@ import math
 import re
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.figures.style import save
 from vibrodrive.model.config import parse, read
 from vibrodrive.model.parameters import real_array
 from vibrodrive.model.plan import make_plan
@@ -74,7 +77,6 @@ VALUES = {
     ]),
     "points.eps": (r"points\.eps", lambda v: vd.sweep(A=3, points={"eps": v}, **SHORT), [0.1, None, [], [[1]], [-1.0]]),
     "key of points": ("key of points", lambda v: vd.sweep(A=3, points={v: [1.0]}, **SHORT), ["g", "periods", 3]),
-    "points beside": ("A", lambda v: vd.sweep(A=v, points={"A": [1.0]}, **SHORT), [3.0, [3.0]]),
     "load": ("path", vd.load, [*(v for v in NUMBER if not (isinstance(v, str) and v)), 3, "a\0b", "a\nb"]),
     "limit A": ("A", lambda v: vd.limit(v, **JUDGED), NUMBER),
     "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), [*TEXT, "B", "tau0"]),
@@ -172,11 +174,8 @@ CONFIGURATIONS = [
     (".".join("a" * 20_000) + " = 1\n", "invalid TOML: a key must have at most 100 parts"),
     ("[sweep]\nA = 1\nA = 2\n", "invalid TOML: … (at line 3, …"),
     ("[sweep]\npoints = 3\n", "sweep.points = 3: must be a table [sweep.points]"),
-    (POINTS + "eps = [0, 1]\n", "sweep.points.eps = [0, 1]: must be left out, because [sweep] already gives eps"),
     (POINTS + "B = 0.1\n", "sweep.points.B = 0.1: must be a list or a range (give one number outside of points)"),
-    (POINTS + "g = [9.8]\n", "key of [sweep.points] = 'g': must be one of A, B, …"),
     (POINTS + "mu = [0.1]\n", "physical.omega0 is missing: must be given, because [physical] needs …"),
-    (WHOLE + "[sweep.points]\nmu = [0.5]\n", "sweep.points.mu = [0.5]: … because [physical] already gives mu"),
     (WHOLE + "[sweep.points]\nA = [1]\n", "sweep.points.A = [1]: must be left out, because [physical] already gives A"),
     (NO_OMEGA0.replace("a0 = 1e-3", "") + "[sweep.points]\nomega0 = [9]\nA = [2]\n", "physical.a0 is missing: …"),
     (POINTS + "B = [0.1]\n", "points = 5 of A, 1 of B: must be sequences of one length, …"),
@@ -279,6 +278,14 @@ CALLS = [
     (lambda: vd.explore(3), "config = 3: must be the name of a configuration"),
     (lambda: recorded().plot("map", limits=(10,)), "limits = (10,): must be two numbers in ascending order"),
     (lambda: vd.sweep(A=3, path="x.csv"), "path = 'x.csv': must be a result file (.h5 or .nc)"),
+    (lambda: vd.sweep(A=3, path=3), "path = 3: must be the name of a result file"),
+    (lambda: vd.sweep(A=3, overwrite=True), "overwrite = True: must be left out, or given together with path"),
+    (lambda: recorded().plot("pie"), "kind = 'pie': must be one of …"),
+    (lambda: recorded().plot(x="B"), "x = 'B': must be one of the axes A"),
+    (lambda: recorded().plot(style="nature"), "style = 'nature': must be one of …"),
+    (lambda: recorded().plot(width="triple"), "width = 'triple': must be one of …"),
+    (lambda: recorded().plot("bifurcation", limits=(0.0, math.inf)), "limits = …: must be two numbers …"),
+    (lambda: save(Figure(), Path("figure.xyz")), "… a file name ending in .png, …"),
     (lambda: vd.Scene(1e-3, 24.0), "arguments without a name = (0.001, 24.0): must be none; … such as a0 = …"),
     (lambda: vd.Scene(freq=24), "argument = 'freq': must be one of a0, omega0, … Did you mean frequency?"),
     (lambda: vd.Scene(omega0=150.0, mu=0.6, alpha=3.4), "a0 is missing: must be given"),
@@ -309,11 +316,9 @@ CALLS = [
     (lambda: vd.sweep(a0=1e-3, mu=0.6, alpha=3), "omega0 is missing: must be given, because a scene needs …"),
     (lambda: vd.sweep(scene=IN_SI, omega0=1, frequency=[1]), "frequency = [1.0]: must be left out if omega0 is given"),
     (lambda: vd.sweep(scene=IN_SI, frequency=[1, 0]), "frequency[1] = 0.0: must be a finite number > 0"),
-    (lambda: vd.sweep(scene=IN_SI, a0=1e-3, points={"a0": [1e-3]}), "a0 = 0.001: … points already gives a0"),
     (lambda: vd.sweep(scene=IN_SI, omega0=9, points={"frequency": [9]}), "frequency = [9.0]: … left out if omega0 …"),
     (lambda: vd.sweep(scene=IN_SI, points={"mu": [0.5, 0]}), "points.mu[1] = 0.0: must be a finite number > 0"),
     (lambda: vd.sweep(A=3, points={"mu": [0.5]}), "omega0 is missing: must be given, because a scene needs …"),
-    (lambda: vd.sweep(scene=IN_SI, g=[9.8, 9.9]), "g = [9.8, 9.9]: must be a finite number > 0"),
 ]  # fmt: skip
 """Calls and the sentences that refuse them."""
 
