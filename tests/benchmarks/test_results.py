@@ -85,11 +85,6 @@ def test_examples_name_cases_of_the_set():
     assert {example["case"] for example in stored("failures")["examples"].values()} <= ids
 
 
-@pytest.mark.parametrize("chart", draw.charts(), ids=lambda chart: chart.picture.name)
-def test_picture_shows_the_stored_measurements(chart):
-    assert draw.fingerprint(chart.load()).encode() in chart.picture.read_bytes()
-
-
 def test_labels_of_the_chart_cover_neither_each_other_nor_a_mark():
     fig = draw.chart(draw.stored_dated("accuracy_speed"))
     fig.draw_without_rendering()

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.exact.agreement import same_status
-from tests.kernels.test_recurrence import evaluations
+from tests.kernels.test_recurrence import evaluations, same
 from tests.support import naive
 
 SCENES = [
@@ -156,22 +155,13 @@ def test_skipping_finds_the_switches_of_the_scan(name, method):
     """At ε = 0 a sweep evaluates only the grid points next to a zero. `simulate` evaluates all grid points."""
     scene = acting({"transient": 0, **LEAPS[name], "method": method})
     swept = vd.sweep(**{**scene, "A": [scene["A"]]})
-    assert _same(swept, 0, vd.simulate(**scene))
+    assert same(swept, 0, vd.simulate(**scene))
 
 
 def acting(scene, arguments=None):
     """Return `arguments` (default: `scene`), without `tol` if the method of `scene` is fixed."""
     left = {"tol"} if scene["method"] == "fixed" else set()
     return {name: value for name, value in (arguments or scene).items() if name not in left}
-
-
-def _same(swept, at, alone):
-    return (
-        np.array_equal(alone.section, swept.section[at], equal_nan=True)
-        and np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[at])
-        and alone.margin == swept.margin[at]
-        and same_status(alone, swept.status[at])
-    )
 
 
 @pytest.mark.jit
@@ -190,7 +180,7 @@ def test_skipping_finds_the_switches_of_the_scan_in_any_scene(seed, method):
     scene = acting(scene)
     A = np.sort(rng.uniform(abs(1 - B) + 0.01, B + 4, 8))
     swept = vd.sweep(A=A, **scene)
-    assert [a for k, a in enumerate(A) if not _same(swept, k, vd.simulate(A=a, **scene))] == []
+    assert [a for k, a in enumerate(A) if not same(swept, k, vd.simulate(A=a, **scene))] == []
 
 
 @pytest.mark.jit
@@ -228,5 +218,5 @@ def test_batched_lanes_with_a_disturbance_equal_one_lane(method):
     alone = [
         vd.simulate(**dict(zip(points, point, strict=True)), **run) for point in zip(*points.values(), strict=True)
     ]
-    assert [k for k, motion in enumerate(alone) if not _same(swept, k, motion)] == []
+    assert [k for k, motion in enumerate(alone) if not same(swept, k, motion)] == []
     assert evaluations(points=points, **run) == sum(motion.evaluations for motion in alone)
