@@ -197,12 +197,27 @@ def test_command_line_continues_a_call(name, whole, tmp_path, monkeypatch, run):
         assert path.read_bytes() == whole.read_bytes()
 
 
+class Counting(ThreadPoolExecutor):
+    """Threads that note their tasks."""
+
+    def __init__(self, threads):
+        super().__init__(threads)
+        self.tasks = []
+
+    def submit(self, task, *arguments):
+        self.tasks.append(task)
+        return super().submit(task, *arguments)
+
+
 @each
-def test_threads_and_executor_give_the_same_bits(name, whole, tmp_path):
-    with ThreadPoolExecutor(2) as executor:
+def test_threads_and_executor_give_the_same_bits(name, whole, tmp_path, monkeypatch):
+    monkeypatch.setattr("vibrodrive.batch.sweep.BRIEF", 0.0)  # otherwise so little work would start no thread
+    with Counting(2) as executor:
         for options in ({"threads": 1}, {"threads": 2}, {"executor": executor}):
             assert same(vd.load(whole), sweep(name, **options)), options
+        in_memory = len(executor.tasks)
         sweep(name, tmp_path / "pool.h5", executor=executor)
+    assert 0 < in_memory < len(executor.tasks)
     assert (tmp_path / "pool.h5").read_bytes() == whole.read_bytes()
 
 
