@@ -151,4 +151,4 @@ def test_beginning_of_a_search_changes_no_limit(edge, share):
             except StopIteration as end:
                 return end.value
 
-    assert band(share * edge)._replace(kept_at={}) == band(None)._replace(kept_at={})
+    assert band(share * edge)._replace(kept_at={}) == band(0.0)._replace(kept_at={})

@@ -420,7 +420,7 @@ class LimitSearch:
                 yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
             else:
                 always = self._always(index, base)
-                begin = None if always is None else BELOW_ALWAYS * always.k2
+                begin = 0.0 if always is None else BELOW_ALWAYS * always.k2
                 search = search_band(GRIDS[self.plan.sought], ahead, begin)
                 begun.append(_Problem(index, base, search, self.wanted, always))
         active += begun

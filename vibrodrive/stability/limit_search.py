@@ -73,7 +73,7 @@ def share_kept(kept_at: Mapping[float, bool]) -> np.ndarray:
     return np.convolve(around, np.ones(2 * NEAR + 1), "valid") / (2 * NEAR + 1)
 
 
-def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float | None = None) -> BandSearch:
+def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float = 0.0) -> BandSearch:
     """Yield disturbances, receive True for each that is kept, and return the band when both ends are known.
 
     The search requests together those values that it will probably need: until a value is lost the next `ahead()`
@@ -85,7 +85,7 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float |
     """
     value = grid.value
     known: dict[float, bool] = {}
-    first = begun = 0 if begin is None else _index(grid, begin)
+    first = begun = _index(grid, begin)
     while not (
         yield from _ask(known, [value(first)], _up_to(grid, begun + 1, begun + ahead() - 1) if first == begun else [])
     )[0]:
@@ -138,15 +138,13 @@ def _ask(
 
 
 def _index(grid: Grid, most: float) -> int:
-    """Return the number of a value of a grid that is at most `most`, or of its smallest value.
+    """Return the number >= 0 of a value of a grid that is at most `most`, or 0.
 
     It is a multiple of `batch`, so that a search ends at the same value wherever it begins.
     """
     k = 0
     while grid.value(k + grid.batch) <= most:
         k += grid.batch
-    while grid.value(k) > max(most, grid.floor):
-        k -= grid.batch
     return k
 
 
