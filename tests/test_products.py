@@ -6,6 +6,7 @@ The cases are made from the table of records, so that a new record is tested bec
 import copy
 import functools
 import pickle
+import re
 import shutil
 import signal
 import subprocess
@@ -54,6 +55,15 @@ CASES = {name: name for name in RECORDS} | {
 FUNCTIONS = [
     name for name, record in CASES.items() if any(map(callable, record if isinstance(record, list) else [record]))
 ]
+TOLD = {
+    "function": "settling",
+    "section, function": '["section", settling]',
+    "summary, function": '["summary", settling]',
+    "two functions": "[settling, nearest]",
+    "a function that raises": "settling",
+    "all of one motion": '["section", "impacts", "summary", "error", settling]',
+}
+"""The records with functions, as advice names them"""
 
 
 def arguments(name):
@@ -160,7 +170,10 @@ def test_damaged_blocks_are_seen_and_computed_again(name, whole, run):
         code, _, err = run("info", str(whole), "--check")
         assert code == 1
         assert all(f"{v}: wrong checksum" in err for v in some)
-        with pytest.warns(DamagedBlock, match=r"left out of \w+: block \d \(points \d+ to \d+: A = "):
+        again = f"the call in Python, vd.sweep(…, record={TOLD[name]}, path=…)," if name in FUNCTIONS else "the sweep"
+        assert err.count(f". Repeat {again} to compute this block again\n") == len(some)
+        told = r"left out of \w+: block \d \(points \d+ to \d+: A = .*\. Repeat "
+        with pytest.warns(DamagedBlock, match=told + re.escape(f"{again} to compute them again")):
             found = arrays(vd.load(whole))
         lost = found["status"] == vd.Status.NOT_COMPUTED
         assert np.argwhere(lost)[:, 0].tolist() == [block for block in range(len(some)) for _ in range(2)]
@@ -191,10 +204,18 @@ def test_command_line_continues_a_call(name, whole, tmp_path, monkeypatch, run):
     if name in FUNCTIONS:
         assert code == 2
         assert "only a call of vd.sweep has functions" in err
+        assert f"\nresume    repeat the call in Python, vd.sweep(…, record={TOLD[name]}, path=…)\n" in info(run, path)
         assert vd.load(path).computed == pytest.approx(3 / 7)
     else:
         assert code == 0
         assert path.read_bytes() == whole.read_bytes()
+        assert "resume" not in info(run, path)
+
+
+def info(run, path):
+    code, out, _ = run("info", str(path))
+    assert code == 0
+    return out
 
 
 class Counting(ThreadPoolExecutor):

@@ -123,7 +123,10 @@ REFUSED = [
     (["sweep", "small.toml", "-o", "."], ["-o", "directory"]),
     (["sweep", "small.toml", "--plot", "c1.jpg"], ["figure = 'c1.jpg'", ".png, .pdf, .svg"]),
     (["sweep", "small.toml", "other.toml", "--plot"], ["other.toml"]),
-    (["sweep", "result.h5"], ["result.h5: must be a configuration", "`vibrodrive plot result.h5` draws it"]),
+    (
+        ["sweep", "result.h5"],
+        ["result.h5: must be a configuration", "`vibrodrive plot result.h5` draws it", "repeat the"],
+    ),
     (["sweep", "small.toml", "-o", ""], ["output = ''", "name"]),
     (["sweep", "small.toml", "-o", "a\nb.h5"], [r"output = 'a\nb.h5'", "control"]),
     (["sweep", "broken.toml"], ["broken.toml", "invalid TOML", "line 2"]),

@@ -1,7 +1,9 @@
 """Records that need several motions a point, or a function of a motion: `limit`, `failures`, numbers of one's own."""
 
+import copy
 import hashlib
 import inspect
+import pickle
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -166,6 +168,50 @@ def test_a_point_at_which_a_function_raises_is_nan(tmp_path):
     assert cut.status.tolist() == [vd.Status.BUDGET], "the status of the motion is kept"
 
 
+class Silent(Exception):
+    def __str__(self):
+        raise ZeroDivisionError
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (RuntimeError("one\n\x1b[2Jtwo\u2028three"), "RuntimeError: one [2Jtwo three"),
+        (RuntimeError(10_000 * "x"), f"RuntimeError: {198 * 'x'} …"),
+        (RuntimeError(10_000 * "word "), f"RuntimeError: {39 * 'word '}wor …"),
+        (KeyError(), "KeyError"),
+        (Silent(), "Silent"),
+    ],
+    ids=["lines", "long word", "many words", "no message", "no text"],
+)
+def test_the_exception_of_a_function_is_told_in_one_short_line(error, told):
+    def picky(motion):
+        if motion.arguments["A"] > least:
+            raise error
+        return 1
+
+    least = 3.0
+    with pytest.warns(UserWarning, match="RAISED") as caught:
+        vd.sweep(A=[3.04, 1.5], record=picky, **SHORT)
+    assert [str(w.message) for w in caught] == [f"1 point with the status RAISED: picky at A = 3.04: {told}"]
+    least = 0.0
+    with pytest.raises(ValueError, match="raised") as refused:
+        vd.sweep(A=[3.04, 1.5], record=picky, **SHORT)
+    assert str(refused.value) == f"picky raised at all 2 points, first at A = 3.04: {told}"
+
+
+def test_results_are_pickled_without_their_functions():
+    """A lambda cannot be pickled, and who reads the pickle need not have the function."""
+    r = vd.sweep(A=[1.5, 3.04], record=["section", vd.own(lambda motion: {"x": motion.margin}, unit="length")], **SHORT)
+    for other in (pickle.loads(pickle.dumps(r)), copy.deepcopy(r)):
+        assert other.x.tobytes() == r.x.tobytes()
+        assert other.section.tobytes() == r.section.tobytes()
+        assert [one.outline for one in other.record] == [one.outline for one in r.record]
+        assert other.record[1].rows == r.record[1].rows
+        with pytest.raises(vd.errors.Failed, match="must be computed by a call that gives the function"):
+            vd.sweep(A=[1.5], record=other.record, **SHORT)
+
+
 def test_a_name_with_a_combining_mark_is_read_again(tmp_path):
     name = "x\u0304"  # no letter has this mark in one character
     vd.sweep(A=1.5, record=lambda motion: {name: motion.margin}, **SHORT, path=tmp_path / "x.h5")
@@ -183,7 +229,9 @@ def test_a_fault_of_the_program_is_no_result_of_a_point(tmp_path, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(Own, "numbers", fails)
-        with pytest.raises(vd.errors.Failed, match="division by zero"):
+        with pytest.raises(
+            vd.errors.Failed, match=r"by zero; 0 of .*; repeat the call .*record=settling, path=…\), to re"
+        ):
             vd.sweep(A=[1.5, 3.04], record=settling, **SHORT, path=path)
     assert vd.load(path).computed == 0.0
     assert vd.sweep(A=[1.5, 3.04], record=settling, **SHORT, path=path).computed == 1.0

@@ -25,6 +25,7 @@ from vibrodrive.jobs.signals import Interrupted
 from vibrodrive.model.described import counted
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import how_repeated
 from vibrodrive.model.size import file_bytes, human
 from vibrodrive.store.layout import Origin, Progress
 from vibrodrive.store.writer import Writer, open_writer
@@ -278,7 +279,7 @@ async def _reach(address: str) -> None:
 
 
 def _held(writer: Writer) -> str:
-    return f"{_done(writer)} are in the file; repeat the sweep to resume it"
+    return f"{_done(writer)} are in the file; repeat {how_repeated(writer.plan.record)} to resume it"
 
 
 def _done(writer: Writer) -> str:

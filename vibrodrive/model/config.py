@@ -151,7 +151,10 @@ def _text_of(path: Path) -> str:
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
     if content.startswith(b"\x89HDF"):
-        raise ConfigError(f"must be a configuration, but is a result file; `vibrodrive plot {path}` draws it")
+        resumed = "to resume it, repeat the command or the call that made it"
+        raise ConfigError(
+            f"must be a configuration, but is a result file; `vibrodrive plot {path}` draws it; {resumed}"
+        )
     if len(content) > MOST_BYTES:
         instead = "give a long axis as a range {start, stop, num}, or as an array to vd.sweep(..., path=…)"
         raise ConfigError(f"must be at most {MOST_BYTES >> 20} MiB; {instead}")

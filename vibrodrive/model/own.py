@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from vibrodrive.errors import Failed
-from vibrodrive.model.parameters import bad, did_you_mean, has_control, real_number, with_sentences
+from vibrodrive.model.parameters import bad, did_you_mean, has_control, real_number, shortened, with_sentences
 from vibrodrive.model.quantities import SCALES, Quantity, number
 from vibrodrive.model.record import OfMotion, Record
 
@@ -23,6 +23,9 @@ SOURCE, FUNCTION = "source", "function"
 
 ALIKE = 0.8
 """Likeness, as in `difflib`, from which on a unit is taken for a slip, such as "lenght" or "Velocity"."""
+
+TOLD = 200
+"""Largest number of characters of the message of an exception that a function raised."""
 
 Row = tuple[str, str, str]
 NO_ROWS: Mapping[str, Row] = {}
@@ -123,6 +126,10 @@ class Own(OfMotion):
         """Return the same record with units and labels of its numbers."""
         return Own(str(self), self.returned, self.sha256, self.of, self.function, rows, self.uses, self.unknown)
 
+    def bare(self) -> Own:
+        """Return the same record without its function, as a file contains it."""
+        return Own(str(self), self.returned, self.sha256, self.of, None, self.rows, self.uses, self.unknown)
+
     def returning(self, names: Sequence[str]) -> Own:
         """Return the same record with the names of its numbers."""
         return Own(str(self), tuple(names), *self.__reduce__()[1][2:])
@@ -205,6 +212,15 @@ def _plain(function: Callable[..., Any]) -> Any:
     while isinstance(plain, functools.partial):
         plain = plain.func
     return plain if inspect.isroutine(plain) else type(plain)
+
+
+def told(error: Exception) -> str:
+    """Return the type and the message of an exception of a function in one line."""
+    try:
+        text = "".join(c if c.isprintable() else " " for c in str(error))
+    except Exception:  # of its own method __str__
+        text = ""
+    return f"{type(error).__name__}: {shortened(text, TOLD)}".removesuffix(": ")
 
 
 def as_own(text: str) -> Own | None:

@@ -33,12 +33,18 @@ SHOWN = 80
 def bad(key: str, value: object, allowed: str) -> str:
     """Return the sentence for an invalid value: "KEY = VALUE: must be ALLOWED"."""
     try:
-        text = " ".join(repr(value).split())  # the repr of an array has several lines
+        text = repr(value)
     except ValueError:
         text = "an integer of too many digits"  # more digits than Python prints
     except RecursionError:
         text = "lists in lists in lists …"
-    return f"{key} = {text if len(text) <= SHOWN else text[: SHOWN - 2] + ' …'}: must be {allowed}"
+    return f"{key} = {shortened(text)}: must be {allowed}"
+
+
+def shortened(text: str, most: int = SHOWN) -> str:
+    """Return at most `most` characters of a text, in one line."""
+    text = " ".join(text.split())  # such as the repr of an array, or the message of an exception
+    return text if len(text) <= most else f"{text[: most - 2]} …"
 
 
 def bad_axes(names: Iterable[str], allowed: str) -> str:

@@ -144,6 +144,15 @@ def functions(record: Iterable[Record]) -> list[Own]:
     return [one for one in record if isinstance(one, Own)]
 
 
+def how_repeated(record: Records) -> str:
+    """Return what must be repeated to continue a file. Only a call has functions."""
+    if not functions(record):
+        return "the sweep"
+    names = [str(one) if isinstance(one, Own) else f'"{one}"' for one in record]
+    given = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
+    return f"the call in Python, vd.sweep(…, record={given}, path=…),"
+
+
 def quantities(record: Records) -> tuple[Quantity, ...]:
     """Return the quantities of the given records, without the section, which is an array of its own."""
     return tuple(q for one in record for q in one.quantities if q.along != "period")

@@ -16,6 +16,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.described import counted, html_table, numbers, share_computed, span
 from vibrodrive.model.drawing import documented
 from vibrodrive.model.names import Settings
+from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import as_number, bad, did_you_mean, real_number, unknown, with_sentences
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
@@ -64,7 +65,7 @@ class Results:
 
     A pickle or copy of the results of a file contains the arrays read so far. It reads the other arrays from
     the absolute path of the file. If the file of another sweep has replaced this file, reading raises
-    `vd.errors.Different`, a ValueError.
+    `vd.errors.Different`, a ValueError. No pickle or copy contains the functions of the record.
 
     Attributes
     ----------
@@ -144,6 +145,10 @@ class Results:
         self._damaged: Collection[int] = ()  # damaged blocks of the file that the arrays read so far have shown
         self._arrays: dict[str, np.ndarray] = {} if callable(source) else dict(source)
         self._source: Read = source if callable(source) else _no_source
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave functions of the record out, as a file does. Who reads a pickle need not have them."""
+        return self.__dict__ | {"record": tuple(one.bare() if isinstance(one, Own) else one for one in self.record)}
 
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:

@@ -22,7 +22,7 @@ from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import NAMES
-from vibrodrive.model.own import Own
+from vibrodrive.model.own import Own, told
 from vibrodrive.model.parameters import COLUMNS, bad, unknown
 from vibrodrive.model.physical import UNITS, column
 from vibrodrive.model.plan import Plan
@@ -136,7 +136,7 @@ def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
             found = one.numbers(motion)
             if isinstance(found, Exception):
                 block.status[at] = Status.RAISED
-                return f"{one} at {place(plan, block.start + at)}: {type(found).__name__}: {found}"
+                return f"{one} at {place(plan, block.start + at)}: {told(found)}"
             for name, value in found.items():
                 block.records[name][at] = value
     return None
@@ -190,7 +190,7 @@ def _first_names(plan: Plan, own: Own) -> list[str]:
     assert first is not None, "a plan has points"
     at, why = first
     where = f" at all {plan.n_points} points, first at {place(plan, at)}" if plan.n_points > 1 else ""
-    raise ValueError(f"{own} raised{where}: {type(why).__name__}: {why}") from why
+    raise ValueError(f"{own} raised{where}: {told(why)}") from why
 
 
 def place(plan: Plan, at: int) -> str:

@@ -18,6 +18,7 @@ from vibrodrive.model.described import Lines, axis_facts, counted, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import POINTS, SECTIONS, Quantity
+from vibrodrive.model.records import functions, how_repeated
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
@@ -94,7 +95,7 @@ def _read(path: Path, own: tuple[object, ...], plan: Plan, seen: _Seen, name: st
                 arrays[0][found[1]] = Status.NOT_COMPUTED
     if wrong:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
-        message = f"{path}: damaged blocks are left out of {name}: {places}. {again(seen.rewritten, 'them')}"
+        message = f"{path}: damaged blocks are left out of {name}: {places}. {again(plan, seen.rewritten, 'them')}"
         warnings.warn(message, DamagedBlock, stacklevel=2)
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
@@ -171,10 +172,10 @@ def place(plan: Plan, k: int) -> str:
     return f"block {k} (points {tile.start} to {tile.stop - 1}: {', '.join(spans)})"
 
 
-def again(rewritten: str, what: str) -> str:
+def again(plan: Plan, rewritten: str, what: str) -> str:
     """Return the advice for damaged blocks."""
     where = ", into another file, because another program has rewritten this one" if rewritten else ""
-    return f"Repeat the sweep to compute {what} again{where}"
+    return f"Repeat {how_repeated(plan.record)} to compute {what} again{where}"
 
 
 @dataclass(frozen=True)
@@ -202,7 +203,7 @@ class Report:
 
     def complaints(self) -> list[str]:
         """Return all faults, one line each."""
-        plan, advice = self.header.plan, again(self.header.rewritten, "this block")
+        plan, advice = self.header.plan, again(self.header.plan, self.header.rewritten, "this block")
         return [f"{place(plan, k)}: {fault}. {advice}" for k, fault in sorted(self.faults.items())] + self.general
 
     def facts(self) -> dict[str, Any]:
@@ -238,6 +239,8 @@ class Report:
             ("switches", str(shared["method"])),
             ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
         ]
+        if functions(plan.record) and not self.complete and not self.header.rewritten:
+            found.append(("resume", f"repeat {how_repeated(plan.record).rstrip(',')}"))
         if self.header.rewritten:
             found.append(("rewritten", f"by another program ({self.header.rewritten}): it cannot be resumed"))
         return found + [("status", f"{name}: {counted(points, 'point')}") for name, points in self.statuses.items()]
