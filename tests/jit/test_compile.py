@@ -243,15 +243,33 @@ def test_disk_that_fails_costs_the_cache_only(computing, monkeypatch, step):
 
 OTHER_NUMBA = """
 import builtins, sys
-import numba
+from types import ModuleType
+import llvmlite.ir, numba
 found = builtins.__import__
+hidden = tuple(sys.argv[1].split())
+
+def without(module):
+    kept = ModuleType(module.__name__)
+    kept.__dict__.update({name: value for name, value in vars(module).items() if name not in hidden})
+    return kept
+
 def hide(name, globals=None, locals=None, wanted=(), level=0):
-    if wanted and name.startswith(sys.argv[1]) and globals["__name__"].startswith("vibrodrive."):
+    ours = wanted and globals["__name__"].startswith("vibrodrive.")
+    if ours and name.startswith(hidden):
         raise ImportError(name)
-    return found(name, globals, locals, wanted, level)
+    module = found(name, globals, locals, wanted, level)
+    if ours and name in ("numba", "llvmlite"):
+        module = without(module)
+        for part in {"types", "ir"} & {*wanted}:
+            setattr(module, part, without(getattr(module, part)))
+    return module
 builtins.__import__ = hide
 """
-"""Let no module of the package import anything from the modules of Numba whose names begin with the first argument."""
+"""Hide from the package what the words of the first argument name: modules of Numba whose names begin so, and names in
+`numba.types` and `llvmlite.ir`."""
+
+PRIVATE = "numba.core numba.np CompileResultWAP FunctionType instructions"
+"""All private names of Numba and llvmlite that the package uses, as OTHER_NUMBA hides them"""
 
 PIECES = (
     OTHER_NUMBA
@@ -287,6 +305,7 @@ print(used, kernel(3.0), square(2.0, True), gc.isenabled(), sum(kernel.stats.cac
         ("numba.core.codegen", ["caching"]),
         ("numba.core.registry", ["caching"]),
         ("numba.core", []),
+        (PRIVATE, []),
     ],
 )
 def test_kernels_compile_without_private_interfaces_of_numba(tmp_path, hidden, used):
@@ -298,12 +317,17 @@ def test_kernels_compile_without_private_interfaces_of_numba(tmp_path, hidden, u
         assert found == f"{used} 6.0 4.0 True {loaded}\n"
 
 
+SWEPT = dict(A=[3 + k / 90 for k in range(9)], eps=[0, 2e-4], transient=50, periods=20, method="fixed", dtau=0.02)
 WITHOUT = (
     OTHER_NUMBA
-    + """
+    + f"""
 import vibrodrive as vd
-r = vd.sweep(A=[3.0, 3.04, 3.1], eps=[0.0, 2e-4], transient=50, periods=20, method="fixed", dtau=0.02)
+from vibrodrive.batch import parallel, sweep
+sweep.BRIEF, threads, run = 0.0, [], parallel._run
+parallel._run = lambda calls, count, halt: (threads.append(count), run(calls, count, halt))
+r = vd.sweep(**{SWEPT}, threads=2)
 print([name for name in sys.modules if name in ("vibrodrive.jit.caching", "vibrodrive.jit.pieces")])
+print(parallel._FUNCTION, len(parallel.run_on_threads.overloads), max(threads))
 print((r.section.tobytes() + r.margin.tobytes()).hex())
 """
 )
@@ -312,9 +336,9 @@ print((r.section.tobytes() + r.margin.tobytes()).hex())
 @pytest.mark.jit
 @pytest.mark.slow("100 s: all parts of a sweep are compiled without the private interfaces of Numba")
 def test_a_sweep_without_private_interfaces_of_numba_has_the_same_bits(tmp_path):
-    r = vd.sweep(A=[3.0, 3.04, 3.1], eps=[0.0, 2e-4], transient=50, periods=20, method="fixed", dtau=0.02)
-    found = python(WITHOUT, "numba.core", NUMBA_CACHE_DIR=str(tmp_path))
-    assert found == f"[]\n{(r.section.tobytes() + r.margin.tobytes()).hex()}\n"
+    r = vd.sweep(**SWEPT)
+    found = python(WITHOUT, PRIVATE, NUMBA_CACHE_DIR=str(tmp_path))
+    assert found == f"[]\nNone 0 2\n{(r.section.tobytes() + r.margin.tobytes()).hex()}\n"
 
 
 @pytest.mark.parametrize(

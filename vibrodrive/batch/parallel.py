@@ -15,6 +15,8 @@ import os
 import threading
 from _thread import start_new_thread
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
@@ -23,7 +25,8 @@ import numpy as np
 from numba import types
 from numba.extending import typeof_impl
 
-from vibrodrive.jit.compile import jit, prepare
+from vibrodrive.jit.branchless import COMPILED
+from vibrodrive.jit.compile import OTHER_NUMBA, jit, prepare
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.kernels.arguments import Arguments, packed
 from vibrodrive.kernels.lane import address_of
@@ -43,12 +46,12 @@ milliseconds after each sweep. In a loop of short sweeps with pauses this double
 other programs."""
 
 _SIGNATURE = types.int64(types.int64)
-_FUNCTION = types.FunctionType(_SIGNATURE)
+_FUNCTION: Any = None  # for a Numba that calls no function by its address: threads of Python then call the kernels
 
-# copied from numba.experimental, whose import would take a fifth of a second
-typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: _FUNCTION)
-
-_COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+with suppress(*OTHER_NUMBA):
+    # copied from numba.experimental, whose import would take a fifth of a second
+    typeof_impl.register(types.CompileResultWAP)(lambda kernel, context: _FUNCTION)
+    _FUNCTION = types.FunctionType(_SIGNATURE)
 
 _lock = threading.Lock()  # the layer `workqueue` aborts the process if two threads use it simultaneously
 _single_threaded = False
@@ -83,7 +86,7 @@ def run_on_threads(first, second, addresses):
 
 
 @cache
-def _by_address(kernel: Any) -> types.CompileResultWAP:
+def _by_address(kernel: Any) -> Any:
     """Return a kernel as a function that compiled code can call by its address."""
     return types.CompileResultWAP(kernel.overloads[_SIGNATURE.args])
 
@@ -102,10 +105,10 @@ def run(
     Otherwise `look` is called about every LOOK seconds while the kernels run. Raises Halted if `halt` is called.
     """
     threads = 1 if _single_threaded or brief else len(calls[0][1])
-    if _COMPILES:  # compile in the calling thread, which Ctrl-C can interrupt; `halt` does not end a compilation
+    if COMPILED:  # compile in the calling thread, which Ctrl-C can interrupt; `halt` does not end a compilation
         for kernel, _ in calls:
             prepare(kernel, *_SIGNATURE.args)
-        if threads > 1:
+        if threads > 1 and _FUNCTION is not None:
             if "OMP_WAIT_POLICY" not in os.environ:
                 os.environ.setdefault("GOMP_SPINCOUNT", SPINS)  # read when the first sweep starts the threads
             prepare(run_on_threads, _FUNCTION, _FUNCTION, types.Array(types.int64, 2, "C"))
@@ -176,15 +179,23 @@ def _watch(work: Callable[[], None], halt: Halt, look: Callable[[], None] | None
 
 
 def _run(calls: Sequence[tuple[Any, Sequence[Arguments]]], threads: int, halt: Halt) -> None:
-    if not _COMPILES:
+    if not COMPILED:
         for kernel, sets in calls:
             for arguments in sets:
                 kernel(arguments)
         return
     tables = [packed(sets[:threads]) for _, sets in calls]
-    if threads == 1:
+
+    def call(thread: int) -> None:
         for (kernel, _), table in zip(calls, tables):  # noqa: B905
-            kernel(address_of(table))
+            kernel(address_of(table) + table.strides[0] * thread)
+
+    if threads == 1:
+        call(0)
+        return
+    if _FUNCTION is None:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(call, range(threads)))
         return
     addresses = np.zeros((2, threads), np.int64)
     for row, table in zip(addresses, tables):  # noqa: B905

@@ -7,13 +7,14 @@ Each operation also has a version in plain Python, which is used if the JIT is d
 
 import ctypes
 import os
+from contextlib import suppress
 from typing import Any
 
 from llvmlite import ir
 from numba import config, types
 from numba.extending import intrinsic
 
-from vibrodrive.jit.compile import inline, processor
+from vibrodrive.jit.compile import OTHER_NUMBA, inline, processor
 
 _INT = ir.IntType(64)
 
@@ -51,9 +52,11 @@ def _same(x):
 @intrinsic
 def _freeze(typingctx, x):
     def codegen(context, builder, signature, args):
-        frozen = ir.instructions.Instruction(builder.block, args[0].type, "freeze", args)
-        builder._insert(frozen)
-        return frozen
+        with suppress(*OTHER_NUMBA):
+            frozen = ir.instructions.Instruction(builder.block, args[0].type, "freeze", args)
+            builder._insert(frozen)
+            return frozen
+        return args[0]
 
     return x(x), codegen
 
@@ -126,8 +129,9 @@ def _nothing():
 @intrinsic
 def _prefer_wide(typingctx):
     def codegen(context, builder, signature, args):
-        for attribute in ('"prefer-vector-width"="512"', '"stackrealign"'):
-            set.add(builder.function.attributes, attribute)  # llvmlite's `add` refuses these names
+        with suppress(*OTHER_NUMBA):
+            for attribute in ('"prefer-vector-width"="512"', '"stackrealign"'):
+                set.add(builder.function.attributes, attribute)  # llvmlite's `add` refuses these names
         return context.get_dummy_value()
 
     return types.none(), codegen

@@ -183,13 +183,12 @@ class _Work:
         """Load or compile the kernels before the time of the sweep starts, and return a text about their time."""
         self.tally.stage = "loading the kernels"
         began = monotonic()
-        from numba import config
-
+        from vibrodrive.jit.branchless import COMPILED
         from vibrodrive.jit.compile import compilation
         from vibrodrive.jit.fletcher import fletcher32
 
         self.compilation, before = compilation, compilation.seconds
-        if not getattr(config, "DISABLE_JIT", 0):
+        if COMPILED:
             writer.fletcher32 = fletcher32
             fletcher32(np.zeros(1))
         if not local:

@@ -15,6 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
+from vibrodrive.jit.compile import OTHER_NUMBA
 from vibrodrive.kernels.lane import address_of
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
@@ -148,6 +149,38 @@ def arguments_at(address):
     return address
 
 
+@intrinsic
+def _pointer(typingctx, address):
+    def codegen(context, builder, signature, args):
+        return builder.inttoptr(args[0], ir.IntType(8).as_pointer())
+
+    return types.voidptr(types.int64), codegen
+
+
+def _by_carray():
+    """Return a function like `_at_address`, for a Numba without `populate_array`.
+
+    Its source is made here, because Numba compiles no loop over arrays of several types.
+    """
+    cells, arrays = count(), []
+    for k, (_, _, dimensions) in enumerate(_KINDS):
+        data, *shape = (f"cells[{next(cells)}]" for _ in range(1 + dimensions))
+        arrays.append(f"carray(pointer({data}), ({', '.join(shape)},), dtype{k})")
+    source = (
+        "def arguments(address):\n"
+        f" cells = carray(pointer(address), ({CELLS},), int64)\n"
+        f" return Arguments({', '.join(arrays)})\n"
+    )
+    names = {f"dtype{k}": dtype for k, (_, dtype, _) in enumerate(_KINDS)}
+    names |= {"carray": numba.carray, "pointer": _pointer, "int64": np.int64, "Arguments": Arguments}
+    exec(source, names)
+    return names["arguments"]
+
+
 @overload(arguments_at)
 def _arguments_at(address):
+    try:
+        from numba.np.arrayobj import populate_array  # noqa: F401  as in `_at_address`
+    except OTHER_NUMBA:
+        return _by_carray()
     return lambda address: _at_address(address)
