@@ -21,12 +21,14 @@ import pytest
 import xarray as xr
 
 import vibrodrive as vd
+from tests.store.test_rewritten import FORMS, rewrite, save_by_xarray
 from tests.support.process import ROOT
+from vibrodrive.errors import NoResult
 from vibrodrive.model import plan
 from vibrodrive.model.own import Own
 from vibrodrive.model.records import RECORDS
 from vibrodrive.store.layout import variables_of
-from vibrodrive.store.reader import DamagedBlock, look
+from vibrodrive.store.reader import DamagedBlock, look, verify
 from vibrodrive.store.writer import Writer
 
 pytestmark = [pytest.mark.jit, pytest.mark.filterwarnings("ignore:.*RAISED")]
@@ -210,6 +212,30 @@ def test_command_line_continues_a_call(name, whole, tmp_path, monkeypatch, run):
         assert code == 0
         assert path.read_bytes() == whole.read_bytes()
         assert "resume" not in info(run, path)
+
+
+REWRITES = {name: functools.partial(rewrite, form=form) for name, form in FORMS.items()} | {
+    f"xarray, {engine}": functools.partial(save_by_xarray, engine=engine) for engine in ("h5netcdf", "netcdf4")
+}
+
+
+@each
+def test_unfinished_file_of_another_program_is_read_and_continued_or_left_alone(name, whole, tmp_path, monkeypatch):
+    """It is continued if its chunks and filters are those of this program."""
+    part, path = tmp_path / "part.h5", tmp_path / "theirs.h5"
+    interrupt(name, part, 3, monkeypatch)
+    for how, rewrites in REWRITES.items():
+        rewrites(part, path)
+        before = path.read_bytes()
+        assert same(vd.load(path), vd.load(part)), how
+        assert vd.load(path).computed == pytest.approx(3 / 7), how
+        if how.startswith("xarray"):
+            assert same(sweep(name, path), vd.load(whole)), how
+            assert verify(path).sound, how
+        else:
+            with pytest.raises(NoResult, match=r"rewritten by another program .* it cannot be resumed"):
+                sweep(name, path)
+            assert path.read_bytes() == before, how
 
 
 def info(run, path):

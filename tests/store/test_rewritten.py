@@ -20,6 +20,7 @@ ARRAYS = ("section", "status", "margin", "switches")
 
 FORMS = {
     "h5repack -f GZIP": lambda data: {"chunks": data.chunks, "fletcher32": True, "compression": "gzip"},
+    "h5repack -f SHUF": lambda data: {"chunks": data.chunks, "shuffle": True},
     "h5repack -f NONE": lambda data: {"chunks": data.chunks},
     "h5repack -l CHUNK": lambda data: {"chunks": (min(100, len(data)), *data.shape[1:]), "fletcher32": True},
     "h5repack -l CONTI": lambda data: {},
@@ -34,6 +35,12 @@ def rewrite(path, target, form, leave_out=()):
         for name, data in old.items():
             if name not in leave_out:
                 new.create_dataset(name, data=data[...], fillvalue=data.fillvalue, **form(data))
+
+
+def save_by_xarray(path, target, engine, decoded=True):
+    """Save the file anew, which gives each variable a _FillValue."""
+    with xr.open_dataset(path, engine=engine, decode_cf=decoded) as data:
+        data.load().to_netcdf(target, engine=engine)
 
 
 @pytest.fixture(params=FORMS.values(), ids=FORMS)
@@ -150,7 +157,6 @@ def test_part_of_a_file_is_no_damaged_file(paths):
 def test_file_saved_by_xarray_is_read(paths, engine, decoded):
     ours, theirs = paths
     fake.write(ours, CONFIG, which=[1])
-    with xr.open_dataset(ours, engine=engine, decode_cf=decoded) as data:
-        data.load().to_netcdf(theirs, engine=engine)
+    save_by_xarray(ours, theirs, engine, decoded)
     assert_equal(ours, theirs)
     assert verify(theirs).complaints() == []
