@@ -4,6 +4,7 @@ HDF5's checksum of zeros is 0, so a chunk whose bytes are all zero is right for 
 the index of chunks lose chunks, whose values HDF5 replaces by the fill value.
 """
 
+import struct
 import warnings
 from dataclasses import replace
 
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.support import fake
-from vibrodrive.errors import NoResult
+from vibrodrive.errors import Damaged, NoResult
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store.layout import Origin, variables_of
@@ -80,6 +81,24 @@ def assert_no_wrong_number(path, plan, names):
         assert (one[there] == truth(plan, "status")[there]).all()
 
 
+def repaired(path, plan):
+    """Compute what is missing in the file, assert that it is then complete, and return the numbers of these blocks."""
+    writer = open_writer(path, plan, Origin(""))
+    try:
+        writer.check()
+    except Damaged:
+        writer.abandon()
+        raise
+    missing = writer.missing()
+    for k in missing:
+        writer.write(block(plan, k))
+    writer.close()
+    assert verify(path).complete
+    assert_no_wrong_number(path, plan, arrays(plan))
+    assert load(path).computed == 1.0
+    return missing
+
+
 @pytest.mark.parametrize("which", [range(BLOCKS), [0]], ids=["complete", "begun"])
 @pytest.mark.parametrize("name", ["section", "several", "limit"])
 def test_zeroed_chunk_is_no_result(tmp_path, name, which):
@@ -105,15 +124,7 @@ def test_zeroed_chunk_is_no_result(tmp_path, name, which):
         assert bool(told) == lost, variable
         assert list(verify(path).faults) == [k] * lost
         assert look(path).statuses.get("OK", 0) <= statuses["OK"]
-        writer = open_writer(path, plan, Origin(""))
-        writer.check()
-        assert writer.missing() == sorted({*range(BLOCKS)} - {*which} | ({k} if lost else {*()}))
-        for missing in writer.missing():
-            writer.write(block(plan, missing))
-        writer.close()
-        assert verify(path).complete
-        assert_no_wrong_number(path, plan, arrays(plan))
-        assert load(path).computed == 1.0
+        assert repaired(path, plan) == sorted({*range(BLOCKS)} - {*which} | ({k} if lost else {*()}))
 
 
 def test_hole_between_values_that_hdf5_cannot_see_is_no_result(tmp_path):
@@ -132,6 +143,97 @@ def test_hole_between_values_that_hdf5_cannot_see_is_no_result(tmp_path):
         with pytest.warns(DamagedBlock, match=f"left out of {name}: block 1"):
             assert (load(path)[name][2:4] == -1).all()
         path.write_bytes(content)
+
+
+def entry(path, name, k):
+    """Return the first byte, the first byte of the place and the end of the entry of a chunk in the index."""
+    with h5py.File(path) as file:
+        data = file[name]
+        at = path.read_bytes().index(struct.pack("<Q", data.id.get_chunk_info(k).byte_offset))
+        return at - 8 * (data.ndim + 2), at - 8 * (data.ndim + 1), at + 8
+
+
+@pytest.mark.parametrize("which", [range(BLOCKS), [0, 1]], ids=["complete", "begun"])
+def test_status_lost_from_the_index_is_no_uncomputed_block(tmp_path, which):
+    """HDF5 replaces a chunk that it does not find by the fill value, and NOT_COMPUTED is that of the status."""
+    path, plan = tmp_path / "x.h5", made("section")
+    write(path, plan, which)
+    content, entries = path.read_bytes(), [entry(path, "status", k) for k in range(BLOCKS)]
+    last = entries[-1][2]
+    holes = [hole for start, place, end in entries for hole in ((start, end), (place, end - 8), (place, end))]
+    for start, stop in [*holes, (last, last + 32), (last - 24, last + 32)]:  # the last key has no address
+        with_hole(path, content, start, stop)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            lost = load(path).status.reshape(-1) == Status.NOT_COMPUTED
+        blocks = {k for k in which if lost[slice(*plan.blocks()[k])].any()}
+        faults = {*look(path).faults}
+        assert faults >= blocks
+        assert bool(caught) == bool(faults) == bool(verify(path).faults)
+        holed = path.read_bytes()
+        if start >= last:
+            assert {*repaired(path, plan)} >= blocks
+        elif faults:
+            with pytest.raises(Damaged, match=r"too damaged to be repaired \(wrong index of its chunks"):
+                repaired(path, plan)
+            assert path.read_bytes() == holed
+
+
+@pytest.mark.parametrize("name", ["A", "section_dxi", "margin", "checksum", "status"])
+def test_chunk_without_a_size_does_not_crash(tmp_path, name):
+    """HDF5 2.0 crashes when it reads a chunk of 0 bytes."""
+    path, plan = tmp_path / "x.h5", made("section")
+    write(path, plan, range(BLOCKS))
+    content, (start, place, _) = path.read_bytes(), entry(path, name, 0)
+    with_hole(path, content, start, place)
+    if name == "A":
+        with pytest.raises(Damaged, match="axis A: wrong index of its chunks"):
+            load(path)
+        return
+    with pytest.warns(DamagedBlock, match=f"block 0 .*{name}: wrong index of its chunks.*block 2"):
+        assert np.isnan(load(path)[name if name == "margin" else "section"]).all()
+    assert len(verify(path).faults) == BLOCKS
+
+
+@pytest.mark.parametrize("which", [range(BLOCKS), [0]], ids=["complete", "begun"])
+@pytest.mark.parametrize(
+    "cut", [(8, 0), (7, 0), (8, 7)], ids=["the beginning of the file", "its headers", "another chunk"]
+)
+def test_repair_writes_into_no_other_part_of_the_file(tmp_path, cut, which):
+    """Zeros in the address of a chunk are the address of something else."""
+    path, plan = tmp_path / "x.h5", made("section")
+    write(path, plan, which)
+    content, (_, _, end) = path.read_bytes(), entry(path, "section_xi", 1)
+    with_hole(path, content, end - cut[0], end - cut[1])
+    holed = path.read_bytes()
+    with pytest.raises(Damaged, match="wrong index of its chunks"):
+        repaired(path, plan)
+    assert path.read_bytes() == holed
+
+
+def test_same_chunks_in_another_order_are_resumed(tmp_path):
+    """h5repack without options keeps chunks and filters, so the file is one of this program."""
+    path, plan = tmp_path / "x.h5", made("section")
+    write(tmp_path / "ours.h5", plan, [0])
+    with h5py.File(tmp_path / "ours.h5") as ours, h5py.File(path, "w") as theirs:
+        theirs.attrs.update(ours.attrs)
+        for name in sorted(ours, reverse=True):
+            ours.copy(name, theirs)
+    assert repaired(path, plan) == [1, 2]
+
+
+def test_chunk_of_another_block_is_no_result(tmp_path):
+    """With zeros as the place of block 1 its values are found in the place of block 0, also if block 1 is not read."""
+    path, plan = tmp_path / "x.h5", made("section")
+    write(path, plan, range(BLOCKS))
+    content, (_, place, end) = path.read_bytes(), entry(path, "section_xi", 1)
+    with_hole(path, content, place, end - 8)
+    with h5py.File(path) as file:
+        assert (file["section_xi"][:2].reshape(4, -1) == truth(plan, "section")[4:8, :, 0]).all()
+    with pytest.warns(DamagedBlock, match=r"left out of section: block 0 \("):
+        assert np.isnan(load(path).select(A=3.0).section).all()
+    with pytest.warns(DamagedBlock):
+        assert_no_wrong_number(path, plan, arrays(plan))
 
 
 @pytest.mark.parametrize("size", [512, 4096])

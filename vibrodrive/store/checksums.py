@@ -10,7 +10,8 @@ Zeros are a special case: a chunk whose bytes a power failure or a hole has set 
 the lowest byte of a checksum is the status + 1: no computed point has the checksum 0, and a status can be verified
 without reading the values. Values that may be such zeros, or that HDF5 fills in for a chunk without an entry in the
 index, are verified by the checksums of their points when they are read. So are zeros in integers that may be -1,
-because fletcher32 does not distinguish the words 0 and 65535.
+because fletcher32 does not distinguish the words 0 and 65535. A block with checksums, but without a status, is looked
+up in the index, because its status may be a fill value, too.
 
 The SHA-256 of the plan (model/plan.py) covers the axes, and that of the configuration its text. The other numeric
 attributes are compared with the plan.
@@ -26,7 +27,7 @@ import numpy as np
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import SECTIONS, Quantity
-from vibrodrive.store.header import BROKEN
+from vibrodrive.store.header import BAD_INDEX, BROKEN, is_as_written, is_in_order, is_readable
 from vibrodrive.store.layout import SCHEMA, Progress, Tile, any_in_blocks, starts, tiles, variables_of
 from vibrodrive.store.netcdf import attribute
 
@@ -100,25 +101,35 @@ def read_marks(file: h5py.File, plan: Plan, *, verify: bool = True) -> Marks:
     lost: dict[int, str] = {}
     status = _read_chunks(file["status"], plan, wrong)
     there = status != Status.NOT_COMPUTED
-    odd = np.zeros_like(there)
+    odd = summed = np.zeros_like(there)
     if verify:
         sums = _read_chunks(file["checksum"], plan, lost)  # later, because a sweep writes the status after its checksum
         odd = there & ((sealed(sums, status) != sums) if is_sealed(file) else (sums == 0))
-    begun, lacking, odd = (any_in_blocks(flags, starts(plan)).ravel() for flags in (there, ~there, odd))
-    odd[list(lost)] = True
+        summed = sums != 0
+    flags = (there, ~there, odd, summed)
+    begun, lacking, odd, summed = (any_in_blocks(each, starts(plan)).ravel() for each in flags)
+    odd[list(lost)] = summed[list(lost)] = True
     for k in np.flatnonzero(begun & (lacking | odd)).tolist():
         part = "status: only a part of the block is marked as computed"
         wrong[k] = part if lacking[k] else lost.get(k, "status: does not match the checksums of the points")
-    if wrong:
-        where = tiles(plan)
-        for k in wrong:
-            status[where[k].slab] = Status.NOT_COMPUTED
+    unmarked = [k for k in np.flatnonzero(summed & ~begun).tolist() if k not in wrong]
+    where = tiles(plan) if wrong or unmarked else []
+    if unmarked and is_as_written(file["status"], plan.chunk or (1,)):  # a sweep is writing them, or they are lost
+        in_order = is_in_order(file["status"])
+        lost_marks = [k for k in unmarked if not (in_order and _is_found(file["status"], where[k]))]
+        wrong |= dict.fromkeys(lost_marks, f"status: {BAD_INDEX}")
+    for k in wrong:
+        status[where[k].slab] = Status.NOT_COMPUTED
     return Marks(status, begun & ~lacking & ~odd, wrong)
 
 
 def _read_chunks(data: h5py.Dataset, plan: Plan, wrong: dict[int, str]) -> np.ndarray:
     """Return all values of a variable with one value for each point. Unreadable blocks are added to `wrong`, and have
     the fill value."""
+    name = data.name.strip("/")
+    if not is_readable(data):
+        wrong |= dict.fromkeys(range(len(plan.blocks())), f"{name}: {BAD_INDEX}")
+        return np.full(data.shape, data.fillvalue, data.dtype)
     try:
         return np.asarray(data[...])
     except BROKEN:  # read the undamaged chunks one by one
@@ -127,8 +138,16 @@ def _read_chunks(data: h5py.Dataset, plan: Plan, wrong: dict[int, str]) -> np.nd
             try:
                 values[tile.slab] = data[tile.slab]
             except BROKEN:
-                wrong[k] = f"{data.name.strip('/')}: wrong checksum"
+                wrong[k] = f"{name}: wrong checksum"
         return values
+
+
+def _is_found(data: h5py.Dataset, tile: Tile) -> bool:
+    """Return True if HDF5 finds the chunk of a block: also the keys between the entries of an index may be wrong."""
+    try:
+        return bool(data.id.read_direct_chunk(tuple(s.start for s in tile.slab)))
+    except BROKEN:
+        return False
 
 
 def perhaps_lost(values: np.ndarray, variable: Quantity) -> bool:
@@ -153,8 +172,11 @@ def check_blocks(file: h5py.File, where: list[Tile], plan: Plan, progress: Progr
 def checker(file: h5py.File, plan: Plan) -> Callable[[Tile], str | None]:
     """Return a function that returns the fault of a block that is marked as computed, or None."""
     variables, with_seal = {v: file[v.variable] for v in variables_of(plan)}, is_sealed(file)
+    unreadable = [v.variable for v, data in variables.items() if not is_readable(data)]
 
     def check(tile: Tile) -> str | None:
+        if unreadable:
+            return f"{unreadable[0]}: {BAD_INDEX}"
         values = {}
         n = tile.stop - tile.start
         for variable, data in variables.items():

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import io
+import itertools
 import json
 import math
 import os
@@ -268,9 +269,7 @@ def read_header(file: h5py.File) -> Header:
         outline = json.loads(attribute(file, "plan"))
         record = _record(file, outline)
         stored = _stored(file, outline, quantities(record))
-        axes, together = (
-            {name: _variable(file, name)[...] for name in outline.get(part, {})} for part in ("axes", "points")
-        )
+        axes, together = ({name: _values(file, name) for name in outline.get(part, {})} for part in ("axes", "points"))
         for name, sha in layout.digests(axes | together).items():
             if sha != (outline["axes"] | outline.get("points", {}))[name]:
                 raise _altered(file, f"axis {name}: changed after it was written")
@@ -291,6 +290,14 @@ def _variable(file: h5py.File, name: str) -> h5py.Dataset:
     raise damaged(file.filename, f"{name}: no variable")
 
 
+def _values(file: h5py.File, name: str) -> np.ndarray:
+    """Return the values of a coordinate. Raises as `_variable`."""
+    data = _variable(file, name)
+    if not is_readable(data):
+        raise damaged(file.filename, f"axis {name}: {BAD_INDEX}")
+    return np.asarray(data[...])
+
+
 def how_rewritten(file: h5py.File, plan: Plan) -> str:
     """Return how the variables of a file differ from those of this program, although all can be read; "" if they do
     not. Raises NoResult if one cannot be read."""
@@ -309,6 +316,46 @@ def is_as_written(data: h5py.Dataset, chunk: tuple[int, ...]) -> bool:
     made = data.id.get_create_plist()
     filters = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
     return bool(data.chunks == chunk and filters == [h5py.h5z.FILTER_FLETCHER32])
+
+
+BAD_INDEX = "wrong index of its chunks"
+
+
+def is_readable(data: h5py.Dataset) -> bool:
+    """Return False if the index of a variable gives a chunk of a wrong size, for which HDF5 crashes.
+
+    Zeros only make a size less, so the sum of the sizes tells. Variables of other programs are not judged.
+    """
+    try:
+        each = _size(data) if is_as_written(data, data.chunks) else 0
+        return not each or data.id.get_storage_size() == data.id.get_num_chunks() * each
+    except BROKEN:
+        return False
+
+
+def is_in_order(*variables: h5py.Dataset) -> bool:
+    """Return True if the indices of variables list all chunks in order, with their sizes, and no two that overlap.
+
+    If they do not, HDF5 may give the chunk of another block, and write into another part of the file.
+    """
+    spans = []
+    try:
+        first = variables[0].file.meta_block_size  # HDF5 begins a file with a block of headers
+        for data in variables:
+            listed: list[Any] = []
+            data.id.chunk_iter(listed.append)
+            corners = itertools.product(*(range(0, n, c) for n, c in zip(data.shape, data.chunks, strict=True)))
+            if [entry.chunk_offset for entry in listed] != [*corners] or {e.size for e in listed} != {_size(data)}:
+                return False
+            spans += [(entry.byte_offset, entry.byte_offset + entry.size) for entry in listed]
+    except BROKEN:
+        return False
+    return all(a[1] <= b[0] for a, b in itertools.pairwise([(0, first), *sorted(spans)]))
+
+
+def _size(data: h5py.Dataset) -> int:
+    """Return the size of a chunk with its fletcher32."""
+    return math.prod(data.chunks) * data.dtype.itemsize + 4
 
 
 def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
@@ -346,7 +393,7 @@ def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
     for kind, written in (("coordinate", coordinates(plan)), ("attribute", attributes)):
         for name, value in written.items():
             try:
-                stored = file[name][...] if kind == "coordinate" else attribute(file, name)
+                stored = _values(file, name) if kind == "coordinate" else attribute(file, name)
                 whole = np.array_equal(stored, value)  # which hides errors of reading
             except BROKEN:
                 whole = False

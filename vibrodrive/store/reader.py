@@ -31,6 +31,8 @@ from vibrodrive.store.header import (
     damaged_descriptions,
     identity,
     interpreting,
+    is_in_order,
+    is_readable,
     open_result,
     read_header,
     reading,
@@ -106,20 +108,21 @@ def _arrays(
     """Return (arrays of variables at an index, faults of the blocks that are left out and have fill values).
 
     Only finished blocks are read, because a sweep may be writing any other block. Blocks whose values may be lost are
-    verified once, and all blocks of a rewritten file, whose chunks may have no checksums.
+    verified once, and all blocks of a rewritten file, whose chunks may have no checksums, and of a wrong index. This
+    index is listed only if a block is suspect or not read: zeros that exchange chunks leave a block without one.
     """
     stored = [file[v.variable] for v in variables]
     where, touched = tiles(plan), _touched(plan, index)
     places = {k: found for k in touched[done[touched]].tolist() if (found := _place(index, where[k])) is not None}
     arrays: list[np.ndarray] = []
-    wrong: dict[int, str] = {}
     check: Callable[[Tile], str | None] | None = None
-    if done.all():
+    wrong = {} if all(map(is_readable, stored)) else dict.fromkeys(places, "unreadable")
+    if done.all() and not wrong:
         with contextlib.suppress(*BROKEN):  # after an error the arrays are read block by block
             arrays = [np.asarray(data[index]) for data in stored]
     if not arrays:
         arrays = [np.full(_shape(data, index), v.fill, data.dtype) for data, v in zip(stored, variables, strict=True)]
-        for k, (within, into) in places.items():
+        for k, (within, into) in ({} if wrong else places).items():
             try:
                 parts = [data[within] for data in stored]
             except BROKEN:
@@ -127,9 +130,12 @@ def _arrays(
                 continue
             for array, part in zip(arrays, parts, strict=True):
                 array[into] = part
+    new = {k: [array[into] for array in arrays] for k, (_, into) in places.items() if k not in seen.sound}
+    suspect = {k for k, parts in new.items() if any(map(perhaps_lost, parts, variables))}
+    if seen.rewritten or ((suspect or wrong or len(places) < len(where)) and not is_in_order(*stored)):
+        suspect = {*new}
     for k, (_, into) in places.items():
-        parts = [array[into] for array in arrays]
-        if k in wrong or (k not in seen.sound and (seen.rewritten or any(map(perhaps_lost, parts, variables)))):
+        if k in wrong or k in suspect:
             check = check or checker(file, plan)
             if fault := check(where[k]) or wrong.get(k):
                 wrong[k] = fault

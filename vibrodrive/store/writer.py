@@ -27,10 +27,12 @@ from vibrodrive.store.checksums import check_blocks, is_sealed, point_sums, reco
 from vibrodrive.store.compare import joined
 from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.header import (
+    BAD_INDEX,
     RESTORE,
     damaged,
     damaged_descriptions,
     how_rewritten,
+    is_in_order,
     open_result,
     open_to_write,
     read_header,
@@ -123,6 +125,8 @@ class Writer:
                 raise damaged(self.path, name)
         if wrong or not done.all():
             self._refuse_rewritten()
+            if not is_in_order(*self._data.values()):
+                raise Damaged(f"{self.path}: too damaged to be repaired ({BAD_INDEX}); {RESTORE}")
         for k in wrong:
             # The status comes first, because it marks the block as missing. Chunks are written directly, because HDF5
             # would read a damaged chunk before it writes a part of this chunk.
