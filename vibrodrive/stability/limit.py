@@ -56,8 +56,8 @@ TOGETHER = 16
 """Least number of motions in a sweep: two registers of lanes. Few searches ask for more values each, in advance."""
 
 BELOW_ALWAYS = 0.8
-"""Share of the limit for all times at which a search for `k2` begins. No value tried below it was lost: at the 205 values
-of configs/limits.toml, at 120 points beside grazings and bifurcations, and at 100 random ones."""
+"""Share of the limit for all times at which a search for `k2` begins. No value tried below it was lost: at the 205
+values of configs/limits.toml, at 120 points beside grazings and bifurcations, and at 100 random ones."""
 
 BRIEF_PERIODS = 160
 """Length of a brief record in periods. It proves nine of ten losses, in half the time of a record of 1500 periods after
