@@ -302,6 +302,7 @@ def test_slip_warns_once_and_the_limit_is_returned():
     assert found.n == 0 or found.k2 > 0
 
 
+@pytest.mark.jit
 @pytest.mark.integration
 def test_limit_of_a_scene_is_that_of_its_A_and_B_and_has_a_velocity_in_si_units():
     scene = vd.Scene(a0=0.8e-3, frequency=20.0, mu=0.6, alpha=3.4)
