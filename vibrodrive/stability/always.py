@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -107,6 +108,7 @@ def find_always(point: np.ndarray, cycle: ImpactCycle, settings: Settings, threa
     return Always(kept, tuple(zip(first.tolist(), last.tolist(), strict=True)), how=search.how)
 
 
+@lru_cache(maxsize=16)
 def turns(eta: float, count: int) -> np.ndarray:
     """Return numbers of excitation periods after which the phase of the disturbance takes `count` values over a cycle.
 
