@@ -151,7 +151,7 @@ REFUSED = [
     (["sweep", "small.toml", "--periods", "3"], ["option = '--periods': must be given as --set periods=…"]),
     (["orbits", "small.toml", "--max-period=3"], ["option = '--max-period': must be given as --set max_period=…"]),
     (["plot", "map.h5", "--periods", "3"], ["option = '--periods': must be a key of the configuration"]),
-    (["sweep", "small.toml", "--wrong"], ["No such option '--wrong'"]),
+    (["sweep", "small.toml", "--wrong"], ["No such option", "--wrong"]),
     (["init", "quickstat"], ["name = 'quickstat': must be one of ", "Did you mean quickstart?"]),
     (["plot", "map.h5", "--cmap", "magna"], ["--cmap = 'magna': must be a Colormap", "Did you mean magma?"]),
     (["plot", "limit.h5", "--cmap", "magma"], ["--cmap = 'magma': must be left out for a figure of kind bands"]),
