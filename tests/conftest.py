@@ -146,6 +146,8 @@ class _Guard:
     def __init__(self) -> None:
         from numba.core.dispatcher import Dispatcher
 
+        from vibrodrive.jit import shipped
+
         compile_ = Dispatcher.compile
 
         def compile_unless_unit(dispatcher, signature):
@@ -153,6 +155,13 @@ class _Guard:
             return compile_(dispatcher, signature)
 
         Dispatcher.compile = compile_unless_unit
+        load = shipped.function
+
+        def load_unless_unit(name):
+            self.refuse(f"calls the kernel {name}")
+            return load(name)
+
+        shipped.function = load_unless_unit
         sys.addaudithook(lambda event, _: event in self.STARTS and self.refuse("starts a process"))
 
     STARTS = ("subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "os.exec")

@@ -87,8 +87,10 @@ def test_each_kernel_is_compiled_once():
     both = False, True
     kernels = [batch(int(m), kind, more) for m in vd.Method for kind in both for more in both]
     alone = [single(int(m), False, bounded) for m in vd.Method for bounded in both]
-    assert {signature for kernel in (*kernels, *alone) for signature in kernel.signatures} == {(types.int64,)}
-    assert len(sample_segments.signatures) == 1
+    assert {signature for kernel in (*kernels, *alone) for signature in kernel.dispatcher.signatures} == {
+        (types.int64,)
+    }
+    assert len(sample_segments.dispatcher.signatures) == 1
 
 
 CONSTANTS = """
@@ -96,10 +98,12 @@ import sys
 from importlib import import_module
 import vibrodrive as vd
 from numba import types
+from vibrodrive.jit.compile import Marked
 vd.sweep(A=[1.5, 3.04], eps=[0.0, 2e-4], transient=1, periods=1)
 modules = [m for name, m in sys.modules.items() if name.startswith("vibrodrive.")]
 named = [f for m in modules for f in vars(m).values() if not isinstance(f, type)]
-formulas = {id(f): f for f in named if hasattr(f, "nopython_signatures")}.values()
+marked = {id(f): f for f in named if isinstance(f, Marked)}.values()
+formulas = [f.dispatcher for f in marked if hasattr(f.dispatcher, "nopython_signatures")]
 literal = lambda s: any(isinstance(a, types.Literal) for a in s.args)
 twice = {f.__name__ for f in formulas if any(map(literal, f.nopython_signatures))}
 print(len(formulas), sorted(twice))

@@ -139,7 +139,7 @@ FIRST = """
 import os, signal, threading, time
 import vibrodrive as vd
 vd.simulate
-from vibrodrive.jit.compile import compilation
+from vibrodrive.jit.compilation import compilation
 def press():
     while not compilation.running:
         time.sleep(0.01)

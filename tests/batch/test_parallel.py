@@ -13,7 +13,7 @@ import pytest
 from numba import types
 
 import vibrodrive as vd
-from vibrodrive.batch import parallel
+from vibrodrive.batch import parallel, prange
 from vibrodrive.batch.sweep import check_threads, run_blocks
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.sources import build
@@ -58,9 +58,9 @@ def test_brief_work_starts_no_thread(monkeypatch):
 @pytest.mark.jit
 def test_loop_is_a_prange():
     """The function is compiled again, because the cache of Numba does not store the diagnostics of its loops."""
-    assert parallel.run_on_threads.targetoptions["parallel"]
+    assert prange.run_on_threads.dispatcher.targetoptions["parallel"]
     function = types.FunctionType(types.int64(types.int64))
-    again = numba.njit(parallel=True)(parallel.run_on_threads.py_func)
+    again = numba.njit(parallel=True)(prange.run_on_threads.py_func)
     again.compile((function, function, types.Array(types.int64, 2, "C")))
     (metadata,) = again.get_metadata().values()
     assert metadata["parfor_diagnostics"].count_parfors() == 1
@@ -234,5 +234,5 @@ def test_idle_threads_wait_briefly_unless_the_user_has_chosen(chosen, monkeypatc
     monkeypatch.setattr(os, "environ", others | chosen)
     monkeypatch.setattr("vibrodrive.batch.sweep.BRIEF", 0.0)
     vd.sweep(**POINTS, threads=2)
-    spins = None if "OMP_WAIT_POLICY" in chosen else chosen.get("GOMP_SPINCOUNT", parallel.SPINS)
+    spins = None if "OMP_WAIT_POLICY" in chosen else chosen.get("GOMP_SPINCOUNT", prange.SPINS)
     assert os.environ.get("GOMP_SPINCOUNT") == spins

@@ -8,6 +8,7 @@ lane is the memory of one motion in a kernel (kernels/lane.py).
 import math
 import os
 import platform
+import sys
 import tempfile
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -19,7 +20,6 @@ from time import monotonic
 from typing import Any
 from uuid import uuid4
 
-import numba
 import numpy as np
 
 from vibrodrive.batch.parallel import BRIEF, run
@@ -198,14 +198,28 @@ def check_threads(threads: int | None) -> int:
 
     Raises TypeError or ValueError if `threads` is not an integer between 1 and the number of threads of Numba.
     """
-    most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-    if threads is not None:
-        return check_count("threads", threads, 1, most)
+    most, set_by_caller = _threads_of_numba()
+    return set_by_caller if threads is None else check_count("threads", threads, 1, most)
+
+
+def _threads_of_numba() -> tuple[int, int]:
+    """Return the number of threads that Numba has, or would have, and the number that it uses in this thread."""
+    numba: Any = sys.modules.get("numba")
+    if numba is None:  # nobody has called `numba.set_num_threads`
+        count = os.environ.get("NUMBA_NUM_THREADS", "")
+        most = int(count) if count.isdecimal() and int(count) else _cores()
+        return most, most
+    most = int(numba.config.NUMBA_NUM_THREADS)
     try:
         numba.threading_layer()
     except ValueError:  # threads are not started, so `numba.set_num_threads` was not called; to ask would start them
-        return most
-    return int(numba.get_num_threads())
+        return most, most
+    return most, int(numba.get_num_threads())
+
+
+def _cores() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def check_executor(executor: Any) -> None:

@@ -159,7 +159,7 @@ def in_one_line(before: str = "") -> Iterator[None]:
 @contextmanager
 def working(name: str) -> Iterator[None]:
     """Show the time that has passed, and that of compilations. Turn a TypeError or ValueError into one line."""
-    from vibrodrive.jit.compile import compilation
+    from vibrodrive.jit.compilation import compilation
     from vibrodrive.jobs.progress import Show, duration, under_way
 
     show = Show(sys.stderr, name)

@@ -6,10 +6,14 @@ kernels again.
 
 from __future__ import annotations
 
-from vibrodrive.jit.compile import jit
+import numpy as np
+
+from vibrodrive.jit.compile import array, jit
+
+_COUNTS, _SHADES = array(1, np.int64), array(1, np.uint8)
 
 
-@jit(_nrt=False)
+@jit(like=(array(2), _COUNTS, 0.0, 0.0, _SHADES, _COUNTS, array(2, np.uint8)), _nrt=False)
 def darken(values, columns, low, high, table, counts, image):
     """Darken the pixels that contain values, and the pixel above each of them, because lines of one row are too thin.
 

@@ -158,7 +158,7 @@ class Engine:
 
     def compiling(self) -> float:
         """Return the seconds that this process has compiled, 0 if it does not compile now."""
-        module = sys.modules.get("vibrodrive.jit.compile")  # imported by the first task
+        module = sys.modules.get("vibrodrive.jit.compilation")  # imported by the first task
         compilation = getattr(module, "compilation", None)
         return float(compilation.seconds) if compilation is not None and compilation.running else 0.0
 

@@ -1,334 +1,150 @@
-"""All Numba options, each with its reason.
+"""Marks of the functions that are compiled. This module imports no compiler.
 
-An entry point (`jit`) is called from Python, or by its address. It calls parts (`part`) and formulas (`inline`); only
-formulas are inlined.
+A *kernel* (`jit`) is a function of machine code that Python calls. It consists of parts (`part`), which it calls, and
+of formulas (`inline`), which are inlined in it. Machine code of the kernels comes with the package (shipped.py), or
+Numba compiles it at the first call (compiler.py). A mark keeps the function in Python, and makes Numba's function for
+it when a kernel that uses it is compiled; so nothing imports Numba where no kernel is compiled.
 
-* ``error_model="numpy"``: no branch for a division by zero, because such a branch would prevent vectorisation.
-* ``nogil=True``: results are written to a file while the next block is computed.
-* ``_nrt=False`` (except entry points that allocate): no reference counting. Otherwise atomic operations would count the
-  references to each array argument of each inlined formula. This would take four fifths of the time of a sweep.
-* ``fastmath`` is off: it would remove NaN checks, and the bits would depend on the machine.
-* The name of the cache directory contains a hash of the kernel sources, of the compiler and of the processor. Numba
-  detects a change in the file of the function that it loads, but not in the files of the functions that this function
-  calls. Without the sources in the hash, old machine code could be used after an equation is edited. Without the
-  processor in the hash, two different machines with the same home directory would share one index, and one machine
-  could load the code of the other.
-
-Another version of Numba may lack private names that this folder uses. What needs them is then left out: kernels are
-loaded and compiled more slowly, and the numbers are the same.
+If the JIT is disabled (NUMBA_DISABLE_JIT=1), the marks change nothing, and kernels run in plain Python.
 """
 
-import hashlib
-import json
+from __future__ import annotations
+
 import os
 import sys
-import tempfile
 import threading
-from collections.abc import Iterator
-from concurrent.futures import Future, wait
-from contextlib import contextmanager, nullcontext, suppress
-from functools import cache
+from collections.abc import Callable
+from functools import cached_property, update_wrapper
+from importlib import import_module
 from pathlib import Path
-from time import monotonic
 from typing import Any
 
-import llvmlite
-import numba
 import numpy as np
 
-from vibrodrive.jit.sources import PACKAGE, fingerprints
-
-try:
-    from numba.core.event import Listener, register
-except ImportError:  # nobody is told of compilations
-    Listener, register = object, lambda kind, listener: None  # type: ignore[assignment, misc]
-
-OTHER_NUMBA = ImportError, AttributeError, TypeError
-"""Errors of the use of private names that another version of Numba does not have."""
+from vibrodrive.jit import shipped
 
 
-def processor() -> tuple[str, ...]:
-    """Return the kind, the name and the features of the processor for which Numba compiles."""
-    try:
-        from numba.core.registry import cpu_target
-
-        return cpu_target.target_context.codegen().magic_tuple()
-    except OTHER_NUMBA:
-        from llvmlite import binding
-
-        return binding.get_process_triple(), binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
+def _disabled() -> bool:
+    """Return whether Numba's compiler is disabled, by a variable, by Numba's file of settings, or by a program."""
+    if "numba" in sys.modules or Path(".numba_config.yaml").exists():
+        return bool(import_module("numba").config.DISABLE_JIT)
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
-def _target() -> str:
-    """Return the versions and the processor on which machine code depends in addition to its sources."""
-    versions = [numba.__version__, llvmlite.__version__, np.__version__]
-    python = [sys.implementation.cache_tag or sys.version, getattr(sys, "abiflags", "")]
-    return " ".join([*python, *versions, *map(str, processor())])
+COMPILED = not _disabled()
 
 
-def _cache_directory() -> Path:
-    """Return a writable cache directory outside the installation, which may be read-only. Raises OSError if none is."""
-    home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    key = hashlib.sha256(f"{fingerprints()[1]} {_target()}".encode()).hexdigest()[:16]
-    name = f"vibrodrive-{key}"
-    with suppress(OSError, RuntimeError):  # RuntimeError: the user has no home
-        return _writable(Path(home).expanduser() / name)
-    user = os.getuid() if hasattr(os, "getuid") else 0  # on Windows each user has a temporary directory of his own
-    path = _writable(Path(tempfile.gettempdir()) / f"{name}-{user}")
-    if os.name == "posix" and path.lstat().st_uid != user:
-        raise PermissionError(f"{path} belongs to another user, who could store any code there")
-    return path
+_making = threading.RLock()
 
 
-def _writable(path: Path) -> Path:
-    """Make a directory unless it exists, and return its path. Raises OSError if no file can be written there."""
-    path.mkdir(parents=True, exist_ok=True, mode=0o700)
-    if not os.access(path, os.W_OK):
-        raise PermissionError(f"{path} is not writable")
-    return path
+def _compiler() -> Any:
+    from vibrodrive.jit import compiler
+
+    return compiler
 
 
-CACHE: Path | None = None
+class Marked:
+    """A function that kernels call. From Python it is called as Numba compiles it, unless it is `plain`.
 
-
-@contextmanager
-def _or_without_cache() -> Iterator[None]:
-    """Continue without the cache if the block fails, and print the reason, once in a process.
-
-    Kernels that cannot be read are compiled. Kernels that cannot be stored are compiled again in the next process.
-    """
-    try:
-        yield
-    except Exception as error:
-        if not _reasons:
-            why = " ".join(str(error).split()) or type(error).__name__
-            with suppress(OSError, ValueError, AttributeError):  # stderr is closed
-                where = "" if CACHE is None else f" in {CACHE}"
-                print(f"vibrodrive: kernels are compiled without the cache{where} ({why})", file=sys.stderr)
-        _reasons.append(error)
-
-
-_reasons: list[Exception] = []
-
-with _or_without_cache():
-    CACHE = _cache_directory()
-
-
-SAID_AFTER = 1.0
-"""Duration of a compilation in seconds after which a message is printed and its time stored. A larger value suppresses
-messages of short compilations."""
-
-TIMES = "compile_times.json"
-"""File in the folder of the cache: seconds that each kernel took to compile. A new version of the package has a new
-folder, and reads the times of earlier versions."""
-
-
-def _times(folders: str) -> dict[str, float]:
-    """Return the seconds that the last compilation of each kernel took, from the cache folders with these names.
-
-    Whatever these files contain, it is no reason to fail.
-    """
-    found: dict[str, float] = {}
-    for path in CACHE.parent.glob(f"{folders}/{TIMES}") if CACHE is not None else ():
-        with suppress(Exception):
-            times = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-            found |= {name: t for name, t in times.items() if isinstance(t, float) and 0.0 < t < 1e6}
-    return found
-
-
-def _name(event: Any) -> str:
-    """Return the name of the kernel that Numba compiles, or "" if the function is not of this package."""
-    function: Any = getattr((event.data or {}).get("dispatcher"), "py_func", None)
-    module = getattr(function, "__module__", "")
-    return f"{module}.{function.__qualname__}" if module.startswith(f"{PACKAGE}.") else ""
-
-
-class Compilation(Listener):
-    """Measurement of the time that this process has spent on compilation.
-
-    Numba reports the beginning and the end of each compilation. The files of the cache do not show whether a kernel
-    must be compiled, because only Numba can evaluate the keys of the cache.
-
-    before : seconds that the present kernel took when it was compiled before; 0 if that is unknown
+    py_func : the function in Python
+    make : returns what Numba calls for this function: a dispatcher, or an operation
+    plain : whether a call from Python runs `py_func`
     """
 
-    def __init__(self) -> None:
-        self._depth = 0  # the compilation of a kernel includes the compilation of the functions that it calls
-        self._began = self._spent = self.before = 0.0
+    def __init__(self, function: Callable[..., Any], make: Callable[[], Any], plain: bool = False) -> None:
+        update_wrapper(self, function)
+        self.py_func = function
+        self._make = make
+        if plain:
+            self.code = function
 
-    def on_start(self, event: Any) -> None:
-        if self._depth == 0:
-            self._began, name = monotonic(), _name(event)
-            self.before = _times("vibrodrive-*").get(name, 0.0) if name else 0.0
-        self._depth += 1
+    @cached_property
+    def dispatcher(self) -> Any:
+        """What Numba calls for this function: a dispatcher, or an operation."""
+        with _making:
+            if "dispatcher" not in self.__dict__:
+                self.__dict__["dispatcher"] = self._make()
+            return self.__dict__["dispatcher"]
 
-    def on_end(self, event: Any) -> None:
-        self._depth -= 1
-        if self._depth == 0:
-            seconds = monotonic() - self._began
-            self._spent += seconds
-            if seconds > SAID_AFTER and CACHE is not None and (name := _name(event)):
-                with suppress(OSError):
-                    text = json.dumps({**_times(CACHE.name), name: seconds})
-                    (CACHE / TIMES).write_text(text, encoding="utf-8")
+    @cached_property
+    def code(self) -> Callable[..., Any]:
+        """What a call from Python runs."""
+        return self.dispatcher
 
-    @property
-    def progress(self) -> str:
-        """Seconds of the compilation in progress, and those that are to be expected."""
-        so_far = f"{monotonic() - self._began:.0f} s"
-        return f"{so_far} of about {self.before:.0f} s" if self.before else so_far
+    def __call__(self, *args: Any) -> Any:
+        return self.code(*args)
 
-    @property
-    def running(self) -> bool:
-        """True while a function is compiled."""
-        return self._depth > 0
-
-    @property
-    def seconds(self) -> float:
-        """Seconds spent on compilation so far, including a compilation in progress."""
-        return self._spent + (monotonic() - self._began if self.running else 0.0)
+    @cached_property
+    def _numba_type_(self) -> Any:
+        """The type by which Numba calls the function. Numba asks for it where compiled code calls the function."""
+        return _compiler().type_of(self.dispatcher)
 
 
-compilation = Compilation()
-register("numba:compile", compilation)
+class Kernel(Marked):
+    """A kernel. `like` are arguments of the types with which the kernel is shipped; None if it is never shipped."""
 
-try:
-    from vibrodrive.jit.caching import store
-except OTHER_NUMBA:
+    def __init__(self, function: Callable[..., Any], make: Callable[[], Any], like: tuple[Any, ...] | None) -> None:
+        super().__init__(function, make)
+        self.like = like
+        self.name = f"{function.__module__}.{function.__qualname__}"
 
-    def store(dispatcher, folder, attempt):
-        """Let a kernel be stored by Numba itself."""
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
-        try:
-            dispatcher.enable_caching()
-        finally:
-            numba.config.CACHE_DIR = before
+    @cached_property
+    def code(self) -> Callable[..., Any]:
+        """Machine code that came with the package, or Numba's dispatcher."""
+        return self.shipped or self.dispatcher
 
+    @cached_property
+    def shipped(self) -> Callable[..., Any] | None:
+        """The machine code of the kernel that came with the package, or None."""
+        return shipped.function(self.name)
 
-try:
-    from vibrodrive.jit.pieces import OPTIONS, compiling, once
-except OTHER_NUMBA:
-    OPTIONS, compiling, once = {}, nullcontext, lambda dispatcher, *more: dispatcher  # type: ignore[assignment]
-
-
-_UNKNOWN = {"_nrt", "forceinline", "no_cfunc_wrapper", "no_cpython_wrapper"}
-"""Options that Numba does not document and that this version does not know."""
-
-with suppress(*OTHER_NUMBA):
-    from numba.core.registry import cpu_target
-
-    _UNKNOWN = {name for name in _UNKNOWN if not hasattr(cpu_target.options, name)}
+    def prepare(self) -> None:
+        """Compile or load the kernel for the types of `like`, if it is not loaded yet."""
+        if not self.shipped:
+            _compiler().prepare(self.dispatcher, self.like or ())
 
 
-def _njit(function, **options):
-    options = {name: value for name, value in options.items() if name not in _UNKNOWN}
-    return numba.njit(error_model="numpy", nogil=True, **options)(function)
+def jit(function: Any = None, *, like: tuple[Any, ...] | None = None, **options: bool) -> Any:
+    """Make a kernel of a function: compiled once for each version of the package, and stored on disk.
 
-
-def jit(function=None, **options):
-    """Compile an entry point of a kernel once for each version of the package, and store it in the cache on disk.
-
-    If the entry point allocates no memory, pass ``_nrt=False``.
+    If the kernel allocates no memory, pass ``_nrt=False``.
     """
     if function is None:
-        return lambda f: jit(f, **options)
-    if numba.config.DISABLE_JIT:
+        return lambda f: jit(f, like=like, **options)
+    if not COMPILED:
         return np.errstate(all="ignore")(function)  # as in compiled code, an overflow gives no warning
     if function.__closure__:
         # The symbol name contains a number that is unique only in the process that compiles. Two processes could give
         # the same name to two kernels of one factory, and the wrong kernel would be called. So the name also contains
         # the values in the closure
-        values = "_".join(str(cell.cell_contents) for cell in function.__closure__)
+        values = "_".join(str(int(cell.cell_contents)) for cell in function.__closure__)
         function.__qualname__ = f"{function.__qualname__}_{values}"
-    dispatcher = _njit(function, **options)
-    if CACHE is not None:
-        with _or_without_cache():
-            store(dispatcher, CACHE, _or_without_cache)
-    return _compiled_in_thread(dispatcher)
+    return Kernel(function, lambda: _compiler().entry(function, **options), like)
 
 
-_INNER = {
-    "_nrt": False,
-    "no_cfunc_wrapper": True,  # a wrapper for calls from C is not needed, and takes long to compile
-}
-
-_ENCLOSED = {**OPTIONS, **_INNER}
-"""Options of formulas and parts. They need no wrapper for calls from Python, which would double the compile time."""
+def array(ndim: int, dtype: Any = np.float64) -> np.ndarray:
+    """Return an example of an array argument for `like`."""
+    return np.empty((0,) * ndim, dtype)
 
 
-def _print_compiling(function):
-    """Print one line in a terminal or a notebook, if no thread shows progress there (jobs/progress.py)."""
-    shown = any(thread.name == "watch" for thread in threading.enumerate())
-    if not shown and sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules):
-        with suppress(OSError, ValueError):
-            name = f"{function.__module__}.{function.__name__}"
-            takes = f"in about {compilation.before:.0f} s" if compilation.before else "usually in 3 to 15 s"
-            print(
-                f"vibrodrive: compiling {name}, once for this version, Python and processor, {takes}", file=sys.stderr
-            )
+def _enclosed(function: Any, *constant: str, plain: bool = False, forceinline: bool) -> Any:
+    if not COMPILED:
+        return function
+    return Marked(function, lambda: _compiler().enclosed(function, *constant, forceinline=forceinline), plain)
 
 
-def _in_thread(work, function):
-    """Call `work`, which compiles or loads `function`, and return its result.
-
-    If the main thread calls this, `work` runs in another thread, because Ctrl-C raises KeyboardInterrupt in the main
-    thread only. So Ctrl-C takes effect immediately, and does not interrupt Numba while the data of Numba are
-    inconsistent. The compilation continues in the background, and the next call uses its result.
-    """
-    if threading.get_ident() != threading.main_thread().ident:
-        with compiling():
-            return work()
-    outcome = Future()
-
-    def call():
-        try:
-            with compiling():
-                outcome.set_result(work())
-        except BaseException as error:
-            outcome.set_exception(error)
-
-    threading.Thread(target=call, name="compile", daemon=True).start()
-    if not wait([outcome], SAID_AFTER).done and compilation.running:
-        _print_compiling(function)
-    return outcome.result()
-
-
-def _compiled_in_thread(dispatcher):
-    """Change a dispatcher so that it compiles and loads through `_in_thread`."""
-    compile_for = getattr(dispatcher, "_compile_for_args", None)
-    if compile_for is None:  # another version of Numba: Ctrl-C waits for the end of a compilation
-        return dispatcher
-    dispatcher._compile_for_args = lambda *args, **kwargs: _in_thread(
-        lambda: compile_for(*args, **kwargs), dispatcher.py_func
-    )
-    return dispatcher
-
-
-def prepare(kernel, *signature):
-    """Compile or load a kernel for arguments of the types `signature`, if it is not loaded yet."""
-    if signature not in kernel.overloads:
-        _in_thread(lambda: kernel.compile(signature), kernel.py_func)
-
-
-def _enclosed(function, *constant, **options):
-    """Compile a formula or a part once for each set of argument types, and of values of the arguments in `constant`.
-
-    Other literal arguments need no version of their own, because LLVM inserts constants when it inlines a formula.
-    """
-    dispatcher = _njit(function, **options, **_ENCLOSED)
-    if numba.config.DISABLE_JIT:
-        return dispatcher
-    # Python cannot call this machine code, so a call from Python compiles another version
-    return once(dispatcher, cache(lambda: _compiled_in_thread(_njit(function, **_INNER))), *constant)
-
-
-def inline(function):
-    """Compile a formula that is inlined in every caller, so that loops over it vectorise."""
+def inline(function: Any) -> Any:
+    """Mark a formula, which is inlined in every caller, so that loops over it vectorise."""
     return _enclosed(function, forceinline=True)
 
 
-def inline_each(*constant):
-    """Compile a formula separately for each value of the arguments named in `constant`.
+def formula(function: Any) -> Any:
+    """Mark a formula that Python may call, too, without compiling it, and with arrays."""
+    return _enclosed(function, plain=True, forceinline=True)
+
+
+def inline_each(*constant: str) -> Callable[[Any], Any]:
+    """Mark a formula that is compiled separately for each value of the arguments named in `constant`.
 
     Callers must pass literals for these arguments.
     """
@@ -339,14 +155,31 @@ def inline_each(*constant):
 # caller is a formula would then be inlined everywhere
 
 
-def part(function):
-    """Compile a part of a kernel, which is called and not inlined. This shortens the compilation of its callers."""
+def part(function: Any) -> Any:
+    """Mark a part of a kernel, which is called and not inlined. This shortens the compilation of its callers."""
     return _enclosed(function, forceinline=False)
 
 
-def part_each(*constant):
-    """Compile a part separately for each value of the arguments named in `constant`, without unused branches.
+def part_each(*constant: str) -> Callable[[Any], Any]:
+    """Mark a part that is compiled separately for each value of the arguments in `constant`, without unused branches.
 
     Callers must pass literals for these arguments.
     """
     return lambda function: _enclosed(function, *constant, forceinline=False)
+
+
+def operation(home: str) -> Callable[[Any], Any]:
+    """Mark an operation: in kernels the object of the same name in the module `home`, in Python this function.
+
+    That module imports Numba, and is imported when a kernel is compiled.
+    """
+
+    def mark(function: Any) -> Any:
+        make = lambda: getattr(import_module(home), function.__name__)  # noqa: E731
+        return Marked(function, make, plain=True) if COMPILED else function
+
+    return mark
+
+
+OPERATIONS = "vibrodrive.jit.operations"
+"""Home of the operations of this folder."""

@@ -8,7 +8,7 @@ of all words multiplies both sums by 256, modulo 65535.
 
 import numpy as np
 
-from vibrodrive.jit.compile import jit
+from vibrodrive.jit.compile import array, jit
 
 BLOCK = 256  # words of a block, few enough for Σ j w_j over a block to fit into 32 bits (256·255/2·65535 < 2**31)
 
@@ -31,7 +31,7 @@ def _fold(residue: int, some: bool) -> int:
     return 65535 if high_byte_first == 0 and some else high_byte_first
 
 
-@jit
+@jit(like=(array(1, np.uint16), _RAMP), _nrt=False)
 def sums(words, ramp):
     """Return (s1, s2, some) for uint16 words: both sums modulo 65535, and a number that is not 0 if any word is not 0.
 

@@ -14,8 +14,8 @@ from vibrodrive.version import __version__
 
 PACKAGE = __name__.partition(".")[0]
 
-COMPILER = f"{PACKAGE}.jit.compile"
-"""Modules that import this module may contain kernels."""
+COMPILERS = {f"{PACKAGE}.jit.compile", f"{PACKAGE}.jit.compiler"}
+"""Modules that import one of these modules may contain kernels."""
 
 _IMPORT = re.compile(rb"\n((?:from|import)\b[^\n(\\]*(?:\([^)]*\)|(?:\\\n[^\n\\]*)+)?[^\n]*)")
 """An import statement that is not indented, with its continuation lines. Indented imports are in functions or for type
@@ -75,15 +75,16 @@ def _modules(folder: Traversable, name: str) -> Iterator[tuple[str, Traversable]
 def kernels(sources: Mapping[str, bytes], packages: set[str]) -> set[str]:
     """Return the names of the modules on which machine code depends.
 
-    These are the modules that import COMPILER, the modules in its folder, and all modules that any of these modules
-    imports, directly or indirectly.
+    These are the modules that import one of COMPILERS, the modules in their folder, and all modules that any of these
+    modules imports, directly or indirectly.
     """
-    homes = {COMPILER} | {name for name in packages if name != PACKAGE and COMPILER.startswith(f"{name}.")}
+    folder = next(iter(COMPILERS)).rpartition(".")[0]
+    homes = COMPILERS | ({folder} & packages)
     words = [home.rpartition(".")[2].encode() for home in homes]
     near = [name for name, source in sources.items() if any(word in source for word in words)]
     imported = {name: set(_imported(name, sources, packages)) for name in near}
     todo = [name for name in near if not homes.isdisjoint(imported[name])]
-    todo += [name for name in sources if name.rpartition(".")[0] == COMPILER.rpartition(".")[0] and name not in todo]
+    todo += [name for name in sources if name.rpartition(".")[0] == folder and name not in todo]
     known = set(todo)
     while todo:
         name = todo.pop()

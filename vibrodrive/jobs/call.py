@@ -185,7 +185,7 @@ def sweep(
 
 def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> Results:
     from vibrodrive.batch.sweep import collect
-    from vibrodrive.jit.compile import compilation
+    from vibrodrive.jit.compilation import compilation
 
     tally = Tally()
     tally.start(plan)

@@ -34,7 +34,7 @@ def estimate(plan: Plan, threads: int | None) -> Estimate:
     """Estimate the time of a sweep on this machine. Compiles the kernels if they are not on the disk."""
     began = monotonic()
     from vibrodrive.batch.sweep import busy_threads, check_threads, load_kernels
-    from vibrodrive.jit.compile import compilation
+    from vibrodrive.jit.compilation import compilation
 
     before = compilation.seconds
     load_kernels(plan)

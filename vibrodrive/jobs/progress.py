@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
-    from vibrodrive.jit.compile import Compilation
+    from vibrodrive.jit.compilation import Compilation
     from vibrodrive.model.plan import Plan
 
 PLAIN_SECONDS = 10.0  # seconds between lines if stderr is not a terminal (a log, a batch system)
@@ -226,7 +226,7 @@ def shown(show: Show | None, look: Callable[[Show], None], after: float | None =
 @contextlib.contextmanager
 def under_way(name: str, show: Show | None = None) -> Iterator[None]:
     """While the block runs, show its elapsed time or a compilation, with `show` at once."""
-    from vibrodrive.jit.compile import compilation
+    from vibrodrive.jit.compilation import compilation
 
     began = time.monotonic()
 

@@ -32,7 +32,7 @@ from vibrodrive.store.writer import Writer, open_writer
 from vibrodrive.version import __version__
 
 if TYPE_CHECKING:
-    from vibrodrive.jit.compile import Compilation
+    from vibrodrive.jit.compilation import Compilation
 
 
 @dataclass(frozen=True)
@@ -183,8 +183,8 @@ class _Work:
         """Load or compile the kernels before the time of the sweep starts, and return a text about their time."""
         self.tally.stage = "loading the kernels"
         began = monotonic()
-        from vibrodrive.jit.branchless import COMPILED
-        from vibrodrive.jit.compile import compilation
+        from vibrodrive.jit.compilation import compilation
+        from vibrodrive.jit.compile import COMPILED
         from vibrodrive.jit.fletcher import fletcher32
 
         self.compilation, before = compilation, compilation.seconds

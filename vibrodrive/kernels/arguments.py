@@ -6,16 +6,11 @@ compiled only once. `kernels/__init__.py` explains the terms.
 """
 
 from collections.abc import Sequence
-from itertools import count
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic, overload
 
-from vibrodrive.jit.compile import OTHER_NUMBA
+from vibrodrive.jit.compile import operation
 from vibrodrive.kernels.lane import address_of
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
@@ -82,8 +77,8 @@ _DIMENSIONS = {
     **dict.fromkeys(("lanes_w", "lanes_k", "points", "counts", "totals", "summary", "off"), 2),
     **dict.fromkeys(("section", "impacts", "history", "bounds"), 3),
 }
-_KINDS = [(name, np.dtype(_DTYPES.get(name, np.float64)), _DIMENSIONS.get(name, 1)) for name in Arguments._fields]
-CELLS = sum(1 + dimensions for _, _, dimensions in _KINDS)
+KINDS = [(name, np.dtype(_DTYPES.get(name, np.float64)), _DIMENSIONS.get(name, 1)) for name in Arguments._fields]
+CELLS = sum(1 + dimensions for _, _, dimensions in KINDS)
 """Number of integers that describe one set of arguments, that is the address and the shape of each array."""
 
 
@@ -96,7 +91,7 @@ def packed(sets: Sequence[Arguments]) -> np.ndarray:
     rows: list[list[int]] = []
     for arguments in sets:
         cells: list[int] = []
-        for (name, dtype, dimensions), array, shared in zip(_KINDS, arguments, sets[0]):  # noqa: B905
+        for (name, dtype, dimensions), array, shared in zip(KINDS, arguments, sets[0]):  # noqa: B905
             if rows and array is shared:
                 cells += rows[0][len(cells) : len(cells) + 1 + dimensions]
             elif array is None:
@@ -110,77 +105,10 @@ def packed(sets: Sequence[Arguments]) -> np.ndarray:
     return np.array(rows, np.int64)
 
 
-@intrinsic
-def _at_address(typingctx, address):
-    arrays = [numba.typeof(np.empty((0,) * dimensions, dtype)) for _, dtype, dimensions in _KINDS]
-    result = types.NamedTuple(arrays, Arguments)
-
-    def codegen(context, builder, signature, args):
-        from numba.np.arrayobj import populate_array  # imported here, because it loads the compiler
-
-        integer = ir.IntType(64)
-        cells = builder.inttoptr(args[0], integer.as_pointer())
-        numbers = count()
-
-        def cell():
-            return builder.load(builder.gep(cells, [integer(next(numbers))]))
-
-        found = []
-        for kind in arrays:
-            array = context.make_array(kind)(context, builder)
-            data, shape = cell(), [cell() for _ in range(kind.ndim)]
-            itemsize = integer(context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-            strides = [itemsize]
-            for length in reversed(shape[1:]):
-                strides.insert(0, builder.mul(strides[0], length))
-            pointer = builder.inttoptr(data, array.data.type)
-            populate_array(array, data=pointer, shape=shape, strides=strides, itemsize=itemsize, meminfo=None)
-            found.append(array._getvalue())
-        return context.make_tuple(builder, result, found)
-
-    return result(types.int64), codegen
-
-
+@operation("vibrodrive.kernels.addressed")
 def arguments_at(address):
     """Return the arguments of a kernel from the address of their row in the result of `packed`.
 
     Without the JIT, `address` is an `Arguments` and is returned unchanged.
     """
     return address
-
-
-@intrinsic
-def _pointer(typingctx, address):
-    def codegen(context, builder, signature, args):
-        return builder.inttoptr(args[0], ir.IntType(8).as_pointer())
-
-    return types.voidptr(types.int64), codegen
-
-
-def _by_carray():
-    """Return a function like `_at_address`, for a Numba without `populate_array`.
-
-    Its source is made here, because Numba compiles no loop over arrays of several types.
-    """
-    cells, arrays = count(), []
-    for k, (_, _, dimensions) in enumerate(_KINDS):
-        data, *shape = (f"cells[{next(cells)}]" for _ in range(1 + dimensions))
-        arrays.append(f"carray(pointer({data}), ({', '.join(shape)},), dtype{k})")
-    source = (
-        "def arguments(address):\n"
-        f" cells = carray(pointer(address), ({CELLS},), int64)\n"
-        f" return Arguments({', '.join(arrays)})\n"
-    )
-    names = {f"dtype{k}": dtype for k, (_, dtype, _) in enumerate(_KINDS)}
-    names |= {"carray": numba.carray, "pointer": _pointer, "int64": np.int64, "Arguments": Arguments}
-    exec(source, names)
-    return names["arguments"]
-
-
-@overload(arguments_at)
-def _arguments_at(address):
-    try:
-        from numba.np.arrayobj import populate_array  # noqa: F401  as in `_at_address`
-    except OTHER_NUMBA:
-        return _by_carray()
-    return lambda address: _at_address(address)

@@ -168,7 +168,7 @@ def batch(method: int, disturbed: bool, recorded: bool):
     bracketed = grid and not disturbed
     repeats = not (disturbed or fixed)
 
-    @jit(_nrt=False)
+    @jit(like=(0,), _nrt=False)
     def run(address):
         """Take points by the counter and compute their trajectories, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)

@@ -6,20 +6,18 @@ Both phases are computed without cancellation, even if A is very close to 1 + B 
 
 import math
 
-from numba.extending import register_jitable
-
-from vibrodrive.jit.compile import inline
+from vibrodrive.jit.compile import formula, inline
 from vibrodrive.jit.trig import PI, PI_LOW, arcsine
 from vibrodrive.kernels.codes import STICK
 
 
-@register_jitable
+@formula
 def onset(b):
     """Return 1 + B. If A is larger, the peak A - B of H exceeds 1, and a mass at rest at the obstacle leaves it."""
     return 1.0 + b
 
 
-@register_jitable
+@formula
 def moves(a, b):
     """Return whether a mass at rest at the obstacle will leave it. Python code may call this without the JIT."""
     return a > onset(b)

@@ -1,13 +1,21 @@
 """Evaluation of the closed form between the switches of a trajectory at equidistant instants."""
 
-from vibrodrive.jit.compile import jit
+import numpy as np
+
+from vibrodrive.jit.compile import array, jit
 from vibrodrive.jit.trig import TWO_PI
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels import motion, setup, switch
+from vibrodrive.kernels.arguments import SWITCH
 from vibrodrive.kernels.codes import CERTIFIED, DOWN, IMPACT, REST, STICK, UP
 
+_EXAMPLE = (
+    array(2), array(2, np.int64), array(2), array(1, SWITCH), array(1, np.int64), 0, array(1, np.int64), array(2),
+    array(1, np.int8),
+)  # fmt: skip
 
-@jit(_nrt=False)
+
+@jit(like=_EXAMPLE, _nrt=False)
 def sample_segments(lanes_w, lanes_k, points, rows, sampling, count, under_way, out, state):
     """Evaluate the closed form between the switches `rows` (SWITCH, written by `single`) at the next `count` instants.
 

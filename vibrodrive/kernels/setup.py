@@ -5,9 +5,7 @@
 
 import math
 
-from numba.extending import register_jitable
-
-from vibrodrive.jit.compile import part, part_each
+from vibrodrive.jit.compile import formula, part, part_each
 from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW, turns
 from vibrodrive.kernels import certainty, event, history, margins, motion, record, recurrence, release, switch
 from vibrodrive.kernels import lane as r
@@ -17,7 +15,7 @@ from vibrodrive.kernels.outputs import Switch
 LAST_PHASE = math.nextafter(TWO_PI, 0.0)  # largest phase at which a motion can start
 
 
-@register_jitable
+@formula
 def fast_amplitude(a, eps, eta):
     """Return A ε η², the amplitude of the disturbance in H and ξ'', eq. (9). Python code may call this with arrays."""
     return a * eps * eta * eta

@@ -6,8 +6,10 @@ searches of a batch (engine.py) are in memory. The trajectory is in lane 0. `ker
 
 from functools import cache
 
+import numpy as np
+
 from vibrodrive.jit.atomic import is_set, next_index
-from vibrodrive.jit.compile import inline_each, jit, part, part_each
+from vibrodrive.jit.compile import array, inline_each, jit, part, part_each
 from vibrodrive.kernels import arguments, event, first_zero, history, record, setup, undisturbed
 from vibrodrive.kernels import lane as r
 from vibrodrive.kernels.codes import AT_ONCE, BRACKETED, CERTIFIED, NOTHING, ZERO
@@ -61,7 +63,7 @@ def single(method: int, recorded: bool, bounded: bool):
     """
     grid = method != CERTIFIED
 
-    @jit(_nrt=False)
+    @jit(like=(0,), _nrt=False)
     def run(address):
         """Take points by the counter and compute their trajectories, until all are done or `halt` is set."""
         a = arguments.arguments_at(address)
@@ -91,7 +93,13 @@ def single(method: int, recorded: bool, bounded: bool):
     return run
 
 
-@jit(_nrt=False)
+_EXAMPLE = (
+    array(2), array(2, np.int64), array(2), array(1, np.int64), array(1, np.int64), array(3),
+    array(1, arguments.SWITCH), array(1, np.int64), array(2, np.int64), array(1),
+)  # fmt: skip
+
+
+@jit(like=_EXAMPLE, _nrt=False)
 def next_switches(lanes_w, lanes_k, points, states, numbers, section, rows, stored, ends, phases):
     """Find the certified switch that ends the state states[n] of the motion that starts at points[n], for each n.
 

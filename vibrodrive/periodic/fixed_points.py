@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.jit.compile import inline, jit, part
+from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
@@ -138,7 +138,11 @@ def bisect(a, ga, b, n, A, B, horizon, no_slides):
     return a if abs(ga) < abs(gb) else b
 
 
-@jit(_nrt=False)
+_WORK = Work(array(2), array(2), array(2), NO_SLIDES)
+_EXAMPLE = (0.0, 0.0), 0, 0.0, 0.0, 0, 0, array(1, np.int64), array(1), array(1, np.bool_), _WORK
+
+
+@jit(like=_EXAMPLE, _nrt=False)
 def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
     """Write all ψ in the cell (low, high) with G(ψ) = ψ, ascending, to `found`.
 

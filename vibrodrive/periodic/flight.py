@@ -58,7 +58,7 @@ import math
 
 import numpy as np
 
-from vibrodrive.jit.compile import inline, jit
+from vibrodrive.jit.compile import array, inline, jit
 from vibrodrive.jit.trig import HALF_PI, PI, PI_LOW, TWO_PI, arc, arcsine, turns
 from vibrodrive.kernels.codes import DOWN, IMPACT, REST, S1, S2, S3, STICK, UP
 from vibrodrive.kernels.motion import Field, arrive, excitation, slide_at
@@ -141,7 +141,7 @@ def launch(psi, A, B, up, p_up):
     return psi, q - B, p, q
 
 
-@jit(_nrt=False)
+@jit(like=(0.0, 0.0, 0.0, 0, 0, array(2)), _nrt=False)
 def flight(psi, A, B, horizon, word, slides):
     """Compute the flight with a launch at phase ψ. If ψ is outside the open window, the launch is at φ_up, from rest.
 
@@ -232,7 +232,10 @@ def flight(psi, A, B, horizon, word, slides):
     return -1, math.nan, math.nan, math.nan, word, count
 
 
-@jit(_nrt=False)
+_COUNTS = array(1, np.int64)
+
+
+@jit(like=(array(1), 0.0, 0.0, 0, array(1), _COUNTS, array(1), array(1), _COUNTS, array(2)), _nrt=False)
 def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
     """Compute the next impact after an impact at each phase in `phi`, within `horizon` excitation periods.
 
@@ -262,7 +265,7 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
         code[i] = append(word, IMPACT + 1)
 
 
-@jit(_nrt=False)
+@jit(like=(0.0, 0.0, 0.0), _nrt=False)
 def launch_after(phi, A, B):
     """Return (psi, rests): φ modulo 2π, and True if a rest follows an impact at this phase.
 
@@ -273,7 +276,7 @@ def launch_after(phi, A, B):
     return psi, psi <= up or psi >= window_end(up)
 
 
-@jit(_nrt=False)
+@jit(like=(0.0, 0.0), _nrt=False)
 def launch_window(A, B):
     """Return (φ_up, π - φ_up, touch): both ends of the window, and the launch phase `touching` (only for B = 0)."""
     up = release_up(A, B)[0]

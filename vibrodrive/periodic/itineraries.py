@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.jit.compile import jit
+from vibrodrive.jit.compile import array, jit
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.kernels.codes import IMPACT, REST
 from vibrodrive.kernels.release import release_up
@@ -51,7 +51,7 @@ class Pieces(NamedTuple):
 FEW = 64  # number of steps of the first slice (jit/slices.py); for long flights (B = 0) a step may take milliseconds
 
 
-@jit(_nrt=False)
+@jit(like=(0.0, 0, 0.0, 0.0, 0, NO_SLIDES), _nrt=False)
 def flights(psi, n, A, B, horizon, slides):
     """Compute n flights in a row, or fewer if the mass rests or if the flights exceed `horizon` excitation periods.
 
@@ -89,7 +89,10 @@ def flights(psi, n, A, B, horizon, slides):
     return itinerary, periods, psi, slope, n, FLYING, count
 
 
-@jit(_nrt=False)
+_EXAMPLE = (0.0, 0.0), 0, 0.0, 0.0, 0, 0, array(1, np.int64), array(2), Pieces(array(2), array(2, np.int64), NO_SLIDES)
+
+
+@jit(like=_EXAMPLE, _nrt=False)
 def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
     """Divide the interval `whole` = (low, high) into cells of n flights.
 
