@@ -1,0 +1,52 @@
+"""Wheels with the machine code of all kernels: `VIBRODRIVE_KERNELS=1 python -m build --wheel` (RELEASING.md).
+
+Without this variable, a wheel contains no machine code, and nothing is compiled when it is built.
+"""
+
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+from shutil import which
+
+from setuptools import setup
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_py import build_py
+
+TAG = "py3", "none", "manylinux_2_17_x86_64"  # the code calls five functions of any version of glibc, and no Python
+
+
+class BuildWithKernels(build_py):
+    """Add the machine code to the package."""
+
+    def run(self) -> None:
+        super().run()
+        package = Path(self.build_lib).resolve()
+        environment = os.environ | {"PYTHONPATH": str(package), "PYTHONDONTWRITEBYTECODE": "1"}
+        command = [sys.executable, "-m", "vibrodrive.shipped.build"]
+        subprocess.run(command, cwd=package, env=environment, check=True)
+
+
+class WheelWithKernels(bdist_wheel):
+    """Name the platform."""
+
+    def finalize_options(self) -> None:
+        super().finalize_options()
+        self.root_is_pure = False
+
+    def get_tag(self) -> tuple[str, str, str]:
+        return TAG
+
+
+if os.environ.get("VIBRODRIVE_KERNELS") == "1":
+    if (sys.platform, platform.machine()) != ("linux", "x86_64"):
+        raise SystemExit("VIBRODRIVE_KERNELS=1: must be built on Linux on x86-64; leave it out on other systems")
+    os.environ.setdefault("SOURCE_DATE_EPOCH", "315532800")  # the first day of zip: two builds have the same bytes
+    linker = [] if any(map(which, ("cc", "gcc", "clang"))) else ["ziglang"]
+    setup(
+        cmdclass={"build_py": BuildWithKernels, "bdist_wheel": WheelWithKernels},
+        setup_requires=["numba>=0.60", *linker],
+    )
+else:
+    setup()

@@ -1,0 +1,157 @@
+"""Make the machine code of all kernels: a library for each kind of processor, and the table of the kernels in it.
+
+`python -m vibrodrive.shipped.build FOLDER` compiles each kernel with Numba for each kind of processor, takes Numba's
+optimised LLVM module, keeps of it what the kernel calls, and links all into one library. It needs the linker of a
+compiler of C. The result depends on the sources and on the versions of Numba and LLVM, and on nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from shutil import which
+from typing import Any
+
+from vibrodrive.jit.compile import Kernel
+from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE
+from vibrodrive.jit.sources import fingerprints
+
+MODULES = "jit.fletcher", "kernels.sampling", "kernels.single", "periodic.fixed_points", "explorer.density"
+"""Modules whose kernels, and those of the modules that they import, are made. `kernels` adds those of factories."""
+
+FEATURES = {
+    "x86-64-v3": "+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave",
+    "x86-64-v4": "+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave,"
+    "+avx512f,+avx512bw,+avx512cd,+avx512dq,+avx512vl",
+}
+"""LLVM's names of the features in `LEVELS`"""
+
+
+def kernels() -> Iterator[Kernel]:
+    """Yield all kernels, in an order that does not change."""
+    from vibrodrive.kernels.engine import batch
+    from vibrodrive.kernels.single import single
+    from vibrodrive.model.choices import Method
+
+    for name in MODULES:
+        import_module(f"vibrodrive.{name}")
+    for name in sorted(name for name in sys.modules if name.startswith("vibrodrive.")):
+        for value in vars(sys.modules[name]).values():
+            if isinstance(value, Kernel) and value.like is not None and value.__module__ == name:
+                yield value
+    for method in Method:
+        for recorded in (False, True):
+            for disturbed in (False, True):
+                yield batch(method, disturbed, recorded)
+            if method != Method.FIXED:
+                yield single(method, recorded, True)
+    yield single(Method.FIXED, False, False)
+
+
+def _kind(given: Any) -> Any:
+    """Return a type of Numba as the table describes it (`jit/shipped.py`)."""
+    from numba.core import types
+    from numba.np.numpy_support import as_dtype
+
+    if isinstance(given, types.Array):
+        dtype = as_dtype(given.dtype)
+        return {"dtype": dtype.str if dtype.names is None else dtype.descr, "ndim": given.ndim}
+    numbers = {types.int64: "i8", types.uint64: "u8", types.float64: "f8", types.boolean: "b1", types.none: None}
+    if types.unliteral(given) in numbers:
+        return numbers[types.unliteral(given)]
+    return [_kind(each) for each in given]  # a tuple
+
+
+def _object(module: Any, symbol: str, name: str, machine: Any) -> bytes:
+    """Return machine code of one function of an LLVM module, under another name, with all that it calls."""
+    from llvmlite import binding
+
+    module = binding.parse_bitcode(module.as_bitcode())
+    for each in (*module.functions, *module.global_variables):
+        if not each.is_declaration and each.name != symbol:
+            each.linkage = "internal"
+    passes = binding.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    passes.run(module, binding.create_pass_builder(machine, binding.create_pipeline_tuning_options(speed_level=0)))
+    module.get_function(symbol).name = name
+    return machine.emit_object(module)
+
+
+def _linker() -> list[str]:
+    """Return the command of a compiler of C, which links. Raises FileNotFoundError if there is none."""
+    for command in (os.environ.get("CC", "cc"), "gcc", "clang"):
+        if which(command):
+            return [command]
+    if find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc"]
+    raise FileNotFoundError("no compiler of C was found to link the kernels: install gcc, or the package ziglang")
+
+
+def make_library(level: str, folder: Path) -> None:
+    """Make the library for one kind of processor and the table of its kernels in `folder`.
+
+    Numba must have been told, by variables, to compile for these processors.
+    """
+    from llvmlite import binding
+
+    binding.initialize_all_targets()
+    binding.initialize_all_asmprinters()
+    target = binding.Target.from_triple(binding.get_process_triple())
+    machine = target.create_target_machine(cpu=level, features=FEATURES[level], opt=3, reloc="pic", codemodel="small")
+    table, objects = {}, []
+    with tempfile.TemporaryDirectory() as scratch:
+        for number, kernel in enumerate(kernels()):
+            kernel.prepare()
+            (compiled,) = kernel.dispatcher.overloads.values()
+            symbol = f"kernel{number}"
+            signature = compiled.signature
+            table[kernel.name] = symbol, [_kind(each) for each in signature.args], _kind(signature.return_type)
+            code = _object(compiled.library._final_module, compiled.fndesc.llvm_func_name, symbol, machine)
+            objects.append(Path(scratch) / f"{symbol}.o")
+            objects[-1].write_bytes(code)
+        options = ["-shared", "-nostdlib", "-Wl,--build-id=none", "-Wl,--strip-all", "-Wl,-z,noexecstack"]
+        subprocess.run([*_linker(), *options, "-o", folder / f"{level}.so", *objects], check=True)
+    (folder / f"{level}.json").write_text(json.dumps(table), encoding="utf-8")
+
+
+def _make_apart(level: str, folder: Path, cache: str) -> None:
+    """Call `make_library` in a process of its own, whose Numba compiles for this kind of processor."""
+    settings = {
+        "NUMBA_CPU_NAME": level, "NUMBA_CPU_FEATURES": FEATURES[level], "NUMBA_CACHE_DIR": cache,
+        "PYTHONHASHSEED": "0", "VIBRODRIVE_CODE": "numba",
+    }  # fmt: skip
+    command = [sys.executable, "-m", "vibrodrive.shipped.build", str(folder), level]
+    subprocess.run(command, check=True, env=os.environ | settings)
+
+
+def make(folder: Path) -> None:
+    """Make the libraries for all kinds of processors, and the table, in `folder`."""
+    tables, sums = [], {}
+    with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor() as pool:
+        for level, done in [(level, pool.submit(_make_apart, level, folder, scratch)) for level in LEVELS]:
+            done.result()
+            table = folder / f"{level}.json"
+            tables.append(json.loads(table.read_text(encoding="utf-8")))
+            table.unlink()
+            sums[level] = hashlib.sha256((folder / f"{level}.so").read_bytes()).hexdigest()
+    if tables[0] != tables[1]:
+        raise RuntimeError("the kernels for two kinds of processors have different signatures")
+    content = {"sources": fingerprints()[1], "libraries": sums, "kernels": tables[0]}
+    (folder / TABLE).write_text(json.dumps(content), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2:
+        make_library(sys.argv[2], Path(sys.argv[1]))
+    else:
+        make(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)
