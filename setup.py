@@ -31,10 +31,6 @@ class BuildWithKernels(build_py):
 class WheelWithKernels(bdist_wheel):
     """Name the platform."""
 
-    def finalize_options(self) -> None:
-        super().finalize_options()
-        self.root_is_pure = False
-
     def get_tag(self) -> tuple[str, str, str]:
         return TAG
 

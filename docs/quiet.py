@@ -3,8 +3,8 @@
 A compilation, or a call that takes longer than a second, otherwise shows its progress in the notebook.
 """
 
-import vibrodrive.jit.compiler
+import vibrodrive.jit.compilation
 import vibrodrive.jobs.progress
 
-vibrodrive.jit.compiler.SAID_AFTER = vibrodrive.jobs.progress.SHOWN_AFTER = 1e6
+vibrodrive.jit.compilation.compilation.said_after = vibrodrive.jobs.progress.SHOWN_AFTER = 1e6
 del vibrodrive

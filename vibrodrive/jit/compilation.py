@@ -10,7 +10,11 @@ class Compilation:
 
     Numba reports the beginning and the end of each compilation (compiler.py). The files of the cache do not show
     whether a kernel must be compiled, because only Numba can evaluate the keys of the cache.
+
+    said_after : duration of a compilation in seconds after which a message is printed
     """
+
+    said_after = 1.0
 
     def __init__(self) -> None:
         self._depth = 0  # the compilation of a kernel includes the compilation of the functions that it calls

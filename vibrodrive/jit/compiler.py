@@ -110,10 +110,6 @@ with _or_without_cache():
     CACHE = _cache_directory()
 
 
-SAID_AFTER = 1.0
-"""Duration of a compilation in seconds after which a message is printed. A larger value suppresses the message."""
-
-
 class _Report(Listener):
     """Report of the compilations of Numba to `compilation`."""
 
@@ -207,7 +203,7 @@ def _in_thread(work, function):
             outcome.set_exception(error)
 
     threading.Thread(target=call, name="compile", daemon=True).start()
-    if not wait([outcome], SAID_AFTER).done and compilation.running:
+    if not wait([outcome], compilation.said_after).done and compilation.running:
         _print_compiling(function)
     return outcome.result()
 

@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from importlib.util import find_spec
@@ -97,8 +97,8 @@ def _linker() -> list[str]:
     raise FileNotFoundError("no compiler of C was found to link the kernels: install gcc, or the package ziglang")
 
 
-def make_library(level: str, folder: Path) -> None:
-    """Make the library for one kind of processor and the table of its kernels in `folder`.
+def make_library(level: str, folder: Path, kernels: Iterable[Kernel]) -> dict[str, Any]:
+    """Make the library for one kind of processor in `folder`, and return the table of its kernels.
 
     Numba must have been told, by variables, to compile for these processors.
     """
@@ -110,7 +110,7 @@ def make_library(level: str, folder: Path) -> None:
     machine = target.create_target_machine(cpu=level, features=FEATURES[level], opt=3, reloc="pic", codemodel="small")
     table, objects = {}, []
     with tempfile.TemporaryDirectory() as scratch:
-        for number, kernel in enumerate(kernels()):
+        for number, kernel in enumerate(kernels):
             kernel.prepare()
             (compiled,) = kernel.dispatcher.overloads.values()
             symbol = f"kernel{number}"
@@ -121,37 +121,38 @@ def make_library(level: str, folder: Path) -> None:
             objects[-1].write_bytes(code)
         options = ["-shared", "-nostdlib", "-Wl,--build-id=none", "-Wl,--strip-all", "-Wl,-z,noexecstack"]
         subprocess.run([*_linker(), *options, "-o", folder / f"{level}.so", *objects], check=True)
-    (folder / f"{level}.json").write_text(json.dumps(table), encoding="utf-8")
+    return table
 
 
-def _make_apart(level: str, folder: Path, cache: str) -> None:
-    """Call `make_library` in a process of its own, whose Numba compiles for this kind of processor."""
+def _make_apart(level: str, folder: Path, cache: str) -> Any:
+    """Return the result of `make_library` in a process of its own, whose Numba compiles for this kind of processor."""
     settings = {
         "NUMBA_CPU_NAME": level, "NUMBA_CPU_FEATURES": FEATURES[level], "NUMBA_CACHE_DIR": cache,
         "PYTHONHASHSEED": "0", "VIBRODRIVE_CODE": "numba",
     }  # fmt: skip
     command = [sys.executable, "-m", "vibrodrive.shipped.build", str(folder), level]
-    subprocess.run(command, check=True, env=os.environ | settings)
+    done = subprocess.run(command, check=True, env=os.environ | settings, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout)
 
 
 def make(folder: Path) -> None:
     """Make the libraries for all kinds of processors, and the table, in `folder`."""
-    tables, sums = [], {}
     with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor() as pool:
-        for level, done in [(level, pool.submit(_make_apart, level, folder, scratch)) for level in LEVELS]:
-            done.result()
-            table = folder / f"{level}.json"
-            tables.append(json.loads(table.read_text(encoding="utf-8")))
-            table.unlink()
-            sums[level] = hashlib.sha256((folder / f"{level}.so").read_bytes()).hexdigest()
+        tables = list(pool.map(lambda level: _make_apart(level, folder, scratch), LEVELS))
     if tables[0] != tables[1]:
         raise RuntimeError("the kernels for two kinds of processors have different signatures")
-    content = {"sources": fingerprints()[1], "libraries": sums, "kernels": tables[0]}
+    write_table(folder, tables[0])
+
+
+def write_table(folder: Path, kernels: dict[str, Any]) -> None:
+    """Write the table of the kernels in the libraries in `folder`."""
+    sums = {path.stem: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.glob("*.so"))}
+    content = {"sources": fingerprints()[1], "libraries": sums, "kernels": kernels}
     (folder / TABLE).write_text(json.dumps(content), encoding="utf-8")
 
 
 if __name__ == "__main__":
     if len(sys.argv) > 2:
-        make_library(sys.argv[2], Path(sys.argv[1]))
+        print(json.dumps(make_library(sys.argv[2], Path(sys.argv[1]), kernels())))
     else:
         make(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)
