@@ -140,8 +140,16 @@ def scaling(data: dict[str, Any]) -> str:
 
 
 def compile_time(data: dict[str, Any]) -> str:
-    rows = [[name, duration(value)] for name, value in data["seconds"].items()]
-    return table(["process", "wall time"], rows)
+    """Return the table of CPU times and memory of processes, from a clone and from a wheel with machine code."""
+    rows = []
+    for name in data["processes"]:
+        row = [name]
+        for place in data["places"]:
+            cold, warm, peak = (found[f"{name}, {place}"] for found in data["found"].values())
+            row += [duration(cold), duration(warm), f"{peak:.0f}"]
+        rows.append(row)
+    head = [f"{place}: {what}" for place in data["places"] for what in ("cold", "warm", "MiB")]
+    return table(["process", *head], rows)
 
 
 def explorer(data: dict[str, Any]) -> str:

@@ -21,6 +21,7 @@ BREACHES = [
     ("kernels/motion", "from vibrodrive.kernels import engine", "motion -> vibrodrive.kernels.engine"),
     ("store/layout", "from vibrodrive.jobs import sweep", "layout -> vibrodrive.jobs.sweep"),
     ("periodic/search", "from vibrodrive.stability import structure", "search -> vibrodrive.stability.structure"),
+    ("stability/limit", "import numba", "vibrodrive.stability.limit -> numba"),
     ("kernels/novelty", "", "vibrodrive.kernels.novelty"),
     ("novelty", "", "vibrodrive.novelty"),
     ("explorer/work", "from vibrodrive.kernels import engine", "explorer.work -> vibrodrive.kernels.engine"),
