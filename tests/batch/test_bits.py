@@ -4,6 +4,7 @@ import ctypes
 import json
 import re
 from ast import literal_eval
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
 
@@ -202,3 +203,22 @@ def test_method_outside_the_engine_gives_the_same_bits(monkeypatch, eps):
     apart = vd.sweep(**arguments)
     for name in ("section", "status", "margin", "switches"):
         assert np.array_equal(getattr(apart, name), getattr(together, name), equal_nan=True)
+
+
+def test_memory_that_is_used_again_changes_no_bit():
+    """A motion in fresh memory, one after others of other kinds, and one during another have the same bits."""
+    from vibrodrive.batch import memory
+
+    kinds = [dict(A=3.04), dict(A=0.5), dict(A=3.04, eps=3e-4), dict(A=2.2, method="fixed", dtau=0.01), dict(A=3.2)]
+    fresh = []
+    for kind in kinds:
+        memory._idle.clear()
+        fresh.append(vd.simulate(**kind, transient=3, periods=2))
+    memory._idle.clear()
+    with ThreadPoolExecutor(4) as pool:
+        again = list(pool.map(lambda kind: vd.simulate(**kind, transient=3, periods=2), 20 * kinds))
+    assert again == 20 * fresh
+    assert 0 < sum(map(len, memory._idle.values())) <= 8  # of two sizes, and at most one for each thread
+    kept = again[0].section.copy()
+    vd.simulate(2.5, transient=3, periods=2)
+    assert np.array_equal(again[0].section, kept)

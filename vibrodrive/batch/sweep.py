@@ -15,6 +15,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import closing, suppress
 from dataclasses import replace
+from functools import cache
 from queue import SimpleQueue
 from time import monotonic
 from typing import Any
@@ -206,9 +207,7 @@ def _threads_of_numba() -> tuple[int, int]:
     """Return the number of threads that Numba has, or would have, and the number that it uses in this thread."""
     numba: Any = sys.modules.get("numba")
     if numba is None:  # nobody has called `numba.set_num_threads`
-        count = os.environ.get("NUMBA_NUM_THREADS", "")
-        most = int(count) if count.isdecimal() and int(count) else _cores()
-        return most, most
+        return _cores(), _cores()
     most = int(numba.config.NUMBA_NUM_THREADS)
     try:
         numba.threading_layer()
@@ -217,8 +216,12 @@ def _threads_of_numba() -> tuple[int, int]:
     return most, int(numba.get_num_threads())
 
 
+@cache
 def _cores() -> int:
-    """Return the number of processors that this process may use."""
+    """Return NUMBA_NUM_THREADS or, if it is not set, the number of processors that this process may use."""
+    wanted = os.environ.get("NUMBA_NUM_THREADS", "")
+    if wanted.isdecimal() and int(wanted):
+        return int(wanted)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibrodrive.batch import memory
 from vibrodrive.batch.describe import Description, described, long_summary
 from vibrodrive.batch.frames import Table, columns, frame
 from vibrodrive.batch.parallel import BRIEF, run
-from vibrodrive.batch.records import new_errors
 from vibrodrive.jit.slices import Halt, in_slices
 from vibrodrive.jit.trig import TWO_PI
-from vibrodrive.kernels.arguments import SWITCH, Arguments
 from vibrodrive.kernels.lane import new_lanes
 from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.sampling import sample_segments
@@ -480,34 +479,33 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     point = [plan.scalars[name] for name in COLUMNS]
     A, B, eps, eta, dtau, *_ = point
     brief = s.work(A, B, eps, eta, dtau, bounded=True) <= BRIEF
+    kept = brief and s.periods <= memory.FEW
     capacity = fitting_rows(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
+    bounded = s.method != Method.FIXED
     while True:
-        section, impacts = np.empty((1, s.periods, 2)), np.empty((1, 2 * s.periods, 4))
-        status, margin = np.empty(1, np.int8), np.empty(1)
-        counts, work = np.zeros((1, 5), np.int64), np.empty(1)
-        rows, off = np.empty(capacity, SWITCH), np.empty((capacity, 3))
-        errors = new_errors(s.method, 1, s.periods)
-        bounded = s.method != Method.FIXED
-        stored = np.zeros(1, np.int64)
-        w, k = new_lanes(1, 1)
-        arguments = Arguments(
-            w[0], k[0], halt.flag, np.array([point]), np.zeros(1, np.int64), np.zeros(1, np.int64), numbers_of(s, 1),
-            section, status, margin, counts, work, impacts, rows=rows, stored=stored, off=off, bounds=errors.section,
-            until=errors.until,
-        )  # fmt: skip
-        run([(single(s.method, False, bounded), [arguments])], halt, brief=brief)
-        n = int(stored[0])
+        a: Any = memory.take(s.periods, capacity) if kept else memory.new(s.periods, capacity, halt.flag)
+        a.points[0], a.numbers[:] = point, numbers_of(s, 1)
+        a.bounds[:], a.until[:] = (0.0, 0.0) if bounded else (np.nan, np.nan)
+        run([(single(s.method, False, bounded), [a])], halt, brief=brief)
+        n = int(a.stored[0])
         if n <= capacity:
             break
         refuse_many_rows(s.periods, n)
         capacity = n  # there are more switches than estimated: repeat the computation with enough rows
-    for array in (rows, off):
-        array.resize(n, *array.shape[1:], refcheck=False)  # in place, because a copy takes time
+    rows, off, section, bounds = a.rows, a.off, a.section[0], a.bounds[0]
+    if kept:
+        rows, off, section, bounds = rows[:n].copy(), off[:n].copy(), section.copy(), bounds.copy()
+    else:
+        for array in (rows, off):
+            array.resize(n, *array.shape[1:], refcheck=False)  # in place, because a copy takes time
     if not bounded:
         off[:] = np.nan
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
     known = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
-    return Trajectory(
-        rows[1:], section[0], main_impacts(impacts[0]), Status(int(status[0])), float(margin[0]),
-        errors.section[0], switch_errors, float(errors.until[0]), int(work[0]), known, plan, rows[:1],
+    found = Trajectory(
+        rows[1:], section, main_impacts(a.impacts[0]), Status(int(a.status[0])), float(a.margin[0]), bounds,
+        switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
     )  # fmt: skip
+    if kept:
+        memory.give_back(a)
+    return found

@@ -5,6 +5,8 @@ signature. Therefore the parallel loop in batch/parallel.py can call each kernel
 compiled only once. `kernels/__init__.py` explains the terms.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -68,6 +70,19 @@ class Arguments(NamedTuple):
     until: np.ndarray | None = None
 
 
+class Described(Arguments):
+    """Arguments with their description for kernels, which is made once."""
+
+    cells: np.ndarray
+
+    @classmethod
+    def of(cls, arguments: Arguments) -> Described:
+        """Return the same arguments with their description."""
+        found = cls(*arguments)
+        found.cells = packed([arguments])
+        return found
+
+
 _DTYPES: dict[str, Any] = {
     **dict.fromkeys(("lanes_k", "halt", "order", "counter", "numbers", "counts", "stored"), np.dtype(np.int64)),
     "status": np.dtype(np.int8),
@@ -88,6 +103,8 @@ def packed(sets: Sequence[Arguments]) -> np.ndarray:
     The caller must hold references to the arrays as long as the result is used. Raises TypeError if an array is not
     contiguous, or has another dtype or number of dimensions than `Arguments` states.
     """
+    if isinstance(sets[0], Described):
+        return sets[0].cells
     rows: list[list[int]] = []
     for arguments in sets:
         cells: list[int] = []

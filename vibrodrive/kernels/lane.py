@@ -111,3 +111,9 @@ def new_lanes(threads: int, motions: int = LANES) -> tuple[np.ndarray, np.ndarra
     rows = memory[first : first + (n_w + n_k) * STRIDE].reshape(-1, STRIDE)
     rows[:, : (motions + 7) & -8] = 0.0
     return rows[:n_w].reshape(threads, 1, -1), rows[n_w:].view(np.int64).reshape(threads, 2, -1)
+
+
+def clear(w: np.ndarray, k: np.ndarray, motions: int) -> None:
+    """Set the lanes in the memory of one thread to 0 that `new_lanes` sets to 0."""
+    w.reshape(-1, STRIDE)[:, : (motions + 7) & -8] = 0.0
+    k.reshape(-1, STRIDE)[:, : (motions + 7) & -8] = 0
