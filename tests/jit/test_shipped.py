@@ -23,7 +23,7 @@ LEVEL = "x86-64-v3"
 
 pytestmark = [
     pytest.mark.jit,
-    pytest.mark.skipif(not shipped._features().issuperset(shipped.LEVELS[LEVEL]), reason="no Linux on x86-64-v3"),
+    pytest.mark.skipif(not shipped.can_run(LEVEL), reason="no Linux on x86-64-v3"),
 ]
 
 KERNELS = [sums, darken, launch_after, launch_window, flights, split]

@@ -43,6 +43,11 @@ def _features() -> set[str]:
         return next((set(line.split()) for line in lines if line.startswith("flags")), set())
 
 
+def can_run(level: str) -> bool:
+    """Return whether this processor is of the kind `level`, or of a wider one."""
+    return _features().issuperset(LEVELS[level])
+
+
 @cache
 def _table_and_library() -> tuple[dict[str, Any], ctypes.CDLL | None]:
     """Return the kernels that came with the package, by name, and the library that contains them."""
@@ -53,8 +58,7 @@ def _table_and_library() -> tuple[dict[str, Any], ctypes.CDLL | None]:
         table = json.loads((FOLDER / TABLE).read_text(encoding="utf-8"))
         if table["sources"] != fingerprints()[1]:  # edited since
             return {}, None
-        features = _features()
-        level = next((name for name in LEVELS if wanted in ("", name) and features.issuperset(LEVELS[name])), "")
+        level = next((name for name in LEVELS if wanted in ("", name) and can_run(name)), "")
         if level not in table["libraries"]:
             return {}, None
         path = FOLDER / f"{level}.so"
