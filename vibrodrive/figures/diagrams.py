@@ -12,7 +12,7 @@ from vibrodrive.figures.map import draw_map, map_figure
 from vibrodrive.figures.plane import read_lines
 from vibrodrive.figures.sections import bifurcation, draw_bifurcation, draw_sections, poincare
 from vibrodrive.figures.sheet import Sheet, drawn_on
-from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, Drawing, choose_drawing
+from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, Drawing, check_kind, choose_drawing
 
 __all__ = ["bifurcation", "draw", "from_results", "map_figure", "poincare"]
 
@@ -22,6 +22,7 @@ def from_results(
     ax: Any = None, style: Any = None, width: Any = None, notes: bool | None = None, **others: Any,
 ) -> Figure:  # fmt: skip
     """Draw a sweep. The arguments are those of `Results.plot`; `others` are x, y and limits."""
+    check_kind(kind)
     lines = read_lines(over)
     drawing = choose_drawing(results, kind, quantity, cmap=cmap, over=lines or None, **others)
     with drawn_on(ax, style, width, notes, cmap) as sheet:

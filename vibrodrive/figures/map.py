@@ -27,7 +27,7 @@ from vibrodrive.figures.sheet import Sheet, drawn_on, fit_label, in_short_lines
 from vibrodrive.figures.texts import as_shown, conditions_of, rest_phrases, status_phrases
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import UNSEEN
-from vibrodrive.model.drawing import MAP, Drawing, Style, Width, choose_drawing, documented
+from vibrodrive.model.drawing import MAP, Drawing, Style, Width, check_swept, choose_drawing, documented
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity
@@ -106,6 +106,7 @@ def map_figure(
     >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
     ('$B$', '$A$')
     """
+    check_swept(results)
     drawing = choose_drawing(results, MAP, quantity, x=x, y=y, limits=limits, cmap=cmap)
     if undisturbed is not None and drawing.row is not KEPT:
         raise ValueError(bad("undisturbed", undisturbed, f"left out, because only the quantity {KEPT.name} needs it"))
