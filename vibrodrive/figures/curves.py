@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates
+from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates, measures
 from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import shared_by
 from vibrodrive.model.drawing import CURVES, Style, Width, check_curves, documented
@@ -133,14 +133,15 @@ def draw_phase(sheet: Sheet, ax: Axes, motion: Trajectory) -> None:
         drawn = _shown(motion, first(curve(motion), max(1, different)))
         ax.plot(drawn.xi, drawn.dxi, color=sheet.look.main)
     thin: dict[str, Any] = {"color": sheet.look.support, "lw": 0.25 if many else 0.5, "zorder": 0.5}
-    ax.plot(*_joined(drawn.jumps[:, :, 1:]), **thin, label=motion.measure("dxi").words(JUMP))
+    x, v = measures(motion)
+    ax.plot(*_joined(drawn.jumps[:, :, 1:]), **thin, label=v.words(JUMP))
     ax.axhline(0.0, color=sheet.look.support, lw=0.4, zorder=0.5)
-    sheet.name_quantities(ax, motion, "xi", "dxi")
+    sheet.name_quantities(ax, x, v)
 
 
 def _shown(motion: Trajectory, drawn: Curve) -> Curve:
     """Return ξ and ξ' of a curve in the units of figures."""
-    x, v = (motion.measure(name).shown_of(1.0) for name in COORDINATES)
+    x, v = (unit.shown_of(1.0) for unit in measures(motion))
     return Curve(drawn.tau, drawn.xi * x, drawn.dxi * v, drawn.jumps * (1.0, x, v))
 
 
@@ -176,7 +177,7 @@ def draw_time(sheet: Sheet, ax: Axes, motion: Trajectory, quantity: str, shown: 
     else:
         ax.set_xlim(0.0, (high - low) * unit)
         ax.set_xlabel(clock.label("time") + " from the beginning of the record")
-    sheet.name_quantities(ax, motion, None, quantity)
+    sheet.name_quantities(ax, None, motion.measure(quantity))
 
 
 def trajectory_figure(
@@ -206,7 +207,7 @@ def trajectory_figure(
                 draw_phase(sheet, ax, trajectory)
             elif name == "section":
                 ax.plot(*coordinates(trajectory, trajectory.section).T, ".", ms=2, mew=0, color=sheet.look.main)
-                sheet.name_quantities(ax, trajectory, "xi", "dxi")
+                sheet.name_quantities(ax, *measures(trajectory))
             else:
                 quantity = "xi" if name == "time" else "dxi"
                 draw_time(sheet, ax, trajectory, quantity, shown)

@@ -81,7 +81,7 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
                 ax.plot(*zip(*points, strict=True), kind.marker, **mark, label=kind.label, zorder=3)
         ax.set(xlim=place(found.A[[0, -1]]), ylim=full_range(seen, 0.05))
         sheet.name(ax, x, None)
-        sheet.name_quantities(ax, brute, None, "dxi")
+        sheet.name_quantities(ax, None, unit)
         known = {n: value for n, value in of_sweep(brute).items() if n not in (x, "eps", "method")}
         sheet.note(ax, [f"orbits up to {counted(found.max_period, 'period')}", *conditions(known)])
         sheet.keys.append(Line2D([], [], ms=5, label="simulated", **dots))

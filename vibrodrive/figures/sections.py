@@ -32,6 +32,7 @@ from vibrodrive.figures.texts import (
 from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, check_swept, choose_drawing, documented
 from vibrodrive.model.parameters import bad, bad_axes, real_array
+from vibrodrive.model.physical import Measure
 from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import SECTIONS
 
@@ -133,7 +134,7 @@ def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequenc
             ax.set_ylim(limits)
         mark_statuses(sheet, ax, values, status[index])
         sheet.name(ax, x, None)
-        sheet.name_quantities(ax, results, None, quantity)
+        sheet.name_quantities(ax, None, unit)
         draw_lines(sheet, ax, upright(over, results, x, places[k], ax.get_ylim()) if over else ())
         if len(rows) > 1:
             sheet.letter(ax, k, titles[k])
@@ -146,9 +147,14 @@ def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequenc
     return fig
 
 
+def measures(source: Any) -> list[Measure]:
+    """Return the conversions of ξ and ξ' of a Results or a Trajectory."""
+    return [source.measure(name) for name in COORDINATES]
+
+
 def coordinates(source: Any, section: np.ndarray) -> np.ndarray:
     """Return section points (…, 2) of a Results or a Trajectory in the units of figures."""
-    return np.stack([source.measure(n).shown_of(section[..., k]) for k, n in enumerate(COORDINATES)], axis=-1)
+    return np.stack([unit.shown_of(section[..., k]) for k, unit in enumerate(measures(source))], axis=-1)
 
 
 def _brighter(cmap: Colormap) -> str:
@@ -228,7 +234,7 @@ def draw_sections(
     inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
     shows = [("xi", "dxi")] * (rows * cols)
     fig, axes = sheet.new(rows, cols, width=inches, height=height, sharex=True, sharey=True, shows=shows, said=shared)
-    flat = axes.ravel()
+    flat, units = axes.ravel(), measures(source if hasattr(source, "axes") else source[0])
     for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
         points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
         dots: dict[str, Any] = {"ms": 3.5 if len(points) <= FEW else 1.2, "mew": 0, "color": sheet.look.main}
@@ -240,7 +246,7 @@ def draw_sections(
         if not sheet.given:
             ax.margins(0.12)
             ax.tick_params(labelbottom=k >= count - cols)
-        sheet.name_quantities(ax, source if hasattr(source, "axes") else source[0], "xi", "dxi")
+        sheet.name_quantities(ax, *units)
     for ax in flat[count:]:
         ax.set_axis_off()
     sheet.note(axes[0, -1], [*shared, *more])

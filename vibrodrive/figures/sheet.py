@@ -28,7 +28,7 @@ from vibrodrive.figures.style import INCHES, LETTERS, ShownFigure, drawn_as, sav
 from vibrodrive.figures.texts import SYMBOLS, UNITS, equation, name_of, symbol
 from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.quantities import QUANTITIES
+from vibrodrive.model.physical import Measure
 
 __all__ = ["Given", "Sheet", "drawn_on", "equation", "fit_label", "in_short_lines", "save", "symbol"]
 
@@ -98,17 +98,14 @@ class Sheet:
             ax.set_ylabel(y, **(turned if upright and not self.given else {}))
             fit_label(ax)
 
-    def name_quantities(self, ax: Axes, source: Any, x: str | None, y: str | None) -> None:
-        """Label the axes with two quantities of a Results or a Trajectory (None: no change), by their symbols or, with
-        a scene, by words and units."""
-        for quantity in (x, y):
-            if quantity is not None:
-                unit = source.measure(quantity)
-                plain = quantity in SYMBOLS and unit.si == "1" and not unit.apart
-                words = name_of(quantity) if plain else unit.label(QUANTITIES[quantity].words)
-                self.label(
-                    ax, words if quantity == x else None, words if quantity == y else None, 9.0 if plain else 0.0
-                )
+    def name_quantities(self, ax: Axes, x: Measure | None, y: Measure | None) -> None:
+        """Label the axes with two quantities (None: no change), by their symbols or, with a scene, by words and
+        units."""
+        for unit in (x, y):
+            if unit is not None:
+                plain = unit.row.name in SYMBOLS and unit.si == "1" and not unit.apart
+                words = name_of(unit.row.name) if plain else unit.label(unit.row.words)
+                self.label(ax, words if unit is x else None, words if unit is y else None, 9.0 if plain else 0.0)
 
     def letter(self, ax: Axes, index: int | None, text: str = "", asked: bool = False) -> None:
         """Write a), b), … (nothing for None) and `text` at the upper left of a panel.

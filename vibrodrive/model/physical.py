@@ -110,10 +110,11 @@ PER_KG = ("force", "momentum", "energy", "power")  # without a mass: per kilogra
 
 
 class Measure(NamedTuple):
-    """Conversion of a dimensionless quantity. `one` is the value of the dimensionless 1 in the unit `si`, a number or
-    an array over axes; by default the quantity stays dimensionless. `shown` and `scale` are those of `Unit`. `apart` is
-    True for a quantity that stays dimensionless although there is a scene; its words say so."""
+    """Conversion of the dimensionless quantity of a row. `one` is the value of the dimensionless 1 in the unit `si`, a
+    number or an array over axes; by default the quantity stays dimensionless. `shown` and `scale` are those of `Unit`.
+    `apart` is True for a quantity that stays dimensionless although there is a scene; its words say so."""
 
+    row: Quantity
     one: Any = 1.0
     si: str = "1"
     shown: str = ""
@@ -171,16 +172,20 @@ def measure(row: Quantity, known: Mapping[str, Any], dimensionless: bool = False
     If `dimensionless`, only a power, which is no other quantity without a scene, is converted.
     """
     if not row.scales or not has_units(known):
-        return Measure(shown="" if row.unit == "1" else row.unit)
-    return Measure(apart=True) if dimensionless and row.scales != "power" else _measure(row.scales, known)
+        return Measure(row, shown="" if row.unit == "1" else row.unit)
+    if dimensionless and row.scales != "power":
+        return Measure(row, apart=True)
+    unit, one = UNITS[row.scales], _one(row.scales, known)
+    if row.scales in PER_KG and known.get("mass") is None:
+        return Measure(row, one, f"{unit.si} kg-1", f"{unit.shown}/kg", unit.scale)
+    return Measure(row, one, unit.si, unit.shown, unit.scale)
 
 
-def _measure(key: str, known: Mapping[str, Any]) -> Measure:
-    unit, mass = UNITS[key], known.get("mass")
-    one = unit.one(friction(known["mu"], known["alpha"], known["g"]), omega0_of(known), 1.0 if mass is None else mass)
-    if key in PER_KG and mass is None:
-        return Measure(one, f"{unit.si} kg-1", f"{unit.shown}/kg", unit.scale)
-    return Measure(one, unit.si, unit.shown, unit.scale)
+def _one(key: str, known: Mapping[str, Any]) -> Any:
+    """Return the value of the dimensionless 1 in a unit; without a mass per kilogram."""
+    mass = known.get("mass")
+    force = friction(known["mu"], known["alpha"], known["g"])
+    return UNITS[key].one(force, omega0_of(known), 1.0 if mass is None else mass)
 
 
 def scene_of(known: Mapping[str, Any]) -> Scene | None:
@@ -406,7 +411,7 @@ class Scene:
         return self._in_si("force", "h", h)
 
     def _in_si(self, unit: str, key: str, value: object) -> Any:
-        return _numbers(key, value) * _measure(unit, vars(self)).one
+        return _numbers(key, value) * _one(unit, vars(self))
 
 
 def _numbers(key: str, value: object) -> Any:
