@@ -84,13 +84,13 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
 def _print_table(file: Path) -> None:
     """Print a line for each point. Damaged blocks are left out and named in messages; the exit code is then 1."""
     from vibrodrive.store.dataset import table
-    from vibrodrive.store.load import figure_of, load
+    from vibrodrive.store.load import load
     from vibrodrive.store.tables import rows_of, write_lines
 
     damaged: list[str] = []
     with left_out(damaged):
         results = load(file)
-        columns, _ = table(results.dimensionless() if figure_of(results).get("units") == DIMENSIONLESS else results)
+        columns, _ = table(results.dimensionless() if results._origin.figure.get("units") == DIMENSIONLESS else results)
         share = results.computed
     write_lines(sys.stdout, columns, rows_of(columns))
     if share < 1:

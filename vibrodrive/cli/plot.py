@@ -86,12 +86,12 @@ def draw(
     from vibrodrive.figures.plane import read_lines
     from vibrodrive.figures.sheet import drawn_on
     from vibrodrive.figures.style import save
-    from vibrodrive.store.load import figure_of, load
+    from vibrodrive.store.load import load
 
     damaged: list[str] = []
     with left_out(damaged):
         results, others = load(files[0]), [load(file) for file in files[1:]]
-        configured = figure_of(results)
+        configured = results._origin.figure
         look = {name: (configured | options).get(name) for name in LOOK}
         options = {name: value for name, value in options.items() if name not in LOOK}
         options |= {"over": ", ".join(map(str, over))} if over else {}

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
+from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
@@ -71,6 +72,14 @@ class Origin(NamedTuple):
     def parsed(self) -> Config:
         """Return the checked configuration. Raises ConfigError if this version cannot read it."""
         return parse(self.config, self.overrides)
+
+    @property
+    def figure(self) -> dict[str, Any]:
+        """[figure] of the configuration; {} if it has a function or is of another version."""
+        try:
+            return dict(self.parsed().figure)
+        except ConfigError:
+            return {}
 
 
 def digest(text: str) -> str:

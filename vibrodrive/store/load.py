@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from vibrodrive.errors import ConfigError
 from vibrodrive.model.parameters import bad, has_control, with_sentences
 from vibrodrive.store.header import reading
 from vibrodrive.store.reader import read
@@ -51,14 +50,6 @@ def load(path: str | Path) -> Results:
     path = check_path(path)
     with reading(path) as file:
         return read(file)
-
-
-def figure_of(results: Results) -> dict[str, Any]:
-    """Return [figure] of the configuration in the file of results, {} if it has a function or is of another version."""
-    try:
-        return dict(results._origin.parsed().figure)
-    except ConfigError:
-        return {}
 
 
 def check_path(path: object) -> Path:
