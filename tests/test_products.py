@@ -269,12 +269,16 @@ def test_threads_and_executor_give_the_same_bits(name, whole, tmp_path, monkeypa
 
 
 @each
-def test_pickle_copy_and_selection_keep_the_numbers(name, whole):
-    loaded, now = vd.load(whole), sweep(name)
-    for other in (pickle.loads(pickle.dumps(loaded)), copy.copy(loaded), pickle.loads(pickle.dumps(now))):
+def test_pickle_copy_and_selection_keep_the_numbers(name, whole, monkeypatch):
+    """A pickle of a file reads it, wherever it was named from."""
+    monkeypatch.chdir(whole.parent)
+    loaded, now = vd.load(whole.name), sweep(name)
+    packed, part = pickle.dumps(loaded), now.select(B=0.12)
+    monkeypatch.chdir("/")
+    assert len(packed) < whole.stat().st_size / 4
+    for other in (pickle.loads(packed), copy.copy(loaded), pickle.loads(pickle.dumps(now))):
         assert same(loaded, other)
         assert (other.record, repr(other)) == (loaded.record, repr(loaded))
-    part = now.select(B=0.12)
     assert len(pickle.dumps(part)) < len(pickle.dumps(now)), "a selection contains its own data only"
     for each in (vd.load(whole).select(B=0.12), pickle.loads(pickle.dumps(part)), copy.deepcopy(part)):
         for n, values in arrays(each).items():
