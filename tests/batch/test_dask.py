@@ -89,15 +89,18 @@ def cluster(tmp_path_factory):
             process.wait()
 
 
-def command(folder, *options):
+def command(folder, *options, text=CONFIG):
+    (folder / "c.toml").write_text(text)
     return subprocess.Popen(
         [sys.executable, "-m", "vibrodrive", "sweep", "c.toml", *options],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def assert_ends(process, code=0):
+    _, err = process.communicate(timeout=LIMIT)
+    assert (process.returncode, "Traceback" in err) == (code, False), err
 
 
 def wait_for_a_block(process, file):
@@ -112,7 +115,6 @@ def wait_for_a_block(process, file):
 @pytest.mark.slow("8 s: a new worker replaces the killed one and loads the kernels")
 def test_sweep_survives_a_killed_worker(cluster, local, tmp_path):
     address, processes, folder = cluster
-    (tmp_path / "c.toml").write_text(CONFIG)
     worker = processes.pop()
     worker.send_signal(signal.SIGSTOP)  # so that the worker dies before its block is finished
     process = command(tmp_path, "--dask", address)
@@ -121,8 +123,7 @@ def test_sweep_survives_a_killed_worker(cluster, local, tmp_path):
     assert not look(file).complete
     worker.kill()
     worker.wait()
-    _, err = process.communicate(timeout=LIMIT)
-    assert process.returncode == 0, err
+    assert_ends(process)
     assert verify(file).sound
     assert bits(vd.load(file)) == local
     processes.append(start_worker(address, folder))
@@ -130,7 +131,6 @@ def test_sweep_survives_a_killed_worker(cluster, local, tmp_path):
 
 @pytest.mark.jit
 def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, tmp_path):
-    (tmp_path / "c.toml").write_text(CONFIG)
     worker = cluster[1][-1]
     worker.send_signal(signal.SIGSTOP)  # so that some blocks are unfinished when the command receives SIGTERM
     try:
@@ -138,15 +138,12 @@ def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, tmp_path):
         file = tmp_path / "c.h5"
         wait_for_a_block(process, file)
         process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=LIMIT)
+        assert_ends(process, 130)
     finally:
         worker.send_signal(signal.SIGCONT)
-    assert process.returncode == 130, err
     report = look(file)
     assert not report.complete
-    process = command(tmp_path)
-    _, err = process.communicate(timeout=LIMIT)
-    assert process.returncode == 0, err
+    assert_ends(command(tmp_path))
     assert look(file).done.sum() >= report.done.sum()
     assert bits(vd.load(file)) == local
 
@@ -157,10 +154,7 @@ def test_cluster_writes_the_same_file(cluster, tmp_path):
     for name, options in (("home", ()), ("away", ("--dask", cluster[0]))):
         folder = tmp_path / name
         folder.mkdir()
-        (folder / "c.toml").write_text(text)
-        process = command(folder, *options)
-        _, err = process.communicate(timeout=LIMIT)
-        assert process.returncode == 0, err
+        assert_ends(command(folder, *options, text=text))
     assert (tmp_path / "home" / "c.h5").read_bytes() == (tmp_path / "away" / "c.h5").read_bytes()
 
 
@@ -175,16 +169,13 @@ def test_unreachable_address_prints_one_line_and_leaves_no_file(run, tmp_path, m
 
 
 def test_cluster_without_workers_is_reported(tmp_path):
-    (tmp_path / "c.toml").write_text(CONFIG)
     scheduler, file = start_scheduler(tmp_path)
     try:
         process = command(tmp_path, "--dask", json.loads(file.read_text())["address"])
         line = process.stderr.readline()
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=LIMIT)
+        assert_ends(process, 130)
     finally:
         scheduler.kill()
         scheduler.wait()
     assert line.endswith(": the cluster has no workers; the sweep waits for them\n")
-    assert process.returncode == 130, err
-    assert "Traceback" not in err

@@ -28,14 +28,6 @@ A = np.linspace(3.0, 3.25, 2000)
 LONG = dict(A=A, eps=2e-4, transient=10_000_000, periods=10)
 
 
-def simulate(**arguments):
-    return lambda: vd.simulate(A=3.04, periods=5, **arguments)
-
-
-def sweep(**arguments):
-    return lambda: vd.sweep(**LONG, **arguments)
-
-
 def on_threads():
     with ThreadPoolExecutor(2) as pool:
         vd.sweep(**LONG, executor=pool)
@@ -46,27 +38,19 @@ def into_a_file():
         vd.sweep(**LONG, path=os.path.join(folder, "x.h5"))
 
 
-def sample():
-    MOTION.sample(20_000)
-
-
-def impacts():
-    vd.impact_map(3.0, B=0.0)(np.linspace(0.6, 0.7, 600_000))
-
-
 CASES = {
-    "simulate": simulate(transient=10**9),
-    "simulate disturbed": simulate(eps=1e-4, transient=10**9),
-    "simulate on a grid": simulate(method="muller", dtau=1e-6, transient=10**9),
-    "sweep": sweep(),
-    "sweep on one thread": sweep(threads=1),
-    "sweep on two threads": sweep(threads=2),
+    "simulate": lambda: vd.simulate(A=3.04, periods=5, transient=10**9),
+    "simulate disturbed": lambda: vd.simulate(A=3.04, periods=5, eps=1e-4, transient=10**9),
+    "simulate on a grid": lambda: vd.simulate(A=3.04, periods=5, method="muller", dtau=1e-6, transient=10**9),
+    "sweep": lambda: vd.sweep(**LONG),
+    "sweep on one thread": lambda: vd.sweep(**LONG, threads=1),
+    "sweep on two threads": lambda: vd.sweep(**LONG, threads=2),
     "sweep on an executor": on_threads,
     "sweep into a file": into_a_file,
     "limit": lambda: vd.limit(3.04, transient=10**9, periods=100),
     "orbits": lambda: vd.orbits(4.5, max_period=13),
-    "impact map": impacts,
-    "sampling": sample,
+    "impact map": lambda: vd.impact_map(3.0, B=0.0)(np.linspace(0.6, 0.7, 600_000)),
+    "sampling": lambda: MOTION.sample(20_000),
 }
 
 MOTION = None
@@ -77,11 +61,7 @@ def motion():
 
 
 @pytest.fixture(scope="module", autouse=True)
-def compiled():
-    prepare()
-
-
-def prepare() -> None:
+def prepared() -> None:
     """Compile all kernels, because first calls take longer. Store in MOTION a motion to compare after each Ctrl-C."""
     global MOTION
     MOTION = motion()
@@ -130,7 +110,7 @@ def test_executor_processes_end_their_tasks():
     """Running and queued blocks end, so that the executor can be used again."""
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(abs, [1, 2]))
-        interrupt(sweep(executor=pool))
+        interrupt(lambda: vd.sweep(**LONG, executor=pool))
         here = vd.sweep(A=[3.0, 3.04], periods=3, executor=pool)
         assert np.array_equal(here.section, vd.sweep(A=[3.0, 3.04], periods=3).section)
 

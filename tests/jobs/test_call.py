@@ -94,9 +94,7 @@ def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
         vd.sweep(**SWEEP, B=0.2, path="x.h5")
     Path("notes.h5").write_text("precious")
     for overwrite in (False, True):
-        with pytest.raises(
-            ValueError, match=r"notes\.h5'?: not a result file.*overwrite=True replaces only result files"
-        ):
+        with pytest.raises(ValueError, match=r"notes\.h5'?: not a result file.*overwrite=True replaces only result"):
             vd.sweep(**SWEEP, path="notes.h5", overwrite=overwrite)
     for wrong in ({"threads": 0}, {"executor": 3}):
         with pytest.raises((TypeError, ValueError), match=f"^{next(iter(wrong))} = "):
@@ -139,9 +137,9 @@ def test_progress_is_shown_on_a_terminal_only(quick, monkeypatch, capfd):
 @pytest.mark.parametrize(
     ("place", "call", "line"),
     [
-        ("batch.trajectory.follow", lambda: vd.simulate(3.0, transient=10**9), "simulate  under way: "),
-        ("stability.limit.LimitSearch.run", lambda: vd.limit(3.0, transient=10**9), "limit  under way: "),
-        ("batch.sweep.collect", lambda: vd.sweep(A=[3.0], transient=10**9), "sweep    0.0 %"),
+        ("batch.trajectory.follow", vd.simulate, "simulate  under way: "),
+        ("stability.limit.LimitSearch.run", vd.limit, "limit  under way: "),
+        ("batch.sweep.collect", vd.sweep, "sweep    0.0 %"),
     ],
 )
 def test_long_call_shows_its_progress(monkeypatch, place, call, line):
@@ -158,7 +156,7 @@ def test_long_call_shows_its_progress(monkeypatch, place, call, line):
 
     monkeypatch.setattr(f"vibrodrive.{place}", work)
     with pytest.raises(InterruptedError):
-        call()
+        call(A=3.0, transient=10**9)
     assert terminal.getvalue().endswith("\r\x1b[K")  # the line is removed at the end
 
 

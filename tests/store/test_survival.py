@@ -79,8 +79,16 @@ class Scene:
 
     def run(self, *options, **more):
         process = self.start(*options, **more)
-        out, err = process.communicate(timeout=LIMIT)
-        return process.returncode, out, err
+        return process.communicate(timeout=LIMIT)[1], process.returncode
+
+    def assert_resumes(self, undisturbed):
+        """Assert that the file is sound and that the sweep ends as one without interruption. Return its messages."""
+        assert verify(self.file).sound
+        err, code = self.run(delay=0)
+        assert code == 0, err
+        assert not draft_of(self.file).exists()
+        assert contents(self.file) == undisturbed
+        return err
 
     def wait_for_blocks(self, process, count=1):
         """Wait until the file exists and contains `count` blocks."""
@@ -146,9 +154,7 @@ def test_kill_at_a_random_time_leaves_a_file_that_resumes(scene, undisturbed):
     committed, struck = 0, 0
     while struck < 5:
         process = scene.start(delay=0.02)
-        if (
-            struck % 4
-        ):  # three of four kills happen while blocks are written, the fourth at any time, even during the layout
+        if struck % 4:  # three of four kills happen while blocks are written, the fourth also during the layout
             while not scene.file.exists() and process.poll() is None:
                 time.sleep(0.002)
         time.sleep(random.uniform(0, 0.7))
@@ -163,10 +169,7 @@ def test_kill_at_a_random_time_leaves_a_file_that_resumes(scene, undisturbed):
             if report.complete:
                 scene.file.unlink()
                 committed = 0
-    code, _, err = scene.run(delay=0)
-    assert code == 0, err
-    assert not draft_of(scene.file).exists()
-    assert contents(scene.file) == undisturbed
+    scene.assert_resumes(undisturbed)
 
 
 @pytest.mark.parametrize("announced", ANNOUNCED[:2])
@@ -178,13 +181,9 @@ def test_signal_ends_a_sweep_with_the_command_to_resume(scene, undisturbed, anno
     assert process.returncode == 130
     assert_one_line(err, announced.name, "of 60 blocks", "resume with: vibrodrive sweep c.toml")
     assert "--overwrite" not in err
-    report = verify(scene.file)
-    assert report.sound
-    assert 0 < report.done.sum() < 60
-    code, _, err = scene.run(delay=0)
-    assert code == 0
-    assert f"resumed with {report.done.sum()} of 60 blocks" in err
-    assert contents(scene.file) == undisturbed
+    done = look(scene.file).done.sum()
+    assert 0 < done < 60
+    assert f"resumed with {done} of 60 blocks" in scene.assert_resumes(undisturbed)
 
 
 IN_A_FLUSH = """
@@ -200,15 +199,27 @@ Writer._flush = interrupted
 """
 
 
-def test_interrupt_during_a_flush(scene, undisturbed):
-    code, _, err = scene.run(delay=0.01, before=IN_A_FLUSH)
-    assert code == 130
-    report = verify(scene.file)
-    assert report.sound
-    assert 0 < report.done.sum() < 60  # the group was committed all the same
-    assert_one_line(err, f"{report.done.sum()} of 60 blocks")
-    assert scene.run(delay=0)[0] == 0
-    assert contents(scene.file) == undisturbed
+IN_A_BLOCK = """
+from tests.support import fake
+def block(plan, k, whole=fake.block):
+    if k == 7:
+        raise MemoryError("no memory for block 7")
+    return whole(plan, k)
+fake.block = block
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "ends", "words"),
+    [(IN_A_FLUSH, 130, ["SIGINT"]), (IN_A_BLOCK, 1, ["no memory for block 7", "7 of 60 blocks are in the file"])],
+    ids=["interrupt in a flush", "failed computation"],
+)
+def test_blocks_before_the_end_are_committed(scene, undisturbed, before, ends, words):
+    err, code = scene.run(delay=0.01, before=before)
+    done = look(scene.file).done.sum()
+    assert (code, 0 < done < 60) == (ends, True), err
+    assert_one_line(err, f"{done} of 60 blocks", *words)
+    scene.assert_resumes(undisturbed)
 
 
 def test_one_of_several_processes_writes_until_a_signal(scene, undisturbed):
@@ -229,13 +240,8 @@ def test_one_of_several_processes_writes_until_a_signal(scene, undisturbed):
     _, err = writing[0].communicate(timeout=LIMIT)
     assert writing[0].returncode == 130
     assert_one_line(err, "SIGINT", "0 of 60 blocks")
-    assert scene.run(delay=0)[0] == 0
+    scene.assert_resumes(undisturbed)
     assert sorted(p.name for p in scene.folder.iterdir()) == ["c.h5", "c.toml"]
-    assert contents(scene.file) == undisturbed
-
-
-def limit_files(size):
-    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
 def test_full_disk_leaves_a_file_that_resumes(scene, undisturbed):
@@ -244,31 +250,12 @@ def test_full_disk_leaves_a_file_that_resumes(scene, undisturbed):
     scene.wait_for_blocks(process, 3)
     process.kill()
     process.communicate()
-    kept = look(scene.file).done.sum()
-    code, _, err = scene.run(delay=0, preexec_fn=limit_files(scene.file.stat().st_size // 2))
+    kept, size = look(scene.file).done.sum(), scene.file.stat().st_size // 2
+    err, code = scene.run(delay=0, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
     assert code == 1
     assert_one_line(err, "c.h5", "File too large", "blocks are in the file")
-    report = verify(scene.file)
-    assert report.sound
-    assert kept <= report.done.sum() < 60
-    assert scene.run(delay=0)[0] == 0
-    assert contents(scene.file) == undisturbed
-
-
-def test_failed_computation_keeps_its_blocks(scene, undisturbed):
-    broken = """
-from tests.support import fake
-def block(plan, k, whole=fake.block):
-    if k == 7:
-        raise MemoryError("no memory for block 7")
-    return whole(plan, k)
-fake.block = block
-"""
-    code, _, err = scene.run(delay=0, before=broken)
-    assert code == 1
-    assert_one_line(err, "no memory for block 7", "7 of 60 blocks are in the file")
-    assert scene.run(delay=0)[0] == 0
-    assert contents(scene.file) == undisturbed
+    assert kept <= look(scene.file).done.sum() < 60
+    scene.assert_resumes(undisturbed)
 
 
 @pytest.mark.jit
