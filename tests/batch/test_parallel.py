@@ -186,6 +186,39 @@ def test_block_is_resubmitted_three_times():
     assert max(map(lost.submitted.count, lost.submitted)) == 4
 
 
+class Lazy(Executor):
+    """Executor of one worker that computes a task when the sweep waits."""
+
+    _max_workers = 1
+
+    def __init__(self):
+        self.todo, self.flying, self.sizes = [], [], []
+
+    def submit(self, task, *arguments):
+        self.todo.append((Future(), task, arguments))
+        self.sizes.append(len(arguments[3]))
+        return self.todo[-1][0]
+
+    def wait(self, futures, return_when):
+        self.flying.append(len(futures))
+        future, task, arguments = self.todo.pop(0)
+        future.set_result(task(*arguments))
+        return {future}, set()
+
+
+@pytest.mark.jit
+def test_workers_have_two_tasks_each_which_become_small(monkeypatch):
+    """So a sweep of many points needs little memory for tasks, and no worker is idle at the end."""
+    executor = Lazy()
+    monkeypatch.setattr("vibrodrive.batch.sweep.wait", executor.wait)
+    plan = replace(make_plan(dict(A=np.linspace(3, 3.1, 40), transient=0, periods=2)), tiling=(2,))
+    assert sorted(block.index for block in run_blocks(plan, executor=executor)) == [*range(20)]
+    assert (max(executor.flying), sum(executor.sizes)) == (2, 20)
+    assert executor.sizes == sorted(executor.sizes, reverse=True)
+    assert executor.sizes[0] > 2
+    assert executor.sizes[-2:] == [1, 1]
+
+
 class Elsewhere(Executor):
     """Executor whose workers have other sources than this process."""
 

@@ -65,6 +65,18 @@ def test_motion_is_described_in_words():
 
 
 @pytest.mark.jit
+def test_motions_with_another_switch_differ():
+    """Structured arrays are equal if their fields are; NaN equals NaN."""
+    motion = vd.simulate(1.5, method="fixed", dtau=0.1, transient=0, periods=2)
+    assert np.isnan(motion.error).all()
+    assert motion == vd.simulate(1.5, method="fixed", dtau=0.1, transient=0, periods=2)
+    for name in motion.switches.dtype.names:
+        switches = motion.switches.copy()
+        switches[name][-1] += 1
+        assert replace(motion, switches=switches) != motion, name
+
+
+@pytest.mark.jit
 def test_one_switch_is_counted_as_one():
     assert "; 1 switch, 0 main impacts; OK" in repr(vd.simulate(1.5, tau0=2.7, transient=0, periods=1))
 
@@ -97,6 +109,7 @@ def test_machine_is_described_in_si_units():
     with pytest.raises(KeyError, match="no rows without a scene"):
         motion.dimensionless().describe().rows["machine"]
     assert f"<td>{found['impact_power']:.4g}</td>" in said._repr_html_()
+    assert ["ms", "1/s", "m/s", "m/s", "W", "W", "mm", "mm/s"] in [line.split() for line in said.splitlines()]
     assert f"period {period} ({1e3 * found['period']:.4g} ms)" in said
     light = vd.simulate(scene=vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4), periods=2).describe()
     assert "W/kg" in light
