@@ -110,6 +110,9 @@ def test_machine_is_described_in_si_units():
         motion.dimensionless().describe().rows["machine"]
     assert f"<td>{found['impact_power']:.4g}</td>" in said._repr_html_()
     assert ["ms", "1/s", "m/s", "m/s", "W", "W", "mm", "mm/s"] in [line.split() for line in said.splitlines()]
+    scales = {"period": 1e3, "xi_max": 1e3, "conveying": 1e3}
+    shown = [f"{value * scales.get(name, 1.0):.4g}" for name, value in found.items()]
+    assert ["machine", *shown] in [line.split() for line in said.splitlines()]
     assert f"period {period} ({1e3 * found['period']:.4g} ms)" in said
     light = vd.simulate(scene=vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4), periods=2).describe()
     assert "W/kg" in light
@@ -173,10 +176,12 @@ def test_conveying_velocity_has_settled_or_is_not_given(omega0, monkeypatch):
 
 
 @pytest.mark.jit
-def test_conveying_velocity_with_a_disturbance_is_the_mean_of_all_its_periods():
+@pytest.mark.parametrize(("A", "eps", "transient"), [(1.5, 1e-3, 1000), (3.0, 0.0, 0)])
+def test_conveying_velocity_is_the_mean_of_all_periods_after_a_transient(A, eps, transient):
     """The disturbance beats with the excitation: halves of the record give means that differ by 5e-6."""
-    A, B, eps, n = 1.5, 0.3, 1e-3, 32 * describe.AVERAGED
-    (found,) = describe.conveying(make_plan({"A": A, "B": B, "eps": eps}), np.array([A]), np.array([B]))
+    B, n = 0.3, 32 * describe.AVERAGED
+    plan = make_plan({"A": A, "B": B, "eps": eps, "transient": transient})
+    (found,) = describe.conveying(plan, np.array([A]), np.array([B]))
     gap = vd.sweep(A=A, B=B, eps=eps, xi0=1e6, transient=2000, periods=n).section[:, 0]
     assert found == pytest.approx((gap[-1] - gap[0]) / (2.0 * math.pi * (n - 1)), abs=1e-6)
 

@@ -439,6 +439,25 @@ def test_file_whose_structure_is_damaged_is_refused(finished, what):
             attempt(finished)
 
 
+@pytest.mark.parametrize(
+    ("part", "told"),
+    [
+        ('"summary"', "record 'tomorrow': unknown"),
+        ('"periods"', "setting 'tomorrow': unknown"),
+        ('"eps"', "axis 'tomorrow': unknown"),
+    ],
+)
+def test_plan_of_a_newer_version_is_no_damage(path, part, told):
+    write(path, make(record="summary"))
+    with h5py.File(path, "a") as file:
+        newer = file.attrs["plan"].decode().replace(part, '"tomorrow"')
+        file.attrs.update({"plan": newer, "plan_sha256": hashlib.sha256(newer.encode()).hexdigest()})
+    for attempt in ATTEMPTS:
+        with pytest.raises(NoResult, match=f"{told} in .*; read it with vibrodrive") as refused:
+            attempt(path)
+        assert not isinstance(refused.value, Damaged)
+
+
 def test_file_that_is_growing_is_read_when_it_is_complete(finished, monkeypatch):
     raw = finished.read_bytes()
     finished.write_bytes(raw[:-1])  # HDF5 writes the length into the header before it extends the file
