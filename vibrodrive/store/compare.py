@@ -11,21 +11,14 @@ from vibrodrive.model.records import Records, functions
 from vibrodrive.store.describe import settings_in_words
 
 
-def refuse_different(path: Path, differences: list[str]) -> None:
-    """Raise Different if there are differences."""
-    if differences:
-        raise Different(
-            f"{path}: made from another configuration: {'; '.join(differences)}. "
-            "A file cannot be extended; choose another file"
-        )
-
-
 def joined(path: Path, stored: Plan, plan: Plan) -> Plan:
     """Return the plan that continues the file at `path`: the blocks of the file, the functions of the call.
 
     Raises Different if the file contains another sweep.
     """
-    refuse_different(path, compare(stored, plan))
+    if differences := compare(stored, plan):
+        told = f"made from another configuration: {'; '.join(differences)}"
+        raise Different(f"{path}: {told}. A file cannot be extended; choose another file")
     return replace(stored, record=_continued(stored, plan))
 
 

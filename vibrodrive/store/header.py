@@ -252,12 +252,6 @@ def identity(file: h5py.File) -> tuple[object, ...]:
     return *(attribute(file, name) for name in names), getattr(file.get("status"), "chunks", None)
 
 
-def origin_of(file: h5py.File) -> Origin:
-    """Return the Origin of an open file: its configuration, the options that replace values, and its title."""
-    config, overrides, title = (attribute(file, name) for name in ("config", "overrides", "title"))
-    return Origin(config, tuple(json.loads(overrides)), title)
-
-
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     check_kind(file)
@@ -276,7 +270,9 @@ def read_header(file: h5py.File) -> Header:
         scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
         tiling = tuple(outline.get("tiling") or _variable(file, "status").chunks or ()) if axes else ()
         plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling or None, record, together, stored)
-        return Header(plan, origin_of(file), versions_of(file), how_rewritten(file, plan))
+        config, overrides, title = (attribute(file, name) for name in ("config", "overrides", "title"))
+        origin = Origin(config, tuple(json.loads(overrides)), title)
+        return Header(plan, origin, versions_of(file), how_rewritten(file, plan))
 
 
 def _variable(file: h5py.File, name: str) -> h5py.Dataset:
