@@ -34,17 +34,13 @@ def test_certified_switches_are_right(A, eps):
     assert max(abs(j.late) for j in judged) < 1e-9
 
 
-def test_late_switch_is_counted_once():
+def test_late_omitted_and_wrong_switches_are_counted_once():
     switches = certified(1.5)
     late = dataclasses.replace(switches[4], tau=switches[4].tau + 1e-3)
     judged = audit([*switches[:4], late, *switches[5:]], 1.5)
     assert [j.verdict for j in judged] == [RIGHT] * len(judged)
     assert judged[3].late == pytest.approx(1e-3, abs=1e-9)
     assert sum(abs(j.late) > 1e-4 for j in judged) == 1
-
-
-def test_omitted_switch_is_missed_and_wrong_state_is_reported():
-    switches = certified(1.5)
     without = audit([*switches[:5], *switches[7:]], 1.5)
     assert [j.verdict for j in without if j.verdict != RIGHT] == [MISSED]
     wrong = dataclasses.replace(switches[5], state="DOWN" if switches[5].state != "DOWN" else "UP")
@@ -111,21 +107,16 @@ def test_tables_of_the_program_are_read(tmp_path, method, in_si):
     assert (min(late) > 0 and max(late) < 0.01) if method else max(map(abs, late)) < 1e-9
 
 
-def test_comments_and_empty_lines_are_left_out(tmp_path):
-    written(
-        tmp_path / "mine.csv", "# of MATLAB\n\ntau,xi,dxi,state", [(0.5, 0, 0, "UP"), ("#",), (2.5, 0.5, 0, "STICK")]
-    )
+def test_comments_and_empty_lines_are_left_out_and_one_switch_is_counted_as_one(tmp_path):
+    rows = [(0.5, 0, 0, "UP"), ("#",), (2.5, 0.5, 0, "STICK")]
+    written(tmp_path / "mine.csv", "# of MATLAB\n\ntau,xi,dxi,state", rows)
     assert read(str(tmp_path / "mine.csv")) == [Switch(0.5, 0.0, 0.0, "UP"), Switch(2.5, 0.5, 0.0, "STICK")]
-
-
-def test_one_switch_is_counted_as_one():
     assert report(audit(certified(1.5)[:2], 1.5)).startswith("1 switch: 1 right")
 
 
 def test_states_are_known_names_in_any_case():
     switches = certified(1.5)
-    lower = [dataclasses.replace(s, state=f" {s.state.lower()} ") for s in switches]
-    assert lower == switches
+    assert [dataclasses.replace(s, state=f" {s.state.lower()} ") for s in switches] == switches
     struck = dataclasses.replace(switches[3], state="impact")
     assert audit([*switches[:3], struck, *switches[3:]], 1.5) == audit(switches, 1.5)
     with pytest.raises(ValueError, match=r"^state = 1: must be one of UP, DOWN, STICK, REST, IMPACT$"):

@@ -47,21 +47,12 @@ def test_file_does_not_contain_the_time(tmp_path):
 
 
 @each
-def test_every_variable_has_dimensions_a_unit_a_name_and_a_checksum(name, tmp_path):
-    path = made(name, tmp_path / "x.h5")
-    with h5py.File(path) as file:
-        for variable, data in file.items():
-            assert data.attrs["long_name"], variable
-            assert data.attrs["units"], variable
-            assert data.fletcher32, variable
-            if not data.is_scale:
-                assert tuple(len(d[0]) for d in data.dims) == data.shape, variable
-
-
-@each
-def test_every_text_has_a_fixed_length(name, tmp_path):
-    """Programs for netCDF-3 read no others: Octave neither lists nor reads an attribute of such a file."""
+def test_every_variable_is_described_and_every_text_has_a_fixed_length(name, tmp_path):
+    """Programs for netCDF-3 read no other texts: Octave neither lists nor reads an attribute of such a file."""
     with h5py.File(made(name, tmp_path / "x.h5")) as file:
+        for variable, data in file.items():
+            assert all((data.attrs["long_name"], data.attrs["units"], data.fletcher32)), variable
+            assert data.is_scale or tuple(len(d[0]) for d in data.dims) == data.shape, variable
         kinds = {f"{of.name} {a}": of.attrs.get_id(a).dtype for of in (file, *file.values()) for a in of.attrs}
         texts = {about: text for about, kind in kinds.items() if (text := h5py.check_string_dtype(kind)) is not None}
     assert {"/ config", "/ method", "/status long_name", "/status units", "/status flag_meanings"} <= texts.keys()
@@ -70,7 +61,7 @@ def test_every_text_has_a_fixed_length(name, tmp_path):
 
 OF_OTHERS = {
     "variable length": lambda value: value.decode() if isinstance(value, bytes) else value,
-    "array of one": lambda value: np.atleast_1d(value),
+    "array of one": np.atleast_1d,
     "array of one text of variable length": lambda value: (
         np.array([value.decode()], h5py.string_dtype()) if isinstance(value, bytes) else np.atleast_1d(value)
     ),
@@ -98,23 +89,19 @@ def test_attributes_are_read_in_every_form(form, tmp_path):
 
 
 @pytest.mark.parametrize(("sought", "grid"), [("eps", {}), ("dtau", {"method": "fixed"})])
-def test_file_of_limits_says_in_which_disturbance(sought, grid, tmp_path):
+def test_file_of_limits_says_in_which_disturbance_and_how(sought, grid, tmp_path):
     path = tmp_path / "x.h5"
     fake.write(path, make_plan({"A": [1.0, 2.0], "record": ("limit",), **grid}), Origin(""))
     with h5py.File(path) as file:
         assert file.attrs["record"].decode() == f"limit in {sought}"
         assert f"a limit in {sought}:" in file.attrs["comment"].decode()
         assert sought not in file.attrs
-    facts = look(path).facts()
-    assert ("eta" in facts["parameters"]) == (sought == "eps"), "η acts on the motions of a limit in ε"
-
-
-def test_codes_of_a_limit_have_their_meanings_in_the_file(tmp_path):
-    with h5py.File(made("limit", tmp_path / "x.h5")) as file:
         about = file["how"].attrs
         assert about["flag_values"].tolist() == [int(how) for how in How]
         assert about["flag_meanings"].decode().split() == [how.name.lower() for how in How]
         assert all(how.meaning in about["comment"].decode() for how in How)
+    facts = look(path).facts()
+    assert ("eta" in facts["parameters"]) == (sought == "eps"), "η acts on the motions of a limit in ε"
 
 
 def test_functions_of_higher_layers_exist():

@@ -30,28 +30,29 @@ def a_sweep(path):
 def a_figure(path):
     figure = Figure()
     figure.subplots().plot([0, 1])
-    save(figure, path.with_suffix(".png"))
+    save(figure, path)
 
 
-@pytest.mark.parametrize("write", [a_table, a_sweep, a_figure])
-def test_every_writer_uses_a_draft(write, tmp_path, monkeypatch):
+WRITERS = pytest.mark.parametrize(("write", "name"), [(a_table, "x.csv"), (a_sweep, "x.h5"), (a_figure, "x.png")])
+
+
+@WRITERS
+def test_every_writer_uses_a_draft(write, name, tmp_path, monkeypatch):
     """Every file is written to a temporary file, which is renamed once. If the renaming fails, no file remains."""
-    renamed = []
+    renamed, target = [], tmp_path / name
 
-    def refuse(source, target):
-        renamed.append((Path(source), Path(target)))
+    def refuse(source, to):
+        renamed.append((Path(source), Path(to)))
         raise OSError(13, "Permission denied", str(source))
 
-    replace = os.replace
-    monkeypatch.setattr(drafts.os, "replace", refuse)
-    with pytest.raises(OSError, match="Permission denied") as caught:
-        write(tmp_path / "x.h5")
-    ((source, target),) = renamed
-    assert source == draft_of(target)
+    with monkeypatch.context() as m:
+        m.setattr(drafts.os, "replace", refuse)
+        with pytest.raises(OSError, match="Permission denied") as caught:
+            write(target)
+    assert renamed == [(draft_of(target), target)]
     assert caught.value.filename == str(target)  # the name that the user has given, and not that of the temporary file
     assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr(drafts.os, "replace", replace)
-    write(tmp_path / "x.h5")
+    write(target)
     assert list(tmp_path.iterdir()) == [target]
 
 
@@ -74,7 +75,7 @@ def test_failure_keeps_the_older_file_and_links(tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"there.txt", "link.txt"}
 
 
-@pytest.mark.parametrize(("write", "name"), [(a_table, "x.csv"), (a_sweep, "x.h5"), (a_figure, "x.png")])
+@WRITERS
 def test_replaced_file_leaves_its_permissions(write, name, tmp_path):
     """A group that could read and write the older file can do so with the new one, whatever the umask."""
     path = tmp_path / name
