@@ -15,22 +15,6 @@ MACHINE = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4, mass=250.0)
 
 
 @pytest.mark.jit
-def test_each_call_takes_quantities_of_a_scene_as_a_sweep_does():
-    short = {"transient": 40, "periods": 80}
-    at = dict(a0=0.8e-3, frequency=22.0, mu=0.6, alpha=3.4, mass=250.0)
-    for given in (at, {"scene": MACHINE, "frequency": 22.0}, {"scene": vd.Scene(**at)}):
-        motion, k = vd.simulate(**given, **short), vd.limit(**given, **short)
-        assert motion.section.tobytes() == vd.sweep(**given, **short).section.tobytes()
-        assert (motion.scene, k.scene) == (vd.Scene(**at), vd.Scene(**at))
-        axis = vd.sweep(**given | {"frequency": [22.0]}, **short, record="limit")
-        assert axis.k2.tolist() == [k.k2]
-        assert k.k2 > 0
-        assert axis.to_xarray().velocity.values[0] == pytest.approx(k.velocity_si, rel=1e-14)
-    a_start = vd.simulate(scene=MACHINE, xi0=1e-3 / MACHINE.length(1.0), transient=0, periods=1)
-    assert MACHINE.length(a_start.arguments["xi0"]) == pytest.approx(1e-3)
-
-
-@pytest.mark.jit
 def test_machines_with_tolerances_are_points(tmp_path):
     """Each point equals the motion of its own machine, also from a file, with the numbers of its description."""
     rng = np.random.default_rng(1)
@@ -44,6 +28,7 @@ def test_machines_with_tolerances_are_points(tmp_path):
         machine = replace(MACHINE, **{name: values[k] for name, values in drawn.items() if name != "frequency"})
         machine = replace(machine, omega0=2.0 * np.pi * drawn["frequency"][k])
         motion = vd.simulate(scene=machine, transient=60, periods=256)
+        assert motion.scene == machine
         assert motion.section.tobytes() == r.section[k].tobytes()
         row = motion.describe().rows["machine"]
         for name in ("impact_power", "xi_max", "impact_speed_max", "impacts"):

@@ -1,5 +1,6 @@
 """The file of a sweep: other programs read it, it can be resumed, other files are refused, and damage is found."""
 
+import errno
 import gzip
 import hashlib
 import json
@@ -480,6 +481,28 @@ def test_overwrite_replaces_after_the_new_file_exists(finished, monkeypatch):
     open_writer(finished, make(periods=13), Origin(TEXT), overwrite=True).close()
     assert load(finished).settings.periods == 13
     assert load(finished).computed == 0.0
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.ENOSPC, "full"), "sweep.h5: No space left on device"),
+        (OSError("unable to write (errno = 28, error message = 'full')"), "sweep.h5: No space left on device"),
+        (OSError("unable to get the chunk"), "sweep.h5: too damaged to be repaired; restore or delete it"),
+    ],
+)
+def test_failed_write_is_one_of_the_system_or_damage(finished, monkeypatch, error, told):
+    def fails(*arguments):
+        raise error
+
+    with h5py.File(finished) as file:
+        place = file["margin"].id.get_chunk_info(1).byte_offset
+    finished.write_bytes(flipped(finished.read_bytes(), place))
+    monkeypatch.setattr(writer_module, "put_chunk", fails)
+    writer = open_writer(finished, make(), Origin(TEXT))
+    with pytest.raises(Damaged if "damaged" in told else OSError, match=told):
+        writer.check()
+    writer.abandon()
 
 
 def test_file_created_by_another_process_is_not_replaced(path, monkeypatch):

@@ -32,7 +32,7 @@ ARRAYS = ("section", "status", "margin", "switches")
 CONFIG = """
 [sweep]
 B = {start = 0.0, stop = 1.0, num = 30}
-A = {start = 3.0, stop = 3.25, num = 1030}
+A = {start = 3.0, stop = 3.25, num = 1031}
 [run]
 transient = 0
 periods = 20
