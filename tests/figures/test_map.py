@@ -329,11 +329,13 @@ MACHINE = Scene.quiet(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
 
 
 @pytest.mark.parametrize(("name", "low"), [("A", 2.0), ("a0", 0.5e-3), ("omega0", 130.0), ("frequency", 20.0)])
-def test_bifurcations_are_drawn_over_a_diagram(name, low):
+@pytest.mark.parametrize("along", [{"alpha": [3.4, 5.0]}, {"points": {"alpha": [3.4, 5.0]}}], ids=["axis", "points"])
+def test_bifurcations_are_drawn_over_a_diagram(name, low, along):
     """Each panel has those at its own B, upright at the value of the abscissa that gives their A."""
     away = {"A": {"a0"}, "a0": {"a0"}}.get(name, {"frequency"})
     given = {key: value for key, value in MACHINE.given.items() if key not in away}
-    plan = make_plan({**given, name: np.linspace(low, 1.5 * low, 4), "alpha": [3.4, 5.0], "periods": 3})
+    given.pop("alpha")
+    plan = make_plan({**given, name: np.linspace(low, 1.5 * low, 4), **along, "periods": 3})
     swept = Results.collect(plan, fake.run_blocks(plan))
     inclines = [Scene.quiet(**MACHINE.given | {"alpha": alpha}).B for alpha in (3.4, 5.0)]
     fig = swept.plot(x=name, over=[Exact("border", 1, 1, A, B) for B in inclines for A in (2.5, 2.7)])
@@ -362,6 +364,24 @@ def test_lines_that_do_not_fit_a_diagram_are_refused(axes, over, told):
     plan = make_plan({**axes, "periods": 3})
     with pytest.raises(ValueError, match=told):
         Results.collect(plan, fake.run_blocks(plan)).plot("bifurcation", over=over())
+
+
+def test_lines_over_a_map_of_points_need_one_machine():
+    """Points that have other starts only share the lines of their A and B."""
+    over = [Exact("border", 1, 1, 2.5, MACHINE.B)]
+    for points, told in (
+        ({"xi0": [0.0, 1.0]}, ""),
+        ({"mu": [0.6, 0.7]}, "A is not given by the axes of this map, a0, point"),
+    ):
+        a0, mu = {"a0": [4e-4, 8e-4]}, {} if "mu" in points else {"mu": MACHINE.mu}
+        given = {key: value for key, value in MACHINE.given.items() if key not in ("a0", "mu")}
+        plan = make_plan({**given, **mu, **a0, "points": points, "periods": 3, "record": "summary"})
+        swept = Results.collect(plan, fake.run_blocks(plan))
+        if told:
+            with pytest.raises(ValueError, match=told):
+                swept.plot(over=over)
+        else:
+            assert [line.get_zorder() for line in swept.plot(over=over).axes[0].lines] == [4, 5]
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from vibrodrive.model.bifurcations import BIFURCATIONS, BifurcationKind
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import AMPLITUDES, INCLINES, amplitude_axis, incline_axis, with_A_and_B
+from vibrodrive.model.plan import POINT
 from vibrodrive.model.results import Results
 from vibrodrive.store.tables import ENDING, read_table
 
@@ -170,7 +171,7 @@ def placed(over: Sequence[Any], results: Any, x: str, y: str | None) -> list[Lin
 
 def _placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[Line]:
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
-    if y is None or up is None:
+    if y is None or up is None or (POINT in (x, y) and not {*results.points}.isdisjoint(("B", *AMPLITUDES, *SCENE))):
         axes = ", ".join(name for name in (x, y) if name)
         raise ValueError(
             f"over = bifurcations: must be left out, because A is not given by the axes of this map, {axes}"
@@ -203,16 +204,22 @@ def upright(
         raise ValueError("over = limits: must be left out for a diagram, because limits are drawn over a map")
     if x not in AMPLITUDES or x not in results.axes:
         raise ValueError(f"over = bifurcations: must be left out, because A is not given by the axis {x} alone")
-    known = with_A_and_B({**results.scalars, **{name: float(results.axes[name][k]) for name, k in index.items()}})
+    known = _at(results, index)
     here, heights = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)], np.linspace(*ends, POINTS)
     places = [(one, np.full(POINTS, as_shown(x, amplitude_axis(x, one.A, known)))) for one in here]
     return [Line(one.kind, one.period, across, heights) for one, across in places] or _refuse_other(known["B"])
 
 
-def _shared(results: Any, x: str, y: str) -> dict[str, Any]:
+def _shared(results: Any, x: str, y: str | None) -> dict[str, Any]:
     """Return the parameters and scene common to all points of a map. An axis that is not drawn has its first value."""
-    undrawn = {name: float(values[0]) for name, values in results.varied.items() if name not in (x, y)}
-    return with_A_and_B({**results.scalars, **undrawn})
+    return _at(results, {name: 0 for name in results.axes if name not in (x, y)})
+
+
+def _at(results: Any, index: Mapping[str, int]) -> dict[str, Any]:
+    """Return the parameters and scene common to all points at indices of axes, with the A and B that follow."""
+    along = [(results.points if axis == POINT else {axis: results.axes[axis]}, k) for axis, k in index.items()]
+    values = {name: float(array[k]) for arrays, k in along for name, array in arrays.items()}
+    return with_A_and_B({**results.scalars, **values})
 
 
 def _refuse_other(B: float) -> NoReturn:
