@@ -165,10 +165,14 @@ def test_conveying_velocity_of_the_page_is_that_of_the_description():
 @pytest.mark.jit
 @pytest.mark.parametrize("omega0", [2e3 * math.pi, 4e4 * math.pi])
 def test_conveying_velocity_has_settled_or_is_not_given(omega0, monkeypatch):
-    """The limit for A >> 1 is -a0 Ω0 sin(πB/2). At A = 80 821 a motion from rest reaches it in 10⁵ periods only."""
+    """The limit for A >> 1 is -a0 Ω0 sin(πB/2). At A = 80 821 a motion from rest reaches it in 10⁵ periods only. No
+    description of a motion computes more than about these."""
+    asked, compute = [], describe.compute
+    monkeypatch.setattr(describe, "compute", lambda plan, *more: asked.append(plan.settings) or compute(plan, *more))
     motion = vd.simulate(scene=vd.Scene.quiet(a0=1e-5, omega0=omega0, mu=0.2, alpha=5.0), periods=2)
     found = motion.describe().rows["machine"]["conveying"]
     assert found == pytest.approx(-1e-5 * omega0 * math.sin(0.5 * math.pi * motion.arguments["B"]), rel=1e-4)
+    assert max(s.transient + s.periods for s in asked) < 1.1e5
     monkeypatch.setattr(describe, "SETTLED", {False: -1.0, True: -1.0})
     told = motion.describe()
     assert math.isnan(told.rows["machine"]["conveying"])
