@@ -3,8 +3,6 @@
 Limits and bifurcations can be drawn over a map.
 """
 
-import re
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -97,17 +95,8 @@ def test_only_limits_and_bifurcations_are_drawn_over_a_map(tmp_path):
             read_lines([tmp_path / name])
     assert read_lines([]) == []
     table = (tmp_path / "orbits.csv").read_bytes()
-    for content, words in (
-        (table.replace(b",", b";"), "separator = ';': must be a comma"),
-        (table.replace(b",", b"\t"), r"separator = '\t': must be a comma"),
-        (
-            table.replace(b"3.19", b"3,19"),
-            f"line 3 = '{fold.replace('3.19', '3,19')}': must be 11 cells, as in the first",
-        ),
-        (b"\x89HDF\r\n\xff", "must be a table (CSV in UTF-8)"),
-    ):
-        (tmp_path / "other.csv").write_bytes(content)
-        with pytest.raises(ConfigError, match=re.escape(f"other.csv: {words}")):
-            read_lines([tmp_path / "other.csv"])
+    (tmp_path / "other.csv").write_bytes(table.replace(b",", b";"))
+    with pytest.raises(ConfigError, match=r"other.csv: separator = ';': must be a comma"):
+        read_lines([tmp_path / "other.csv"])
     (tmp_path / "other.csv").write_bytes(b"\xef\xbb\xbf" + table.replace(b"\n", b"\r\n") + b"\r\n\r\n")
     assert read_lines([tmp_path / "other.csv"]) == [bifurcation], "as a spreadsheet writes it"
