@@ -40,12 +40,15 @@ periods = 20
 """Configuration with 60 blocks. Every second block has fewer points."""
 
 STAND_IN = """
-import sys, functools
+import sys
 from importlib import import_module
 from tests.support import fake
 delay = float(sys.argv.pop(1))
 sweep = import_module("vibrodrive.batch.sweep")
-sweep.run_blocks = functools.partial(fake.run_blocks, delay=delay)
+def run_blocks(plan, which, **options):
+    print("computing", flush=True)
+    yield from fake.run_blocks(plan, which, delay=delay)
+sweep.run_blocks = run_blocks
 sweep.load_kernels = lambda plan: None
 from vibrodrive.cli import main
 main(sys.argv[1:])
@@ -234,8 +237,7 @@ def test_one_of_several_processes_writes_until_a_signal(scene, undisturbed):
         if process not in writing:
             assert process.returncode == 2
             assert_one_line(process.communicate()[1], "another process is writing this file")
-    while not scene.file.exists() and time.monotonic() < limit:
-        time.sleep(0.01)
+    assert writing[0].stdout.readline() == "computing\n"
     writing[0].send_signal(signal.SIGINT)
     _, err = writing[0].communicate(timeout=LIMIT)
     assert writing[0].returncode == 130
