@@ -51,7 +51,6 @@ from vibrodrive.model.slips import slip, warn
 from vibrodrive.model.spacing import geometric
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
-from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
 from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, beside, cells_to_search, check_period, orbits_of
 
 ONSET = "onset"
@@ -60,11 +59,6 @@ STEP = 1.0 / 256.0  # default of the largest spacing of the grid of A, in units 
 MOST_VALUES = 100_000  # largest number of values of A on a grid whose spacing the caller gives
 MOST_WORK = 10_000_000
 """Largest product of two numbers: values of A, and itineraries at the highest A. Such a search takes about an hour."""
-
-FINER = 32
-"""Factor by which the spacing of A is smaller for the orbit with a rest. Between A = 3.15 and 3.19 the narrowest
-structures are intervals of A in which this orbit has a short period. Most other orbits appear and disappear at the ends
-of these intervals."""
 
 # APART and AGAIN are distances in A, in units of `scale_of`.
 APART = 1e-10
@@ -89,8 +83,8 @@ class Bifurcation:
         without duration).
     orbit : the orbit that ends or changes. It is computed at the value closest to A at which floats still distinguish
         it from the orbit with which it merges or which it becomes.
-    multiplier_below, multiplier_above : multiplier of the orbit a little below A and a little above A; NaN on a side on
-        which the orbit does not exist.
+    multiplier_below, multiplier_above : multiplier of the orbit a little below A and a little above A (by 1e-10 in
+        units of `scale_of`); NaN on a side on which the orbit does not exist.
     scene : machine in SI units at the bifurcation, if it was given.
     """
 
@@ -278,17 +272,17 @@ def check_range(name: str, value: Any) -> tuple[float, float]:
     return low, high
 
 
-def spread(low: float, high: float, step: float | None, finer: int = 1) -> np.ndarray:
-    """Return values of A from low to high, whose spacing is at most `step` / `finer`.
+def spread(low: float, high: float, step: float | None) -> np.ndarray:
+    """Return values of A from low to high, whose spacing is at most `step`.
 
-    If `step` is None, the spacing near A is at most STEP × scale_of(A) / `finer`.
+    If `step` is None, the spacing near A is at most STEP × scale_of(A).
     """
     if step is not None:
-        return np.linspace(low, high, 1 + math.ceil(finer * ((high - low) / step)))
+        return np.linspace(low, high, 1 + math.ceil((high - low) / step))
     turn = min(max(low, SCALE_FROM), high)
-    near = np.linspace(low, turn, 1 + math.ceil(finer * ((turn - low) / STEP)))
+    near = np.linspace(low, turn, 1 + math.ceil((turn - low) / STEP))
     # a constant ratio makes the spacing proportional to A
-    far = geometric(turn, high, 1 + math.ceil(finer * (math.log(high / turn) * SCALE_FROM / STEP)))
+    far = geometric(turn, high, 1 + math.ceil(math.log(high / turn) * SCALE_FROM / STEP))
     return np.append(near, far[1:])
 
 
@@ -309,9 +303,8 @@ class Search:
         begin = min(least + APART * scale_of(least), high)
         starts = low < least
         low = max(low, begin)
-        even = spread(low, high, step)
-        self.check_effort(high, len(even))
-        grid = np.union1d(even, self.changes_of_rest(spread(low, high, step, FINER))).tolist()
+        grid = spread(low, high, step).tolist()
+        self.check_effort(high, len(grid))
         below = self.orbits(grid[0])
         if starts:
             self.found += [Bifurcation(least, ONSET, o, math.nan, o.multiplier) for o in below]
@@ -330,15 +323,6 @@ class Search:
         if each * values > MOST_WORK:
             work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
             raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter, because {work}"))
-
-    def changes_of_rest(self, values: np.ndarray) -> np.ndarray:
-        """Return the neighbouring values of A between which the orbit with a rest changes, as one ascending array.
-
-        `values` is ascending, too. No search is needed, because the flights from φ_up give this orbit.
-        """
-        names = np.array([_name_of_rest(a, self.B, self.limit) for a in values.tolist()])
-        changes = np.flatnonzero(names[1:] != names[:-1])
-        return values[np.union1d(changes, changes + 1)]
 
     def find_between(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
         """Add to `found` the bifurcations between a, with the orbits `below`, and b, with the orbits `above`."""
@@ -384,13 +368,6 @@ class Search:
             where = branch.doubling(a, b)
             return where, DOUBLING, where, branch.orbit(where) or changing
         return None
-
-
-def _name_of_rest(A: float, B: float, limit: int) -> int:
-    """Return the number of the itinerary of the orbit with a rest; 0 if the period of this orbit is above `limit`."""
-    up = ImpactMap(A, B).window[0]
-    itinerary, _, _, _, _, fate, _ = flights(up, limit, A, B, limit, NO_SLIDES)
-    return itinerary if fate == RESTS else 0
 
 
 def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Orbit, bool]]:
