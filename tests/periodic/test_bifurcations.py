@@ -11,8 +11,9 @@ from tests.exact.reference import IMPACT, mp, reference
 from tests.support.mp_flight import orbit_phase, slope
 from vibrodrive.model.physical import Scene
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
-from vibrodrive.periodic.bifurcations import bifurcations, gap_between, spread
+from vibrodrive.periodic.bifurcations import Search, bifurcations, gap_between, spread
 from vibrodrive.periodic.continuation import Continuation
+from vibrodrive.periodic.family import family, traces
 from vibrodrive.periodic.search import orbits
 
 pytestmark = pytest.mark.jit  # hundreds of searches
@@ -143,7 +144,9 @@ def test_phase_differences_are_measured_on_the_circle():
     [
         (lambda d: -1.0 - 300.0 * d, True),
         (lambda d: -1.0 + 1e-3 * (d - 3e-9), True),
+        (lambda d: -1.0 - 300.0 * (d - 2e-5), True),
         (lambda d: -1.0 - 300.0 * (d - 1e-3), False),  # far away
+        (lambda d: -1.0 - 300.0 * d if abs(d) < 2e-9 else math.nan, True),  # an orbit that exists there only
         (lambda d: 1.0 + 300.0 * d, False),  # a fold, not a period doubling
         (lambda d: -0.9 if d < 0.0 else math.nan, False),  # an orbit that ends
         (lambda d: -1.1 if d < 0.0 else math.nan, False),
@@ -154,6 +157,58 @@ def test_doubled_orbit_begins_where_the_multiplier_of_its_half_passes_minus_one(
     sides = Continuation(0.1, 2, 2, False, (1, 2), True)._across(3.0)
     assert (sides is not None) == doubles
     assert sides is None or (multiplier(sides[0] - 3.0) < -1.0) != (multiplier(sides[1] - 3.0) < -1.0)
+
+
+@pytest.mark.parametrize(("distance", "kind"), [(2e-8, "border"), (2e-7, "fold")])
+def test_orbit_ends_at_a_breakpoint_if_a_launch_is_there(distance, kind, monkeypatch):
+    monkeypatch.setattr(Continuation, "starts", lambda self, A: [1.0] if A < 3.0 else [])
+    monkeypatch.setattr(Continuation, "_closest_to_breakpoint", lambda self, A: (distance, "border", 1.0, 1.0))
+    assert Continuation(0.1, 2, 2, False, (1, 2), False).end(2.9, 3.1)[1] == kind
+
+
+@pytest.mark.parametrize(("apart", "count"), [(1e-9, 1), (1e-7, 2)])
+def test_close_results_are_one_bifurcation(apart, count, monkeypatch):
+    (orbit,) = orbits(1.5, 0.1, 1)
+    ends = iter([(3.0, "fold", 3.0, orbit), (3.0 + apart, "fold", 3.0 + apart, orbit)])
+    monkeypatch.setattr(Search, "orbits", lambda self, A: [])
+    monkeypatch.setattr(Search, "change", lambda *_: next(ends, None))
+    search = Search(0.1, 1)
+    search.find_between(2.9, [], 3.1, [])
+    assert len(search.found) == count
+
+
+def test_multipliers_are_those_of_the_same_orbit_beside_the_bifurcation(found):
+    """They are taken 1e-10 from it. At a fold there is none on one side, although another orbit is 0.1 rad away."""
+    for b in found:
+        if b.kind in ("border", "fold"):
+            for side, m in ((-1e-10, b.multiplier_below), (1e-10, b.multiplier_above)):
+                known = [o.multiplier for o in orbits(b.A + side, 0.1, 4)]
+                assert math.isnan(m) or pytest.approx(m, rel=0.05, abs=1e-30) in known
+    grazings = [(b.multiplier_below, b.multiplier_above) for b in of_kind(found, "grazing")]
+    assert grazings == [(0.0, 0.0)] * len(grazings) != [], "the orbit rests on both sides"
+    (fold, *_) = bifurcations((3.178, 3.179), 0.1, 7)
+    assert (fold.kind, math.isnan(fold.multiplier_below)) == ("fold", True)
+    assert 0.99 < fold.multiplier_above < 1.01
+
+
+def test_branches_of_a_diagram_are_close_to_their_orbits_beside_a_bifurcation():
+    """Their phases change like a square root, and the straight lines of a branch are off by a sixth at most.
+
+    Where an orbit has doubled, rounding hides both halves up to a distance of 1e-8.
+    """
+    for low, high, n, kind, near in ((2.55, 2.612, 2, "period doubling", 2e-7), (3.15, 3.1895, 3, "fold", 2e-9)):
+        drawn = family([low, high], 0.1, n)
+        (b,) = (b for b in drawn.bifurcations if b.kind == kind)
+        name = b.orbit.name * (2 if kind == "period doubling" else 1)
+        branch = next(x for x in drawn.branches() if x.orbits[0].name == name and x.orbits[-1].kind == "stable")
+        curve = traces(branch, lambda o: o.phases)
+        assert 0.0 < branch.A[0] - b.A < near
+        for middle in np.sqrt(branch.A[1:] - b.A) * np.sqrt(branch.A[:-1] - b.A):
+            exact = next(o for o in orbits(b.A + middle, 0.1, n) if (o.name, o.kind) == (name, "stable"))
+            line = [np.interp(b.A + middle, branch.A, column) for column in curve.T]
+            phases = np.sort(exact.phases)
+            away = np.abs(phases - np.sort(b.orbit.phases)).max()
+            assert line == pytest.approx(phases, abs=0.2 * away + 3e-5), middle
 
 
 def test_no_bifurcations_below_the_onset():
