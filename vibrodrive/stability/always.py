@@ -24,14 +24,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.batch.records import Arrays
-from vibrodrive.batch.sweep import fill
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.trig import PI, TWO_PI
 from vibrodrive.kernels.record import PHASE, SPEED, TIME
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
+from vibrodrive.stability.evaluate import compute_impacts
 from vibrodrive.stability.main_impacts import SHARE, ImpactCycle, nearest
 
 EPS, ETA, TAU0 = (COLUMNS.index(name) for name in ("eps", "eta", "tau0"))
@@ -176,12 +175,9 @@ class _Flights:
 
     def _impacts(self, eps: float, tau0: np.ndarray) -> np.ndarray | None:
         """Return the main impacts after a start from rest at each of the times `tau0`, as kernels write them."""
-        n = len(tau0)
-        points = np.repeat(self._point[None], n, axis=0)
+        points = np.repeat(self._point[None], len(tau0), axis=0)
         points[:, EPS], points[:, TAU0] = eps, tau0
-        status, impacts = np.empty(n, np.int8), np.empty((n, 2 * self._settings.periods, 4))
-        arrays = Arrays(None, status, np.empty(n), np.empty((n, 5), np.int64), impacts)
-        fill(self._settings, points, self._threads, self._halt, arrays)
+        status, impacts = compute_impacts(points, self._settings, self._threads, self._halt)
         return None if (status == Status.BUDGET).any() else impacts
 
 

@@ -74,6 +74,16 @@ class Motion:
         return keeps(base, self.section, self.impacts, criterion.names, switches)
 
 
+def compute_impacts(
+    points: np.ndarray, settings: Settings, threads: int, halt: Halt, section: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the statuses and main impacts of the motions at points, as kernels write them; fill `section`, if any."""
+    n = len(points)
+    status, impacts = np.empty(n, np.int8), np.empty((n, 2 * settings.periods, 4))
+    fill(settings, points, threads, halt, Arrays(section, status, np.empty(n), np.empty((n, 5), np.int64), impacts))
+    return status, impacts
+
+
 class Evaluator:
     """Computation of the motions at points of a plan under disturbances of one kind.
 
@@ -156,11 +166,8 @@ class Evaluator:
                 yield Motion(section[k], main_impacts(impacts[k]), partial(self._follow, point, settings))
 
     def _computed(self, points: np.ndarray, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
-        n, periods = len(points), settings.periods
-        section, impacts = np.empty((n, periods, 2)), np.empty((n, 2 * periods, 4))
-        arrays = Arrays(section, np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), impacts)
-        fill(settings, points, self._threads, self._halt, arrays)
-        return section, impacts
+        section = np.empty((len(points), settings.periods, 2))
+        return section, compute_impacts(points, settings, self._threads, self._halt, section)[1]
 
     def _follow(self, point: np.ndarray, settings: Settings) -> Trajectory:
         scalars = dict(zip(COLUMNS, point.tolist(), strict=True))
