@@ -162,7 +162,7 @@ def test_doubled_orbit_begins_where_the_multiplier_of_its_half_passes_minus_one(
 @pytest.mark.parametrize(("distance", "kind"), [(2e-8, "border"), (2e-7, "fold")])
 def test_orbit_ends_at_a_breakpoint_if_a_launch_is_there(distance, kind, monkeypatch):
     monkeypatch.setattr(Continuation, "starts", lambda self, A: [1.0] if A < 3.0 else [])
-    monkeypatch.setattr(Continuation, "_closest_to_breakpoint", lambda self, A: (distance, "border", 1.0, 1.0))
+    monkeypatch.setattr(Continuation, "_closest_to_breakpoint", lambda self, A: (distance, "border", 1.0))
     assert Continuation(0.1, 2, 2, False, (1, 2), False).end(2.9, 3.1)[1] == kind
 
 
@@ -232,9 +232,15 @@ def test_only_the_resting_orbit_changes_close_to_the_level(B):
     assert {b.orbit.kind for b in found} == {"superstable"}
 
 
-def test_no_bifurcation_by_rounding_close_to_the_level():
-    """For B = 1e-6 there is no bifurcation in this range. The search once found hundreds."""
-    assert bifurcations((1.9, 2.4), 1e-6, 3) == []
+@pytest.mark.parametrize(
+    ("ends", "B", "limit"),
+    [
+        ((1.9, 2.4), 1e-6, 3),  # the search once found hundreds, by rounding
+        ((2.945, 2.965), 0.15, 2),  # the impact before the rest of the orbit passes the end of an excitation period
+    ],
+)
+def test_no_bifurcation_where_no_orbit_changes(ends, B, limit):
+    assert bifurcations(ends, B, limit) == []
 
 
 @pytest.mark.parametrize("step", [None, 4.0])

@@ -15,7 +15,7 @@ import numpy as np
 from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW
 from vibrodrive.periodic.flight import NO_WORD, flight
 from vibrodrive.periodic.impact_map import ImpactMap, kind_of_change, states
-from vibrodrive.periodic.itineraries import NO_SLIDES, RESTS, flights
+from vibrodrive.periodic.itineraries import NO_SLIDES, flights
 from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returning_launches, touching_orbit, trace_orbit
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
@@ -34,7 +34,7 @@ def scale_of(A: float) -> float:
 def is_doubled(orbit: Orbit) -> bool:
     """Return True if both halves of the orbit have equal words and equal numbers of periods between launches."""
     half = orbit.impacts // 2
-    return orbit.impacts % 2 == 0 and orbit.name[:half] == orbit.name[half:]
+    return orbit.name[:half] == orbit.name[half:]
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ class Continuation:
             return []
         if self.rests:
             up = system.window[0]
-            code, _, _, _, _, fate, _ = flights(up, self.impacts, A, self.B, self.period, NO_SLIDES)
-            return [up] if fate == RESTS and code == self.itinerary[-1] else []
+            code = flights(up, self.impacts, A, self.B, self.period, NO_SLIDES)[0]  # with REST at its end
+            return [up] if code == self.itinerary[-1] else []
         return [
             psi
             for low, high, n, periods in itinerary_cells(system, self.period, self.itinerary)
@@ -112,10 +112,9 @@ class Continuation:
         last, beyond = bisect(lambda A: len(self.starts(A)) >= count, inside, outside)
         if self.rests:
             return last, self._change(last, beyond), last
-        distance, kind, launch, point = self._closest_to_breakpoint(last)
+        distance, kind, launch = self._closest_to_breakpoint(last)
         if distance < ON_BREAKPOINT:
-            grazes = kind == GRAZING and launch >= point
-            return self._touching(last, launch) if grazes else last, kind, last
+            return self._touching(last, launch) if kind == GRAZING else last, kind, last
         if self.doubled and (sides := self._across(last)):
             return self.parent.doubling(*sides), DOUBLING, last
         return last, FOLD, last
@@ -131,15 +130,15 @@ class Continuation:
             psi, phi = float(one(psi).phase), float(other(phi).phase)
         return BORDER_COLLISION
 
-    def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float, float]:
-        """Return (distance, kind, launch, breakpoint) for the launch that is closest to a breakpoint of the map.
+    def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float]:
+        """Return (distance, kind, launch) for the launch that is closest to a breakpoint of the map.
 
         `distance` is that of the launch from the breakpoint, and `kind` is the kind of bifurcation at this breakpoint.
         """
         system = ImpactMap(A, self.B)
         points, kinds, _ = system.pieces(self.period)
         return min(
-            (abs(psi - point), BORDER_COLLISION if kind == "rest" else kind, psi, point)
+            (abs(psi - point), BORDER_COLLISION if kind == "rest" else kind, psi)
             for start in self.starts(A)
             for psi in launches(system, start, self.impacts, self.period)
             for point, kind in zip(points.tolist(), kinds, strict=True)
