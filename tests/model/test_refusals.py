@@ -90,7 +90,7 @@ VALUES = {
     "limit threads": ("threads", lambda v: vd.limit(3.04, threads=v, **JUDGED), [*OPTIONAL, 0, 10**6]),
     "orbits A": ("A", vd.orbits, NUMBER),
     "orbits max_period": ("max_period", lambda v: vd.orbits(3.04, max_period=v), COUNT),
-    "bifurcations A": ("A", vd.bifurcations, [None, *NOT_NUMBERS, *OUTSIDE, [], 3, (3.1, 3.0), (1, 2, 3), range(3)]),
+    "bifurcations A": ("A", vd.bifurcations, [None, *NOT_NUMBERS, *OUTSIDE, [], 3, (3.1, 3), (3, 3), (1, 2, 3)]),
     "bifurcations from": ("A", lambda v: vd.bifurcations((v, 3.0)), NUMBER),
     "bifurcations to": ("A", lambda v: vd.bifurcations((3.0, v)), NUMBER),
     "bifurcations step": ("step", lambda v: vd.bifurcations((2.5, 2.51), step=v), [*OPTIONAL, 0.0, -1.0, 1e-9]),
