@@ -47,38 +47,31 @@ def evaluations(**arguments) -> float:
     return float(work.sum())
 
 
-@pytest.mark.jit
-@pytest.mark.parametrize("seed", range(4))
-def test_copied_equals_computed(seed):
-    """Records begin and end anywhere in a cycle, and sections and starts have any phase."""
-    rng = np.random.default_rng(seed)
-    A = np.array([RESTS, DRAWN_IN, 1.2, 2.55, 3.06, 3.1, 3.17, *rng.uniform(1.05, 3.3, 13)])
-    window = dict(
-        transient=int(rng.integers(0, 400)),
-        periods=int(rng.integers(1, 300)),
-        tau0=float(rng.choice([0.0, rng.uniform(0, 6.28)])),
-        section_phase=float(rng.choice([0.0, rng.uniform(0, 6.28)])),
-    )
-    swept = vd.sweep(A=A, **window)
-    for k, a in enumerate(A):
-        assert same(swept, k, vd.simulate(A=a, **window)), (a, window)
+def copied():
+    """Yield scenes with motions that repeat."""
+    for seed in range(4):  # records begin and end anywhere in a cycle, and sections and starts have any phase
+        rng = np.random.default_rng(seed)
+        A = np.array([RESTS, DRAWN_IN, 1.2, 2.55, 3.06, 3.1, 3.17, *rng.uniform(1.05, 3.3, 13)])
+        window = dict(transient=int(rng.integers(0, 400)), periods=int(rng.integers(1, 300)))
+        for name in ("tau0", "section_phase"):
+            window[name] = float(rng.choice([0.0, rng.uniform(0, 6.28)]))
+        yield dict(A=A, **window)
+    for B in (0.0, 0.5, 0.985, 0.995, 1.2):
+        yield dict(A=np.linspace(1.1, 5.0, 12), B=B, xi0=2.0, transient=37, periods=90)
+    # equal phases with other guesses are no return: the last bits of the section differ from those of a copy
+    for A, B in ((2.5231841061368714, 0.1), (4.043804793493116, 0.5), (5.425560852028401, 0.9)):
+        yield dict(A=[A], B=B, transient=150, periods=120)
+    # a motion ends in a later period that needs more than the budget, although the first period needs less
+    for budget in (1, 2, 3, 4, 5, 6, 12):
+        yield dict(A=[RESTS, DRAWN_IN, 3.17], transient=3, periods=30, budget=budget)
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("B", [0.0, 0.5, 0.985, 0.995, 1.2])
-def test_copied_equals_computed_on_any_slope(B):
-    A = np.linspace(1.1, 5.0, 12)
-    swept = vd.sweep(A=A, B=B, xi0=2.0, transient=37, periods=90)
-    for k, a in enumerate(A):
-        assert same(swept, k, vd.simulate(A=a, B=B, xi0=2.0, transient=37, periods=90)), a
-
-
-@pytest.mark.jit
-@pytest.mark.parametrize(("A", "B"), [(2.5231841061368714, 0.1), (4.043804793493116, 0.5), (5.425560852028401, 0.9)])
-def test_equal_phases_with_other_guesses_are_no_return(A, B):
-    """Later searches begin at other guesses, so the last bits of the section differ from those of a copy."""
-    window = dict(B=B, transient=150, periods=120)
-    assert same(vd.sweep(A=[A], **window), 0, vd.simulate(A=A, **window))
+@pytest.mark.parametrize("scene", [*copied()])
+def test_copied_equals_computed(scene):
+    swept = vd.sweep(**scene)
+    for k, a in enumerate(scene["A"]):
+        assert same(swept, k, vd.simulate(**scene | {"A": a})), a
 
 
 @pytest.mark.jit
@@ -114,13 +107,3 @@ def test_no_repetition_with_a_disturbance_or_on_a_fixed_grid():
     assert swept == vd.simulate(A=RESTS, eps=2e-4, transient=20, periods=20).evaluations
     few, many = (evaluations(A=[RESTS], method="fixed", dtau=0.01, transient=0, periods=n) for n in (100, 400))
     assert 3.9 * few < many < 4.1 * few
-
-
-@pytest.mark.jit
-@pytest.mark.parametrize("budget", [1, 2, 3, 4, 5, 6, 12])
-def test_budget_of_a_period_holds_in_a_repetition(budget):
-    """The motion ends in a later period that needs more than the budget, although the first period needs less."""
-    A = [RESTS, DRAWN_IN, 3.17]
-    swept = vd.sweep(A=A, transient=3, periods=30, budget=budget)
-    for k, a in enumerate(A):
-        assert same(swept, k, vd.simulate(A=a, transient=3, periods=30, budget=budget)), a

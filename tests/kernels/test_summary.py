@@ -403,17 +403,14 @@ def test_gaps_are_in_order_of_time(A, eps):
     assert (str(int(swept.gaps)), bool(swept.period > 0)) == (least(gaps[:n]), eps == 0.0)
 
 
-def test_motion_without_release_is_at_rest():
-    swept = vd.sweep(A=[0.5], transient=3, periods=4, xi0=0.0, record="summary")
-    assert (swept.period[0], swept.impacts[0], swept.energy[0], swept.share_rest[0]) == (1, 0.0, 0.0, 1.0)
-    assert swept.lyapunov[0] == -math.inf
-    assert (swept.xi_max[0], swept.dxi_max[0], swept.dxi_min[0]) == (0.0, 0.0, 0.0)
-
-
-def test_permanent_stick_has_period_1():
-    swept = vd.sweep(A=[0.4], B=0.25, xi0=2.0, transient=3, periods=4, record="summary")
-    assert (swept.period[0], swept.impacts[0], swept.share_stick[0], swept.share_rest[0]) == (1, 0.0, 1.0, 0.0)
-    assert (swept.xi_max[0], swept.dxi_max[0], swept.dxi_min[0]) == (2.0, 0.0, 0.0)
+@pytest.mark.parametrize(
+    ("scene", "share", "xi"), [(dict(A=0.5), "share_rest", 0.0), (dict(A=0.4, B=0.25, xi0=2.0), "share_stick", 2.0)]
+)
+def test_permanent_rest_or_stick_has_period_1(scene, share, xi):
+    swept = vd.sweep(**scene, transient=3, periods=4, record="summary")
+    assert (swept.period, swept.impacts, swept.energy, swept.lyapunov) == (1, 0.0, 0.0, -math.inf)
+    assert swept.share_rest + swept.share_stick == getattr(swept, share) == 1.0
+    assert (swept.xi_max, swept.dxi_max, swept.dxi_min) == (xi, 0.0, 0.0)
 
 
 @numba.njit(error_model="numpy")
@@ -486,39 +483,29 @@ def test_history_of_a_lane_equals_the_switches_of_the_motion(method, eps):
     assert (rows == np.column_stack([switches[n] for n in ("period", "phase", "before", "after", "xi", "dxi")])).all()
 
 
-@pytest.mark.jit
-def test_more_switches_than_a_lane_can_store():
-    scene = dict(transient=10, periods=400)
-    A = [1.3, 2.4, 3.04]
-    swept = vd.sweep(A=A, eps=1e-3, **scene, record="summary")
-    for k, a in enumerate(A):
-        motion = vd.simulate(A=a, eps=1e-3, **scene)
-        assert k or len(motion.switches) > 3 * ROWS
-        assert_same(swept, k, motion)
+LONGER = [
+    dict(A=[1.3, 2.4, 3.04], eps=1e-3, transient=10, periods=400),  # more switches than a lane can store
+    dict(A=[3.158, 3.1605, 3.172, 3.186], transient=3000, periods=900),  # no period, and copied cycles (recurrence.py)
+    dict(A=[2.4, 2.719252649683075], B=0.1, tau0=0.6385324289869151, transient=1, periods=6),
+]
 
 
 @pytest.mark.jit
-def test_summary_covers_all_switches_of_a_longer_cycle():
-    """If no period is found, the summary covers all switches, also those in copied cycles (recurrence.py)."""
-    A, run = [3.158, 3.1605, 3.172, 3.186], dict(transient=3000, periods=900)
-    swept = vd.sweep(A=A, **run, record="summary")
-    for k, a in enumerate(A):
-        assert_same(swept, k, vd.simulate(A=a, **run))
+@pytest.mark.parametrize("scene", LONGER, ids=str)
+def test_summary_covers_all_switches(scene):
+    """If no period is found, the summary covers all switches.
 
-
-@pytest.mark.jit
-def test_cycle_reached_late_in_the_record():
-    """The motion reaches its exact cycle shortly before the end of the record.
-
-    The last n periods still differ from the n periods before, so `find_period` finds no period.
+    The last motion reaches its exact cycle shortly before the end of the record. The last n periods still differ from
+    the n periods before, so `find_period` finds no period.
     """
-    scene = dict(B=0.1, tau0=0.6385324289869151, transient=1, periods=6)
-    A = [2.4, 2.719252649683075]
-    swept = vd.sweep(A=A, **scene, record="summary")
-    assert swept.period[1] == UNSEEN
-    assert vd.sweep(A=A, **(scene | {"periods": 12}), record="summary").period[1] > 0
-    for k, a in enumerate(A):
-        assert_same(swept, k, vd.simulate(A=a, **scene))
+    swept = vd.sweep(**scene, record="summary")
+    for k, a in enumerate(scene["A"]):
+        assert_same(swept, k, vd.simulate(**scene | {"A": a}))
+    if scene["periods"] == 6:
+        assert swept.period[1] == UNSEEN
+        assert vd.sweep(**scene | {"periods": 12}, record="summary").period[1] > 0
+    if "eps" in scene:
+        assert swept.switches[0].sum() > 3 * ROWS
 
 
 def test_columns_have_the_names_and_the_order_of_the_quantities():

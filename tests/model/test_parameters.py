@@ -64,14 +64,6 @@ def test_units_of_lengths_velocities_times_and_forces_are_consistent():
     np.testing.assert_allclose(scene.length(np.array([1.0, 2.0])), scene.friction / 150.0**2 * np.array([1.0, 2.0]))
 
 
-def test_scene_accepts_a_frequency_in_hertz_instead_of_omega0():
-    rest = {name: value for name, value in SCENE.items() if name != "omega0"}
-    scene = Scene(**rest, frequency=24.0)
-    assert scene.omega0 == 48.0 * math.pi
-    assert scene.frequency == 24.0
-    assert scene == Scene(**rest, omega0=48.0 * math.pi)
-
-
 def test_a_scene_is_a_table_in_a_notebook():
     table = Scene(**SCENE)._repr_html_()
     for name, text in (("a0", "4 mm"), ("omega0", "150 rad/s"), ("mu", "0.6"), ("alpha", "10 °"), ("mass", "250 kg")):

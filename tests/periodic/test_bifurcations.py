@@ -211,13 +211,8 @@ def test_branches_of_a_diagram_are_close_to_their_orbits_beside_a_bifurcation():
             assert line == pytest.approx(phases, abs=0.2 * away + 3e-5), middle
 
 
-def test_no_bifurcations_below_the_onset():
-    assert bifurcations((0.5, 1.0)) == []
-
-
 def test_touching_orbit_on_the_level_changes_once():
     """For B = 0 orbits are `touching`: they reach the obstacle with velocity 0. An earlier search did not end."""
-    assert bifurcations((2.9, 3.0), 0.0, 2) == []
     onset, stick = bifurcations((0.9, 3.25), 0.0, 2)
     assert (onset.A, onset.kind) == (1.0, "onset")
     assert (stick.A, stick.kind) == (pytest.approx(math.sqrt(1.0 + 0.25 * math.pi**2), abs=1e-14), "stick")
@@ -235,6 +230,8 @@ def test_only_the_resting_orbit_changes_close_to_the_level(B):
 @pytest.mark.parametrize(
     ("ends", "B", "limit"),
     [
+        ((0.5, 1.0), 0.1, 3),  # below the onset
+        ((2.9, 3.0), 0.0, 2),
         ((1.9, 2.4), 1e-6, 3),  # the search once found hundreds, by rounding
         ((2.945, 2.965), 0.15, 2),  # the impact before the rest of the orbit passes the end of an excitation period
     ],

@@ -47,19 +47,14 @@ def starts_of(found, rng, count):
 
 
 @pytest.mark.jit
+@pytest.mark.parametrize(
+    ("count", "periods"), [(6, 3000), pytest.param(12, 20_000, marks=pytest.mark.slow("30 s: 20 000 periods"))]
+)
 @pytest.mark.parametrize("point", ORBITS)
-def test_long_motions_from_all_starts_keep_the_structure(point):
-    found, rng = find(point), np.random.default_rng(3)
+def test_long_motions_from_all_starts_keep_the_structure(point, count, periods):
+    found = find(point)
     assert found.kind == "sampled"
-    assert all(kept(point, found.k2, starts_of(found, rng, 6), 3000))
-
-
-@pytest.mark.jit
-@pytest.mark.slow("30 s: 20 000 periods")
-@pytest.mark.parametrize("point", ORBITS)
-def test_very_long_motions_keep_the_structure(point):
-    found, rng = find(point), np.random.default_rng(4)
-    assert all(kept(point, found.k2, starts_of(found, rng, 12), 20_000))
+    assert all(kept(point, found.k2, starts_of(found, np.random.default_rng(3), count), periods))
 
 
 @pytest.mark.jit
