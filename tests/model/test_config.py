@@ -10,6 +10,7 @@ import pytest
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import parse, read
+from vibrodrive.model.physical import Scene
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -78,6 +79,23 @@ def test_options_override_the_file():
     assert plan.axes["eps"].tolist() == [0.0, 1e-3]  # the number in [model] is replaced
     assert plan.scalars["tol"] == 1e-4
     assert parse(text, ["A=3", "sweep.B=[0.1, 0.3]"]).plan().axes["B"].tolist() == [0.1, 0.3]
+
+
+def test_options_move_a_quantity_of_a_scene_between_the_tables():
+    quantities = {"a0": 0.8e-3, "mu": 0.6, "alpha": 3.4}
+    fixed = "[physical]\n" + "".join(f"{name} = {value}\n" for name, value in quantities.items())
+    plain, over = f"{fixed}omega0 = 150\n", f"{fixed}[sweep]\nomega0 = [100, 200]\n"
+    rise = "{{start = {}, stop = {}, num = 3}}"
+    assert parse(plain, [f"omega0={rise.format(100, 200)}"]).plan().axes["omega0"].tolist() == [100.0, 150.0, 200.0]
+    for option in ("omega0=160", "physical.omega0=160"):
+        plan = parse(over, [option]).plan()
+        assert (plan.axes, plan.scalars["A"]) == ({}, Scene(**quantities, omega0=160.0).A)
+    in_hertz = parse(plain, ["frequency=24"]).plan().scalars
+    assert "omega0" not in in_hertz
+    assert (in_hertz["frequency"], in_hertz["A"]) == (24.0, Scene(**quantities, frequency=24.0).A), "stored as given"
+    over_hertz = parse(over, [f"frequency={rise.format(20, 30)}"])
+    assert over_hertz.plan().axes["frequency"].tolist() == [20.0, 25.0, 30.0]
+    assert parse(over.replace("omega0", "frequency"), ["omega0=[150]"]).plan().axes["omega0"].tolist() == [150.0]
 
 
 @pytest.mark.parametrize("options", list(itertools.permutations(["method=certified", "dtau=0.1", "tol=1e-3"])))
