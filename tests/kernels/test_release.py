@@ -13,6 +13,7 @@ from tests.exact.reference import mp
 from vibrodrive.kernels.release import moves, onset, release_down, release_up
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight
+from vibrodrive.periodic.impact_map import ImpactMap
 
 
 def places(seed: int, n: int) -> np.ndarray:
@@ -53,9 +54,11 @@ def test_engine_and_map_agree_to_the_bit():
 @pytest.mark.jit
 def test_mass_moves_from_the_onset():
     """At A = 1 + B static friction just holds the mass. At the next larger A the mass moves, also in `simulate`."""
-    for B in (0.0, 0.1, 1.0, 3.7):
+    for B in (0.0, 0.1, 0.99, 1.0, 3.7):
         assert not moves(onset(B), B)
-        assert moves(np.nextafter(onset(B), np.inf), B)
+        least = float(np.nextafter(onset(B), np.inf))
+        assert moves(least, B)
+        assert np.ptp(ImpactMap(least, B).window) > 2e-8, "there are floats inside of every window"
         below, above = (vd.simulate(A=onset(B) * (1 + d), B=B, transient=0, periods=2) for d in (-1e-6, 1e-6))
         assert below.status == vd.Status.NEVER_LEAVES
         assert State.UP in above.switches["after"]

@@ -60,7 +60,7 @@ class Continuation:
         rests = "REST" in orbit.word.split()
         start = ImpactMap(orbit.A, orbit.B).window[0] if rests else float(orbit.phases[0])
         itinerary = tuple(flights(start, k, orbit.A, orbit.B, orbit.period, NO_SLIDES)[0] for k in range(1, n + 1))
-        return cls(orbit.B, n, orbit.period, rests, itinerary, not rests and is_doubled(orbit))
+        return cls(orbit.B, n, orbit.period, rests, itinerary, is_doubled(orbit))
 
     @property
     def parent(self) -> Continuation:

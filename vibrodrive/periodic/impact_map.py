@@ -166,8 +166,6 @@ class ImpactMap:
             return np.empty(0), (), ()
         up, end = self.window
         low, high = math.nextafter(up, end), math.nextafter(end, up)
-        if not low <= high:  # A is 1 + B within rounding, so no float is inside the window
-            return np.array([up, end]), ("rest", "rest"), (_word_from(up, self.A, self.B),)
         cells = intervals(low, high, 1, self.A, self.B, horizon)
         phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
         for (_, last), (first, _) in itertools.pairwise(cells):

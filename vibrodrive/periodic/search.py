@@ -254,8 +254,7 @@ def itinerary_cells(
     """
     A, B = system.A, system.B
     up, end = system.window
-    low, high = math.nextafter(up, end), math.nextafter(end, up)
-    alive = [(low, high)] if low <= high else []  # if A is 1 + B within rounding, no float is inside the window
+    alive = [(math.nextafter(up, end), math.nextafter(end, up))]
     for n in range(1, (limit if only is None else len(only)) + 1):
         above = alive
         alive = []
