@@ -9,7 +9,6 @@ import pytest
 from vibrodrive.model import spacing
 
 
-@pytest.mark.unit
 @pytest.mark.parametrize(("low", "high", "num"), [(1e-6, 1e-3, 9), (0.0028, 0.0033, 9), (1e3, 2.5, 100), (7.0, 7.0, 3)])
 def test_values_are_those_of_exact_arithmetic(low, high, num):
     with localcontext(prec=40):
@@ -20,13 +19,11 @@ def test_values_are_those_of_exact_arithmetic(low, high, num):
     assert (values[0], values[-1]) == (low, high)
 
 
-@pytest.mark.unit
 @pytest.mark.parametrize(("num", "values"), [(0, []), (1, [2.0]), (2, [2.0, 3.0])])
 def test_few_values(num, values):
     assert spacing.geometric(2.0, 3.0, num).tolist() == values
 
 
-@pytest.mark.unit
 def test_no_power_is_taken_by_numpy(monkeypatch):
     expected = [10.0**x for x in np.linspace(math.log10(1e-6), math.log10(0.3), 50).tolist()][1:-1]
     for name in ("power", "log10", "exp", "log", "geomspace", "logspace"):

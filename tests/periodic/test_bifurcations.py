@@ -233,7 +233,6 @@ def test_only_the_resting_orbit_changes_close_to_the_level(B):
         ((0.5, 1.0), 0.1, 3),  # below the onset
         ((2.9, 3.0), 0.0, 2),
         ((1.9, 2.4), 1e-6, 3),  # the search once found hundreds, by rounding
-        ((2.945, 2.965), 0.15, 2),  # the impact before the rest of the orbit passes the end of an excitation period
     ],
 )
 def test_no_bifurcation_where_no_orbit_changes(ends, B, limit):

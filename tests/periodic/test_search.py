@@ -151,6 +151,13 @@ def test_longer_periods_contain_the_shorter_ones():
     assert len({o.name for o in long}) == len(long)
 
 
+def test_orbit_keeps_its_name_if_an_impact_passes_the_end_of_a_period():
+    """The mass then rests from the end of one excitation period to the next one, and no bifurcation is between."""
+    one, other = (next(o for o in orbits(A, 0.15, 2) if o.kind == "superstable") for A in (2.953, 2.955))
+    assert (one.gaps.tolist(), other.gaps.tolist()) == ([1, 1], [0, 2])
+    assert one.name == other.name
+
+
 STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
 """Largest A at which, for B = 0, a mass that leaves the obstacle after a rest sticks before it slides down."""
 

@@ -92,7 +92,6 @@ def test_phases_reached_are_those_of_single_motions(point):
         assert tuple(reached[after]) == pytest.approx((min(found), max(found)), abs=1e-9)
 
 
-@pytest.mark.unit
 @pytest.mark.parametrize(
     ("eta", "phases"),
     [
