@@ -177,6 +177,6 @@ def test_each_kernel_is_compiled_once():
         "impact_map.impact_map(3)([1, 2]).word; impact_map.impact_map(3.04).breakpoints\n"
         "kernels = (flight.flight, itineraries.flights, itineraries.split, fixed_points.roots,\n"
         "           flight.impacts, flight.launch_after, flight.launch_window)\n"
-        "print([len(k.signatures) for k in kernels])\n"
+        "print([len(k.dispatcher.signatures) for k in kernels])\n"
     )
     assert python(script) == f"{[1] * 7}\n"
