@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 pytest.importorskip("tornado")
 
+import vibrodrive as vd
 from vibrodrive.explorer.controls import STARTS, title_of
 from vibrodrive.explorer.engine import LARGEST, Engine
-from vibrodrive.explorer.image import painted, spans_of
+from vibrodrive.explorer.image import fitting_range, painted, picture_of, pictures, spans_of
 from vibrodrive.explorer.tasks import work_of
 from vibrodrive.explorer.view import RANGES, View, adapted, read_address, view_of
 from vibrodrive.explorer.work import Pace, Work
@@ -177,9 +178,37 @@ def test_results_of_all_pages_use_at_most_half_of_the_memory(monkeypatch):
         Engine.make_room(engine, LARGEST + 1, "periods = 5")
 
 
-def test_spans_name_the_period_of_the_columns():
-    rng = np.random.default_rng(3)
-    two, three = (np.tile(rng.normal(size=p), 30)[:60] for p in (2, 3))
-    values = np.array([*[two] * 20, *rng.normal(size=(20, 60)), *[three] * 10])
-    assert spans_of(values, 1e-3, 0.0, 1.0) == [(0.0, 0.4, 2), (0.4, 0.8, 0), (0.8, 1.0, 3)]
-    assert spans_of(values[20:40], 1e-3, 0.0, 1.0) == []
+def test_spans_name_the_period_of_wide_runs_of_columns():
+    period = np.array([*[2] * 20, *[0] * 20, *[3] * 9, 7, *[-2] * 10])  # -2: the record is too short to tell
+    assert spans_of(period, 0.0, 1.0) == [(0.0, 20 / 60, 2), (20 / 60, 40 / 60, 0), (40 / 60, 49 / 60, 3)]
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("more", [{}, {"eps": 2e-4}, {"eps": 1e-9}, {"method": "fixed"}, {"section_phase": 0.0}])
+def test_bar_names_the_period_of_simulate_or_there_is_none(more):
+    """A slow beat under a ripple repeats nearly; at φₛ = 0 the mass rests, whatever its period."""
+    view = View.read({"low": 2.2, "high": 2.8, "columns": 60} | more)
+    level = list(Work([view.plan()], 1).levels(Pace(), Halt()))[-1]
+    spans = picture_of(view, level)[0]["spans"]
+    assert bool(spans) == ({*more} <= {"section_phase"})
+    for left, right, period in spans:
+        A = 0.5 * (left + right)
+        assert vd.simulate(A, transient=500, section_phase=view.section_phase).period == period
+    assert {span[2] for span in spans} <= {1, 2}
+
+
+@pytest.mark.jit
+def test_phases_are_cut_where_there_are_none():
+    view = View.read({"quantity": "impact_phase", "low": 3.0, "high": 3.25, "columns": 40})
+    level = list(Work([view.plan()], 1).levels(Pace(), Halt()))[-1]
+    results = level.sweep.results[0]
+    phases = results.impact_phase[np.isfinite(results.impact_phase)]
+    for turn in (0.0, 2.0, 4.0, 6.0):  # wherever the values are on the circle
+        results.impact_phase[np.isfinite(results.impact_phase)] = (phases + turn) % (2 * np.pi)
+        low, high = fitting_range(level, "impact_phase")
+        there = np.sort((phases + turn - low) % (2 * np.pi))
+        assert there[-1] < high - low
+        assert high - low < 1.2 * (2 * np.pi - np.diff(there, append=there[0] + 2 * np.pi).max())
+        (image,) = pictures(level, "impact_phase", low, high)
+        assert image.any(axis=0).all()
+        assert image[:18].any() or image[-18:].any()

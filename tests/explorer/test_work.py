@@ -93,7 +93,7 @@ def test_last_level_equals_the_sweep_of_the_exported_file_also_after_a_halt(name
     assert (again[0][0], again[-1]) == (seen[-1], (1.0, True))
     wanted, found = vd.sweep(**config.parse(view.toml()).arguments), work.part.results[0]
     names = {"section": ["section"], "impacts": ["impact_phase", "impact_speed"], "summary": ["period", "energy"]}
-    for array in (*names[view.record], "status", "margin", "switches"):
+    for array in (*names[view.record[0]], "status", "margin", "switches"):
         assert np.array_equal(getattr(found, array), getattr(wanted, array), equal_nan=True), array
 
 

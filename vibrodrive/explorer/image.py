@@ -24,6 +24,7 @@ SHADES = 64
 three scales, for the pixels with ink in both images, only in the chosen image, and only in the certified image."""
 
 ONLY_CHOSEN, ONLY_CERTIFIED = SHADES, 2 * SHADES
+TURN = 2.0 * np.pi
 MARGIN = 0.04  # share of the range of the values that is added at both ends of the ordinate
 
 
@@ -37,17 +38,27 @@ def values_of(results: vd.Results, quantity: str) -> np.ndarray:
 def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
     """Return (low, high), the range of all values with a margin, or (-1, 1) if there are no values."""
     part = level.sketch if level.sketch is not None and not level.sweep.done.any() else level.sweep
-    ends = []
-    for results in part.results:
-        values = values_of(results, quantity)[part.done]
-        values = values[np.isfinite(values)]
-        if values.size:
-            ends += [float(values.min()), float(values.max())]
-    if not ends:
+    values = np.concatenate([values_of(results, quantity)[part.done].ravel() for results in part.results])
+    values = np.sort(values[np.isfinite(values)])
+    if not values.size:
         return -1.0, 1.0
-    low, high = min(ends), max(ends)
+    low, high = float(values[0]), float(values[-1])
+    if _is_phase(quantity):  # the values begin after the widest gap on the circle
+        gap = int(np.argmax(np.diff(values, append=low + TURN)))
+        low, high = float(values[(gap + 1) % len(values)]), float(values[gap])
+        low, high = (low, high) if low <= high else (low - TURN, high)
     margin = MARGIN * (high - low) or 0.5
     return low - margin, high + margin
+
+
+def _is_phase(quantity: str) -> bool:
+    return records.QUANTITIES[quantity].unit == "rad"
+
+
+def _values_above(low: float, results: vd.Results, quantity: str) -> np.ndarray:
+    """Return the values of `values_of`, phases in the turn that begins at `low`."""
+    values = values_of(results, quantity)
+    return low + (values - low) % TURN if _is_phase(quantity) else values
 
 
 def palette_of(colours: np.ndarray) -> np.ndarray:
@@ -96,9 +107,9 @@ def pictures(level: Level, quantity: str, low: float, high: float, rows: int = P
     for k, results in enumerate(level.sweep.results):
         image = np.empty((rows, len(done)), np.uint8)
         if level.sketch is not None and rest is not None:
-            shades_of(values_of(level.sketch.results[k], quantity)[rest], rest, low, high, image)
+            shades_of(_values_above(low, level.sketch.results[k], quantity)[rest], rest, low, high, image)
         now = np.flatnonzero(done)
-        shades_of(values_of(results, quantity)[now], now, low, high, image)
+        shades_of(_values_above(low, results, quantity)[now], now, low, high, image)
         out.append(image if there.all() else image[:, _repeated(there)])
     return out
 
@@ -168,7 +179,6 @@ def _nearest(done: np.ndarray) -> np.ndarray:
 
 
 COUNTED = (choices.Status.TOO_CLOSE, choices.Status.BUDGET, choices.Status.NEVER_LEAVES)
-PERIODS = 16  # longest period that `spans_of` finds
 NARROWEST = 0.03  # least width of a span of equal periods, as a share of the window
 
 
@@ -199,29 +209,22 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
         image = difference(image, *certified)
         inks = ("var(--ink)", "both"), ("var(--down)", f"{view.method} only"), ("var(--up)", "certified only")
         key = Key(inks)
-    elif level.complete and view.sectioned:
-        values = values_of(level.sweep.results[0], view.quantity)
-        head["spans"] = spans_of(values, 0.5 * (high - low) / height, left, right)
+    elif level.complete and view.barred:
+        head["spans"] = spans_of(level.sweep.results[0].period, left, right)
     head |= {"y": low, "dh": high - low, "key": key._asdict(), "empty": not image.any()}
     head["odd"] = {words: points.tolist() for words, points in where.items()}
     return head, {"image": image, "palette": np.empty(0, np.uint32)}
 
 
-def spans_of(values: np.ndarray, same: float, left: float, right: float) -> list[tuple[float, float, int]]:
-    """Return (left end, right end, period) of each wide span of columns that repeat with one period, 0 if none does.
+def spans_of(period: np.ndarray, left: float, right: float) -> list[tuple[float, float, int]]:
+    """Return (left end, right end, period) of each wide span of columns with one period, 0 for none.
 
-    `values`, float64 (columns, periods), repeat if they differ by less than `same`. The columns divide the range from
-    `left` to `right` evenly.
+    The columns, int (n,), divide the range from `left` to `right` evenly.
     """
-    period = np.zeros(len(values), int)
-    for p in range(min(PERIODS, values.shape[1] // 3), 0, -1):
-        period[np.abs(values[:, p:] - values[:, :-p]).max(axis=1, initial=0.0) < same] = p
-    if not period.any():
-        return []
     ends = np.concatenate([[0], np.flatnonzero(np.diff(period)) + 1, [len(period)]])
     place = left + (right - left) * ends / len(period)
     runs = zip(place[:-1].tolist(), place[1:].tolist(), period[ends[:-1]].tolist(), strict=True)
-    return [run for run in runs if run[1] - run[0] >= NARROWEST * (right - left)]
+    return [run for run in runs if run[1] - run[0] >= NARROWEST * (right - left) and run[2] >= 0]
 
 
 def place(values: Any, scale: str) -> Any:

@@ -31,9 +31,10 @@ COLUMNS, ROWS = 1000, 250  # numbers of columns and rows of a view without a pag
 PICTURE_ROWS = 360  # height in pixels of a diagram without a page
 CELLS = 250_000  # largest number of cells of a map, if the number follows from the size of the page
 LONGEST = 10**6  # largest `transient` and `periods`
-RECORDED, RECORDED_DISTURBED = 200, 500
-"""Recorded periods of a view that gives no number. With the η of the paper the phase of a disturbance advances by 1/202
-of a turn in each period, so that 200 dots would draw a moiré, which is no property of the motion."""
+RECORDED, RECORDED_DISTURBED = 4 * choices.LONGEST, 500
+"""Recorded periods of a view that gives no number. The first suffice for the longest period, as the description of a
+motion has them. With the η of the paper the phase of a disturbance advances by 1/202 of a turn in each period, so that
+few dots would draw a moiré, which is no property of the motion."""
 NOWHERE = math.nan  # default of `bottom` and `top`
 PLACE = 0.3  # default place of the motion that is shown, as a share of the window
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in names.AXES.items() if row.axis}
@@ -167,7 +168,7 @@ class View:
         self.motion_plan()
         if self.mode == MAP:
             drawing.choose_drawing(plan, MAP, self.shade)
-            if self.shade == "lyapunov" and ("eps" in self.axes or self.eps > 0.0 or self.method != "certified"):
+            if self.shade == "lyapunov" and (self.disturbed or self.method != "certified"):
                 allowed = "another quantity: only certified motions with ε = 0 have a Lyapunov exponent"
                 raise ValueError(parameters.bad("shade", self.shade, allowed))
 
@@ -200,8 +201,11 @@ class View:
     @property
     def recorded(self) -> int:
         """Number of recorded periods."""
-        disturbed = "eps" in self.axes or self.eps > 0.0
-        return self.periods or (RECORDED_DISTURBED if disturbed else RECORDED)
+        return self.periods or (RECORDED_DISTURBED if self.disturbed else RECORDED)
+
+    @property
+    def disturbed(self) -> bool:
+        return "eps" in self.axes or self.eps > 0.0
 
     @property
     def _default_scene(self) -> str:
@@ -272,7 +276,7 @@ class View:
                       for name, (low, high, num, scale) in over.items()],
             "switching": [f'method = "{self.method}"', *numbers(used)],
             "run": [*numbers(["section_phase"]), f"transient = {self.transient}", f"periods = {self.recorded}",
-                    f'record = "{self.record}"'],
+                    f"record = {self.record}"],
             "figure": self._figure() if over else [],
         }  # fmt: skip
         lines = [line for name, table in tables.items() if table for line in ("", f"[{name}]", *table)]
@@ -284,8 +288,15 @@ class View:
         return self.mode == DIAGRAM and self.quantity in records.SECTION.diagrams
 
     @property
-    def record(self) -> str:
-        return records.SUMMARY if self.mode == MAP else records.SECTION if self.sectioned else records.IMPACTS
+    def barred(self) -> bool:
+        """True for a diagram that names the periods of its motions, the same as their descriptions."""
+        certified = self.method == "certified" and not self.disturbed
+        return self.sectioned and certified and self.recorded >= RECORDED
+
+    @property
+    def record(self) -> list[str]:
+        names = (["section"] if self.sectioned else []) + (["summary"] if self.mode == MAP or self.barred else [])
+        return names or ["impacts"]
 
     def _figure(self) -> list[str]:
         limits = [f"limits = [{self.bottom!r}, {self.top!r}]"] if self.limits else []
