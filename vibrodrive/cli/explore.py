@@ -19,8 +19,14 @@ from vibrodrive.cli.common import FILE, in_one_line, judge_slip, read, say
     type=click.IntRange(0, 65535),
     help="Port of the page; 0 selects any free port (default: 6283, or any free port if 6283 is in use).",
 )
+@click.option(
+    "--token",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="File with the token of the address, created if there is none: a link to the page then works in later runs.",
+)
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
-def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
+def explore(config: Path | None, port: int | None, token: Path | None, no_browser: bool) -> None:
     """Show interactive diagrams in the browser.
 
     CONFIG is a configuration, or a link that the page has saved. The page then begins with the view of CONFIG. This
@@ -43,10 +49,12 @@ def explore(config: Path | None, port: int | None, no_browser: bool) -> None:
             judge_slip(settings)
             view = view_of(settings)
             say(f"shows {', '.join(title_of(view))}")
-    from vibrodrive.explorer.server import Explorer
+    from vibrodrive.explorer.server import Explorer, kept_token
 
+    with in_one_line():
+        chosen = "" if token is None else kept_token(token)
     try:
-        explorer = Explorer(view, port)
+        explorer = Explorer(view, port, token=chosen)
     except OSError as error:
         why = (error.strerror or str(error)).partition(" (")[0]
         raise click.ClickException(f"{'no free port' if port is None else f'--port {port}'}: {why}") from None

@@ -43,7 +43,7 @@ const build = (c) => {
     : `<input id="${name}" class="value" autocomplete="off" spellcheck="false">`;
   const marks = slider ? ticks_of(c).map(([v, text]) => `<i style="left: calc(0.5rem + (100% - 1rem) * ${place_on(slider, v)})">${text}</i>`) : [];
   const track = `<div class="track">${played ? play_button(name, label) : ""}<div>
-    <input type="range" min="0" max="1" step="0.0025" aria-label="${label}, slider"><b hidden title="k₂, the limit of the motion below">▲</b>
+    <input type="range" min="0" max="1" step="0.0025" aria-label="${label}, slider"><b hidden></b>
     <div class="ticks">${marks.join("")}</div></div></div>`;
   const control = make(`<div class="control" data-field="${name}" title="${hint}"><label for="${name}">${label}${
     words ? ` <small>${words}</small>` : ""}</label>${own}${slider ? track : ""}</div>`);
@@ -69,7 +69,6 @@ page.enter = (name, text) => {
   if (REARRANGE.includes(name)) return page.command({changed: name});
   if (name === "dtau" && !known.steps[page.view.method]) page.view.method = "fixed"; // a step asks for a grid
   show_controls();
-  judge();
   page.ask(true);
 };
 const slide = (name, place) => {
@@ -92,16 +91,16 @@ const hidden_now = () => {
   return away;
 };
 
-// Show the view in all controls.
-const show_controls = () => {
+// Show the view in all controls, also in the one in which one types if its text is refused.
+const show_controls = (refused) => {
   const away = hidden_now(), {view} = page;
   for (const [name, {control, input, range, slider, factor, options, only}] of Object.entries(fields)) {
     control.hidden = away.includes(name) || (only !== "" && only !== view.mode && only !== view.scene);
     const value = view[name] ?? "", shown = typeof value === "number" ? plain(value * factor, 15) : value;
     if (input.className === "radios") for (const radio of input.querySelectorAll("input")) radio.checked = radio.value === value;
-    else if (input !== document.activeElement || options.length) input.value = shown;
+    else if (input !== document.activeElement || options.length || refused) input.value = shown;
     const place = range && place_on(slider, number(name));
-    if (range && Number.isFinite(place)) range.value = place;
+    if (range && Number.isFinite(place)) Object.assign(range, {value: place, ariaValueText: `${label_of(name)} = ${pretty(shown)}`});
   }
   fields.dtau.control.classList.toggle("idle", !known.steps[view.method]);
   element("dive").hidden = !over_plane();
@@ -113,30 +112,44 @@ const fit_now = () => {
   page.ask(true);
 };
 
-for (const {name, text, address} of known.starts) {
-  const button = make(`<button>${name}</button>`);
+known.starts.forEach(({name, address}, k) => {
+  const button = make(`<button><kbd>${k + 1}</kbd> ${name}</button>`);
   button.addEventListener("click", () => {
-    page.story = `<strong>${name}</strong> ${text}`;
+    sessionStorage.setItem("start", page.start = k); // a page that is loaded again has the same text
     page.command({address});
   });
   element("starts").append(button);
-}
+});
 element("starts").append(make("<button id='over'>Start over</button>"));
 press("over", () => start_over());
 const start_over = () => {
   page.kind = "";
+  sessionStorage.setItem("start", page.start = 0);
   page.command({reset: true});
 };
+// The text of the start view chosen last, as long as nothing else has changed than what this text invites to move.
+const story = () => {
+  const {view} = page, {name, text, moves, view: first} = known.starts[page.start];
+  const rest = (one) => JSON.stringify({...one, ...Object.fromEntries([...PLACES, ...WINDOW, ...ENDS, moves].map((free) => [free, 0]))});
+  const apart = (low, high) => view[high] < first[low] || view[low] > first[high];
+  const valid = rest(view) === rest(first) && !apart("low", "high") && !(over_plane() && apart("y_low", "y_high"));
+  return valid ? `<strong>${name}</strong> ${text}` : known.about[over_plane() ? view.mode : view.quantity];
+};
 
-// Show an error message. The field whose name begins it, or else the view, returns to what was accepted last.
+// Show an error message, beside its field if that is in view, until the next action. All fields return to what was
+// accepted last. The server has escaped the text.
+const wrong = make("<p id='wrong' role='alert'></p>");
+element("main").append(wrong);
 const refuse = (text) => {
+  const control = fields[(page.refused = text).split(" = ")[0]]?.control, beside = Boolean(control?.offsetParent);
+  const words = text.replace(/\w+/g, (name) => (known.allowed[name] && known.symbols[name]?.split(" (")[0]) || name);
+  if (beside) control.append(wrong);
+  say(beside ? words : "", "wrong");
+  say(beside ? "" : words, "notice");
+  if (!text) return;
+  page.view = {...page.good};
+  show_controls(true);
   end_play();
-  say(page.refused = text, "notice"); // the server has escaped the text
-  const name = text.split(" = ")[0], {view, good} = page;
-  if (JSON.stringify(view) === JSON.stringify(good)) return;
-  page.view = name in good && view[name] !== good[name] ? {...view, [name]: good[name]} : {...good};
-  show_controls();
-  request(true);
 };
 
 // ▶ moves a slider from its least value upwards, at most ten steps a second, until the motion has lost its structure.
@@ -149,14 +162,16 @@ const start_play = (name) => {
 const end_play = () => {
   page.played = "";
   for (const button of document.querySelectorAll("[data-play]")) button.textContent = "▶";
-  if (page.view) page.ask(true);
+  judge();
+  request(true);
 };
 const play_on = () => setTimeout(() => {
   const name = page.played;
   if (!name) return;
   const {slider} = fields[name], place = place_on(slider, number(name)), limit = page.limits[name];
-  if (page.busy || !limit) return play_on();
-  if (place >= 1 || verdict(name, limit) === "lost") return end_play();
+  const rests = current("motion") && page.motion.head.status === "NEVER_LEAVES";
+  if (page.busy || !current("motion") || !(limit || rests)) return play_on(); // each step shows its motion
+  if (place >= 1 || rests || verdict(name, limit) === "lost") return end_play();
   slide(name, Math.min(1, place + 1 / STEPS));
   play_on();
 }, 100);
@@ -168,41 +183,59 @@ const verdict = (name, {k2, last_kept}) => {
   return value < Number(k2) ? "kept" : value > Number(last_kept) ? "lost" : "between";
 };
 const digits = (v, n = 3) => pretty(plain(Number(v.toPrecision(n)), 15));
+const BY = {eps: "the ripple", dtau: "the time step"};
 const comparison = (name, limit) => {
-  const k2 = Number(limit.k2), value = disturbance(name), sign = label_of(name);
-  if (k2 === Infinity) return `keeps its structure at every ${sign} tried`;
-  if (!(value > 0)) return `keeps its structure up to ${sign} = ${digits(k2)}`;
+  const k2 = Number(limit.k2), value = disturbance(name), sign = label_of(name), keeps = "keeps its structure, the rhythm of its impacts,";
+  if (k2 === Infinity) return `${keeps} at every ${sign} tried`;
+  if (!(value > 0)) return `${keeps} up to ${sign} = ${digits(k2)}`;
   const ratio = value / k2, times = ratio < 1 ? `${digits(ratio, 2)} of` : `${digits(ratio)} times`;
   const words = {kept: "structure kept", lost: "structure lost", between: "structure kept or lost by chance"}[verdict(name, limit)];
-  return `<span class="${verdict(name, limit)}">${words}</span>: your ${sign} = ${digits(value)} is ${times} the limit`;
+  return `<span class="${verdict(name, limit)}">${words}</span> with ${BY[name]}: your ${sign} = ${digits(value)} is ${times} the limit`;
 };
+const limit_of = (name) => (page.limits[name] && current(name) ? Number(page.limits[name].k2) : NaN);
 
-// The sentence about the motion, and the marks of its limits at the sliders.
+// The sentence about the motion, and all else that is said: only of what belongs to the view (`current`).
 const judge = () => {
-  const {motion, limits, view} = page;
-  if (!motion) return;
-  const {status, period} = motion.head, step = known.steps[view.method];
-  const names = step ? (disturbance("eps") > 0 ? ["dtau", "eps"] : ["dtau"]) : ["eps"];
+  if (!page.view) return;
+  const {motion, limits, view, data} = page, fresh = current("motion"), older = Boolean(data) && !current("picture");
+  document.body.classList.toggle("older", older);
+  element("motion").classList.toggle("late", Boolean(motion) && !fresh);
+  if (data?.complete && !current("window")) say("…", "status");
+  say(story(), "story");
+  const calm = !page.played && !page.pressed;
+  for (const one of ["sentence", "status"]) element(one).ariaLive = calm ? "polite" : "off";
   for (const name of ["eps", "dtau"]) {
-    const {mark, slider} = fields[name], k2 = Number(limits[name]?.k2 ?? NaN), place = place_on(slider, k2);
-    mark.hidden = !(place >= 0 && place <= 1);
-    mark.style.left = `calc(0.5rem + (100% - 1rem) * ${place})`;
+    const {mark, slider} = fields[name], k2 = limit_of(name), place = place_on(slider, k2), away = place < 0 ? "◀" : "▶";
+    mark.hidden = !Number.isFinite(place);
+    mark.style.left = `calc(0.5rem + (100% - 1rem) * ${Math.min(1, Math.max(0, place))})`;
+    mark.textContent = place >= 0 && place <= 1 ? "▲" : away;
+    mark.title = `k₂ = ${digits(k2)}, the limit of the motion below`;
   }
-  const own = status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
-    : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 ? "" : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period";
-  const parts = own ? [label_of_x(), own] : [label_of_x()], found = names.filter((name) => limits[name]);
-  if (status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
-  else if (found.length < names.length) parts.push(page.compiling || "finding the limit of its structure …");
-  else if (limits[names[0]].period > 0) for (const name of names) parts.push(comparison(name, limits[name]));
-  else parts.push("no structure to lose");
-  say(parts.join(" · "), "sentence");
+  const shown = JSON.stringify([older, limit_of("eps"), limit_of("dtau")]);
+  if (shown !== page.marked) draw(page.marked = shown);
+  if (!motion) return;
+  const {status, period, details} = motion.head, step = known.steps[view.method];
+  const names = step ? (disturbance("eps") > 0 ? ["dtau", "eps"] : ["dtau"]) : ["eps"];
+  const found = names.filter((name) => current(name) && limits[name]), none = found.length && !(limits[found[0]].period > 0);
+  const own = !fresh ? "…" : status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
+    : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? "" : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period";
+  const parts = [label_of_x(), own];
+  if (fresh && status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
+  else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
+  else for (const name of found) parts.push(comparison(name, limits[name]));
+  if (page.waits && !(fresh && found.length === names.length)) parts.push(page.waits);
+  else if (fresh && status !== "NEVER_LEAVES" && found.length < names.length) parts.push(calm ? "finding the limit of its structure …" : "…");
+  say(parts.filter(Boolean).join(" · "), "sentence");
   const lines = found.map((name) => `k₂ in ${label_of(name)}: ${limits[name].k2 === "nan" ? "none" : digits(Number(limits[name].k2), 4)}, ${limits[name].how}`);
-  say([...motion.head.details, ...lines].map((line) => `<p>${line}</p>`).join(""), "words");
+  say([...(fresh ? details : ["…"]), ...lines].map((line) => `<p>${line}</p>`).join(""), "words");
+  for (const [id, what] of [["phase", "Phase curve: velocity over gap"], ["time", "Gap over time"]]) {
+    element(id).ariaLabel = `${what}. ${element("sentence").textContent}`;
+  }
 };
 const know = (limits) => {
   Object.assign(page.limits, limits);
   if (page.took > usual) localStorage.setItem("compiled", page.took);
-  judge();
+  wait("");
 };
 
 // Keys. On a focused control the keys of this control act.
@@ -216,7 +249,7 @@ window.addEventListener("keydown", (event) => {
   const on = (kinds) => event.target.matches?.(kinds);
   if (event.ctrlKey || event.metaKey || event.altKey || !page.view) return;
   if (on("input:not([type=range], [type=radio]), select, textarea") && event.key !== "Escape") return;
-  if (on("[type=range], [type=radio], #handle, .menu *") && /Arrow|Home/.test(event.key)) return;
+  if (on("[type=range], [type=radio], #handle, .menu *") && /Arrow|Home|End|Page/.test(event.key)) return;
   if (on("button, summary, a") && event.key === " ") return;
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import vibrodrive as vd
-from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS, View
+from vibrodrive.explorer.view import (
+    ALONE,
+    DIAGRAM,
+    DIFFERENCE,
+    MAP,
+    METHODS,
+    OF_MAPS,
+    RANGES,
+    SI,
+    UNITLESS,
+    View,
+    read_address,
+)
 from vibrodrive.model import choices, drawing, names, physical, records
 
 QUANTITIES = records.QUANTITIES
@@ -79,7 +92,8 @@ def title_of(view: View) -> tuple[str, str]:
     given += [name for name in ("xi0", "dxi0", "tau0") if getattr(view, name)]
     given += ["section_phase"] if view.sectioned else []
     values = [
-        f"{_letter(name)} = {names.NAMES[name].scale * getattr(view, name):.6g} {names.NAMES[name].shown}"
+        ("seen at phase " if name == "section_phase" else "")
+        + f"{_letter(name)} = {names.NAMES[name].scale * getattr(view, name):.6g} {names.NAMES[name].shown}"
         for name in given
         if name not in view.axes
     ]
@@ -130,37 +144,44 @@ CONTROLS = (
 """All controls, in the order of the page."""
 
 
+_SCENE = "A mass slides and sticks on a shaken incline, and hits an obstacle. Each "
+_ONCE = (
+    ", once per shake, darker where it is more often. Where the motion repeats with each shake, there is one dot; "
+    "with every second, at most two; where it never repeats, often a band."
+)
+_HIT = ", darker where it is more often. Where the motion repeats, a column has few dots."
 ABOUT = {
-    "diagram": "A mass slides and sticks on a shaken incline, and hits an obstacle. Each column is one motion, each "
-    "dot its velocity once per shake, darker where it is more often. One dot: it repeats with each shake; two: with "
-    "every second; a band: never exactly.",
-    "map": "A mass slides and sticks on a shaken incline, and hits an obstacle. Each point is one motion, its colour a "
-    "number of it. Click a point to see it move.",
+    "dxi": f"{_SCENE}column is one motion, each dot its velocity{_ONCE}",
+    "xi": f"{_SCENE}column is one motion, each dot its gap to the obstacle{_ONCE}",
+    "impact_phase": f"{_SCENE}column is one motion, each dot the phase of the shaking at one of its main impacts{_HIT}",
+    "impact_speed": f"{_SCENE}column is one motion, each dot the speed of one of its main impacts{_HIT}",
+    MAP: f"{_SCENE}point is one motion, its colour a number of it. Click a point to see it move.",
 }
-"""Text beside a picture, for each mode."""
+"""Text beside a picture, for each quantity of a diagram, and for maps."""
 
 
 class Start(NamedTuple):
-    """A view with the text that the page shows beside it."""
+    """A view with the text that the page shows beside it, until another field changes than `moves`."""
 
     name: str
     text: str
     address: str
+    moves: str = ""
 
 
 STARTS = (
     Start("All of it: period doublings, again and again",
           "Shaken harder, the mass needs two shakes for a beat, then four, then it never repeats, until three shakes "
-          "are a beat, and all begins anew. Drag the blue knob along the axis and watch the mass.",
+          "are a beat, and all begins anew. <em>Drag the blue knob</em> along the axis and watch the mass.",
           ""),
     Start("A ripple destroys the structure",
           "A fast ripple, ε, is added to the shaking. Press ▶ at ε: the lines fray, and in the sentence below the "
-          "structure of the motion turns from kept to lost.",
-          "low=3.0&high=3.25&at=3.04"),
+          "structure of the motion, the order of its impacts and the shakes between them, turns from kept to lost.",
+          "low=3.0&high=3.25&at=3.04", "eps"),
     Start("A time step invents a diagram",
-          "No ripple here: the switches are found with fixed steps of Δτ = 0.05. What the steps invent is orange, what "
-          "they miss is blue. Move Δτ down until little colour is left.",
-          "low=3.0&high=3.25&method=fixed&dtau=0.05&compare=difference&at=3.04"),
+          "No ripple here: the ends of sliding and sticking are found with fixed steps Δτ. What the steps invent is "
+          "orange, what they miss is blue. Move Δτ down until little colour is left.",
+          "low=3.0&high=3.25&method=fixed&dtau=0.05&compare=difference&at=3.04", "dtau"),
     Start("Two points that grow into clouds",
           "One motion, shaken at A = 3.04, with more and more ripple to the right. Its two points become clouds. "
           "Drag the knob across the limit of its structure, which the paper gives as 1.7e-4.",
@@ -174,18 +195,19 @@ STARTS = (
           "compare the beats of the mass.",
           "low=3.186&high=3.192&at=3.191&transient=2000&periods=500"),
     Start("Map: the period, over shaking and slope",
-          "Each colour is a period of the motion, and black has none. Click a point to see it move, and open the "
-          "diagram through it.",
+          "Each colour is a period of the motion; black: none found in these periods. Click a point to see it move, "
+          "and open the diagram through it.",
           "mode=map&x=A&y=B&low=1.0&high=4.0&y_low=0.0&y_high=0.5&at=3.04&at_y=0.1&periods=66"),
     Start("Map: the power of a pile driver",
           "A machine in SI units: the power of its impacts in W over frequency and amplitude. It has a ridge "
           "just below the values at which the mass begins to skip a shake. Change the friction μ: the ridge moves.",
           "mode=map&x=omega0&y=a0&low=80&high=200&y_low=3e-4&y_high=1.2e-3&at=150&at_y=8e-4&periods=64"
-          "&shade=impact_power&bottom=0&top=25"),
+          "&shade=impact_power&bottom=0&top=25", "mu"),
 )  # fmt: skip
 """Eight views, from the whole to details."""
 
 
+@functools.cache
 def known() -> dict[str, Any]:
     """Return what the scripts of the page know, as values for JSON."""
     allowed = {name: (row.low, min(row.high, 1e300)) for name, row in names.PARAMETERS.items()}
@@ -197,7 +219,7 @@ def known() -> dict[str, Any]:
         "factor": {name: names.NAMES[name].scale for name in RANGES},
         "symbols": {name: symbol(name) for name in shown},
         "in_si": {name: symbol(name, si=True) for name in shown},
-        "starts": [start._asdict() for start in STARTS],
+        "starts": [{**start._asdict(), "view": read_address(start.address).state()} for start in STARTS],
         "about": ABOUT,
         "states": [state.name.lower() for state in vd.State],
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},

@@ -9,14 +9,14 @@ const move = (head, found) => {
   const finite = (values) => Array.from(values).filter(Number.isFinite);
   const [xi, dxi] = [finite(found.xi), finite(found.dxi)];
   const ends = (values, least) => [Math.min(...values, 0), Math.max(...values, least)];
-  page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9)};
+  for (const name of ["xi", "dxi"]) ({xi, dxi})[name].push(...finite(found[`orbit_${name}`] ?? []));
+  page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: page.sent[head.done]};
   page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
   clock.at %= found.time.at(-1);
   draw_motion();
   place_handle(box_of());
   requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
-  if (head.done === page.seq) answered(head);
-  judge();
+  if (head.done === page.seq) answered(head); else judge();
 };
 
 // Begin to draw into a canvas. Return its context, its size in pixels of the page, and the size of its letters.
@@ -31,12 +31,12 @@ const stroke = (c, points) => {
   c.stroke();
 };
 
-// A curve in the colours of its states, broken where a coordinate is not a number.
-const draw_curve = (c, {state}, across, up) => {
+// A curve in the colours of its states or in one colour, broken where a coordinate is not a number.
+const draw_curve = (c, state, across, up, colour) => {
   c.lineWidth = 0.1 * rem();
   for (let k = 0; k + 1 < across.length;) {
     const from = k;
-    c.strokeStyle = css(`--${known.states[state[k]] === "impact" ? "rest" : known.states[state[k]]}`);
+    c.strokeStyle = colour ?? css(`--${known.states[state[k]] === "impact" ? "rest" : known.states[state[k]]}`);
     c.beginPath();
     c.moveTo(across[k], up[k]);
     while (k + 1 < across.length && state[k] === state[from] && Number.isFinite(up[k + 1])) c.lineTo(across[k + 1], up[++k]);
@@ -57,7 +57,9 @@ const draw_motion = () => {
     c.fillText("velocity ξ′", 0.3 * size, size);
     c.textAlign = "right";
     c.fillText("gap ξ", width - 0.3 * size, height - 0.4 * size);
-    draw_curve(c, motion, Array.from(xi, across), Array.from(dxi, up));
+    const {orbit_state: calm, orbit_xi, orbit_dxi} = motion; // the undisturbed motion, pale behind the disturbed one
+    if (calm) draw_curve(c, calm, Array.from(orbit_xi, across), Array.from(orbit_dxi, up), css("--sine"));
+    draw_curve(c, motion.state, Array.from(xi, across), Array.from(dxi, up));
   }
   const {c, width, height, size} = begun("time"), last = time.at(-1), across = scale([0, last], 0, width), up = scale(motion.over, height - 1.6 * size, 1.4 * size);
   Object.assign(c, {strokeStyle: css("--sine"), lineWidth: 0.06 * rem(), fillStyle: css("--quiet")});
@@ -66,9 +68,7 @@ const draw_motion = () => {
   for (let k = 0; k <= last; k++) c.fillRect(across(k), low, 1, 0.4 * size);
   c.fillText("gap ξ over time, in shakes", 0.3 * size, size);
   c.fillText("shaking sin τ", 0.3 * size, height - 0.2 * size);
-  draw_curve(c, motion, Array.from(time, across), Array.from(xi, up));
-  element("phase").ariaLabel = `Phase curve: velocity over gap. ${element("sentence").textContent}`;
-  element("time").ariaLabel = `Gap over ${last.toFixed(0)} shakes. ${element("sentence").textContent}`;
+  draw_curve(c, motion.state, Array.from(time, across), Array.from(xi, up));
 };
 
 const draw_mass = () => {

@@ -27,6 +27,12 @@ def motion_at(plan: Plan, halt: Halt) -> trajectory.Trajectory:
     return trajectory.follow(replace(plan, settings=few), halt)
 
 
+def undisturbed(plan: Plan) -> Plan:
+    """Return the plan of the same motion without a disturbance, ε or Δτ, whose structure is compared."""
+    settings = replace(plan.settings, method=choices.Method.CERTIFIED)
+    return replace(plan, scalars={**plan.scalars, "eps": 0.0}, settings=settings)
+
+
 def curve_of(motion: trajectory.Trajectory) -> dict[str, np.ndarray]:
     """Return time (periods since the transient), ξ and ξ' along a motion as float32, NaN where ξ' jumps; and the state
     (int8) between each point and the next."""

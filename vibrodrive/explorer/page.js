@@ -10,7 +10,7 @@ const known = JSON.parse(element("known").textContent);
 const token = new URLSearchParams(location.search).get("token");
 const page = {
   view: null, // all fields of the view (view.py); texts that the user has typed stay texts
-  good: {}, tried: {}, // the last view that the server has accepted, and the last view requested
+  good: {}, sent: {}, // the last view that the server has accepted, and the views of the requests by their numbers
   fitted: [-1, 1], // range of the values, which the ordinate shows unless it was moved
   busy: false, // a view has been requested, and its answer has not yet arrived
   pending: false, // the view has changed since the last request
@@ -18,15 +18,14 @@ const page = {
   settled: false, // the picture of the last request is painted and complete
   begun: false, // the address contains the first view; each later change is a step of "back"
   pressed: false, // a button of the mouse or a finger is down: the ordinate rests
-  patience: PATIENCE, seq: 0, sent: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
-  kind: "", story: "", // what the picture shows, and the text for a start view that was chosen
-  start: null, // this start view, as long as its text is shown
-  compiling: "", took: 0, // what is said while kernels are compiled, and the seconds that it has taken in all
-  told: 0, // number of the last request whose motion has arrived
+  patience: PATIENCE, seq: 0, since: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
+  kind: "", // what the picture shows
+  start: Number(sessionStorage.getItem("start") ?? 0), // number of the start view that was chosen last
+  waits: "", took: 0, // what is said while nothing arrives, and the seconds that kernels have been compiled in all
   asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
   last: "", // the last view requested
-  data: null, // head of the last picture
-  motion: null, // head and arrays of the motion that is shown
+  data: null, // head of the last picture, with its view
+  motion: null, // head and arrays of the motion that is shown, with its view
   limits: {}, // its limits k₂, by name
   played: "", // field whose slider ▶ moves at present
   refused: "", pixels: null, file: null,
@@ -42,6 +41,22 @@ const say = (text, where) => {
 };
 const over_plane = () => page.view.mode === "map";
 
+// What is on the page belongs to one setting. A picture, a motion or a limit of another view is dimmed, and says nothing
+// (`judge`), if a field differs on which it depends: a picture that is moved or zoomed keeps its place on the axes.
+const PLACES = ["at", "at_y"], WINDOW = ["low", "high", "columns", "y_low", "y_high", "rows"], ENDS = ["bottom", "top"];
+const DRAWN = [...PLACES, ...WINDOW, ...ENDS, "mode", "x", "scale", "y", "y_scale", "quantity", "shade", "compare"];
+const SEARCHED = [...DRAWN, "section_phase", "transient", "periods", "tol", "dtau"];
+const FREE = {window: PLACES, picture: [...PLACES, ...WINDOW], motion: DRAWN, dtau: SEARCHED, eps: [...SEARCHED, "method", "eps"]};
+const setting = (view, what) => {
+  const on_axes = what in {window: 0, picture: 0} ? {} : {[view.x]: view.at, ...(view.mode === "map" && {[view.y]: view.at_y})};
+  const free = what === "picture" && view.mode !== "map" ? [...FREE.picture, ...ENDS] : FREE[what];
+  return JSON.stringify({...view, ...on_axes, ...Object.fromEntries(free.map((name) => [name, 0]))});
+};
+const current = (what) => {
+  const view = (what in {window: 0, picture: 0} ? page.data : page.motion)?.view;
+  return Boolean(view) && setting(view, what) === setting(page.view, what);
+};
+
 const connect = () => {
   const address = new URL(`ws?token=${token}`, location.href);
   address.protocol = address.protocol.replace("http", "ws");
@@ -55,12 +70,13 @@ const connect = () => {
   };
   socket.onclose = () => {
     page.busy = false;
-    lost(true);
+    lost(GONE);
+    fetch(location).then((answer) => answer.status === 403 && answer.text().then(lost), () => {}); // another token now
     setTimeout(connect, 1000);
   };
   socket.onmessage = ({data}) => {
     page.pinged = 0;
-    lost(false);
+    lost("");
     if (typeof data === "string") return hear(JSON.parse(data));
     const length = new DataView(data).getInt32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), found = {};
@@ -80,28 +96,30 @@ const tell = (message) => {
 
 const GONE = "The explorer does not answer. If its program has ended, start it again and open the address that it prints.";
 const lost = (gone) => {
-  document.body.classList.toggle("gone", gone);
-  say(gone ? GONE : page.refused, "notice");
+  if (gone && page.played) end_play();
+  if (document.body.classList.toggle("gone", Boolean(gone)) || said.notice === said.gone) say(said.gone = gone, "notice");
 };
 setInterval(() => {
   if (document.hidden || !socket || socket.readyState !== 1) return;
-  if (page.pinged && performance.now() - page.pinged > SILENCE) lost(true);
+  if (page.pinged && performance.now() - page.pinged > SILENCE) lost(GONE);
   if (page.pinged) return;
   page.pinged = performance.now();
   tell({ping: true});
 }, 1000);
 
 page.state = () => ({...page.view});
-const but_for_motion = (view) => JSON.stringify({...view, at: 0, at_y: 0, pixels: page.pixels});
+const but_for_motion = (view) => setting(view, "window") + page.pixels;
 
 const send = () => {
   page.began = page.changed;
   const view = page.state(), only_motion = page.moved && page.last === but_for_motion(view);
   const last = but_for_motion(view);
-  Object.assign(page, {busy: true, pending: false, moved: false, sent: performance.now(), last, tried: view});
+  Object.assign(page, {busy: true, pending: false, moved: false, since: performance.now(), last});
   clearTimeout(page.slow);
   page.slow = setTimeout(() => wait("computing …"), SLOW);
   tell({view, only_motion, pixels: page.pixels});
+  page.sent[page.seq] = view;
+  if (page.seq - 1000 !== page.asked) delete page.sent[page.seq - 1000];
   if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
 };
 
@@ -113,7 +131,7 @@ const request = (again) => {
   page.pending = true;
   page.settled = page.settled && page.moved;
   clearTimeout(page.timer);
-  page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.sent)));
+  page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.since)));
 };
 const insist = () => { // replace the running request; the next one gets twice the time, or none would ever finish
   if (!page.pending) return;
@@ -121,25 +139,14 @@ const insist = () => { // replace the running request; the next one gets twice t
   send();
 };
 page.ask = (again) => {
-  const {start, view} = page;
   page.changed = performance.now();
-  if (start && (view.method !== start.method || view.high < start.low || view.low > start.high)) { // its text is not true
-    say(known.about[view.mode], "story");
-    page.start = null;
-  }
-  if (page.refused) say(page.refused = "", "notice");
+  if (page.refused) refuse("");
+  judge();
   request(again);
-};
-const free = () => {
-  page.compiling = "";
-  page.busy = false;
-  clearTimeout(page.slow);
-  wait("");
-  if (page.pending) send();
 };
 
 page.command = (message) => {
-  Object.assign(page, {asked: 0, settled: false}); // the running request is obsolete
+  Object.assign(page, {asked: 0, settled: false, busy: false, pending: false}); // the running request is obsolete
   tell({view: page.state(), pixels: page.pixels, ...message});
 };
 
@@ -149,9 +156,6 @@ const apply = (view) => {
   Object.assign(page, {view, kind, good: {...view}});
   if (other) clear_picture();
   if (!page.begun) show_kept();
-  if (other || page.story) say(page.story || known.about[view.mode], "story"); // a text stays with its picture
-  page.start = page.story ? {...view} : null;
-  page.story = "";
   show_controls();
   draw();
   page.ask(true);
@@ -164,24 +168,28 @@ const hear = (item) => {
   if (item.limits) know(item.limits);
   if (item.compiling) {
     page.took = item.compiling;
-    wait(page.compiling = `compiling the program for this machine, once after an installation: ${page.took} s, usually about ${usual} s`);
+    wait(`compiling the program for this machine, once after an installation: ${page.took} s, usually about ${usual} s`);
   }
   if (item.done !== undefined && item.done === page.seq) answered(item);
 };
-const answered = (item) => {
-  page.told = page.seq;
-  if (item.address !== undefined) remember(item.address);
-  free();
+// The last request has its motion or, without an address, is refused.
+const answered = ({address}) => {
+  if (address !== undefined) {
+    page.good = page.motion.view = page.sent[page.seq];
+    remember(address);
+  }
+  page.busy = false;
+  clearTimeout(page.slow);
+  wait("");
+  if (page.pending) send();
   settle();
 };
 
-// One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion, which is
-// pale as long as it is that of an earlier request.
+// One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion.
 const wait = (text) => {
-  const late = text !== "" && page.told !== page.seq;
+  page.waits = text;
   say(page.data ? "" : text, "wait");
-  element("motion").classList.toggle("late", late);
-  if (page.data && late) say(text, "sentence"); else judge();
+  judge();
 };
 
 const settle = () => {
@@ -216,7 +224,10 @@ press("fit", () => fit_now());
 // Menus close when one clicks elsewhere, or chooses something in them.
 const close_menus = (target) => {
   for (const menu of document.querySelectorAll(".menu[open]")) {
-    if (!menu.contains(target ?? null) || target.matches(".menu div button")) menu.open = false;
+    if (menu.contains(target ?? null) && !target.matches(".menu div button")) continue;
+    const inside = menu.contains(document.activeElement);
+    menu.open = false;
+    if (inside) menu.firstElementChild.focus();
   }
 };
 document.addEventListener("click", ({target}) => close_menus(target));

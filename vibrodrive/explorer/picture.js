@@ -64,8 +64,9 @@ const labels = (places, k) => {
   const values = places.map((u) => shown(u, k) * factor_of(k)), log = scale_of(k) === "log";
   if (values.length < 2) return values.map((v) => plain(v, 12));
   const step = Math.abs(values[1] - values[0]), size = Math.max(...values.map(Math.abs));
+  const even = Number(step.toPrecision(2)); // the difference of two rounded numbers has other digits
   const count = (v) => Math.ceil(Math.log10(Math.max(log ? Math.abs(values[0]) : Math.abs(v), step) / step)) + (log ? 3 : 2);
-  return values.map((v, n) => (log || step > 1e-5 * size || n === 0 ? plain(v, count(v)) : `+${plain(v - values[0], 3)}`));
+  return values.map((v, n) => (log || step > 1e-5 * size || n === 0 ? plain(v, count(v)) : `+${plain(n * even, 3)}`));
 };
 // Value at a coordinate, with as many digits as the width of a pixel justifies.
 const read_off = (u, k, pixels) => {
@@ -94,12 +95,11 @@ const draw_axes = (c, {left, top, width, height}) => {
   const across = (u) => left + width * (u - x0) / (x1 - x0), up = (u) => top + height * (y1 - u) / (y1 - y0);
   Object.assign(c, {font: `${size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center", textBaseline: "top", lineWidth: 1});
   c.fillRect(left, top + height, width, 1);
-  const knob = page.motion && !over_plane() ? across(drawn(page.view.at, "x")) : NaN;
   const xs = ticks("x", Math.max(2, width / (5.5 * size))), ys = ticks("y", Math.max(2, height / (3.5 * size)));
   labels(xs, "x").map(pretty).forEach((text, k) => {
-    const most = axes.offsetWidth - c.measureText(text).width / 2; // the last label may need more room than is there
+    const half = c.measureText(text).width / 2, at = Math.min(across(xs[k]), axes.offsetWidth - half); // it may need more room
     c.fillRect(Math.round(across(xs[k])), top + height, 1, 0.35 * size);
-    if (!(Math.abs(across(xs[k]) - knob) < 3 * size)) c.fillText(text, Math.min(across(xs[k]), most), top + height + 0.75 * size);
+    if (!(at + half > page.tag[0] - 4 && at - half < page.tag[1] + 4)) c.fillText(text, at, top + height + 0.75 * size);
   });
   Object.assign(c, {textAlign: "right", textBaseline: "middle"});
   if (page.data || over_plane()) labels(ys, "y").forEach((text, k) => {
@@ -111,12 +111,25 @@ const draw_axes = (c, {left, top, width, height}) => {
   c.textAlign = "left";
   c.fillText(name_of("y"), Math.max(0, left - 3.2 * size), Math.max(0, top - 1.9 * size));
   Object.assign(c, {font: `${0.9 * size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center"});
-  for (const [from, to, period] of page.data?.spans ?? []) {
+  for (const [from, to, period] of (current("picture") && page.data.spans) || []) {
     const [a, b] = [from, to].map((u) => Math.min(left + width, Math.max(left, across(u)))), room = b - a;
     const text = [`period ${period}`, String(period)].find((one) => c.measureText(one).width < room - 6);
     if (text && period) c.fillText(text, (a + b) / 2, top - 1.7 * size);
     if (!period && room > 6 * size) c.fillText("no period", (a + b) / 2, top - 1.7 * size);
     if (period && room > 3) c.fillRect(a + 1, top - 0.4 * size, room - 2, 0.15 * size);
+  }
+  c.fillStyle = css("--down");
+  for (const [k, start, end] of [["x", x0, x1], ...(over_plane() ? [["y", y0, y1]] : [])]) {
+    const k2 = limit_of(parameter(k)), share = (drawn(k2, k) - start) / (end - start), inside = share >= 0 && share <= 1;
+    if (!(Math.abs(k2) < Infinity)) continue;
+    const clipped = Math.min(1, Math.max(0, share)), x = left + width * clipped, y = top + height * (1 - clipped), s = 0.45 * size;
+    c.beginPath();
+    if (k === "x" && inside) stroke(c, [[x, top + height], [x - s, top + height + 1.7 * s], [x + s, top + height + 1.7 * s]]);
+    if (k === "y" && inside) stroke(c, [[left, y], [left - 1.7 * s, y - s], [left - 1.7 * s, y + s]]);
+    c.fill();
+    c.textAlign = k === "y" || share < 0 ? "left" : share > 1 ? "right" : "center";
+    const sign = inside ? "k₂" : share < 0 ? (k === "x" ? "◀ k₂" : "▼ k₂") : k === "x" ? "k₂ ▶" : "▲ k₂";
+    if (k === "x") c.fillText(sign, x, top - 1.5 * size); else c.fillText(sign, left + width + 2, Math.min(y, top + height - size));
   }
 };
 
@@ -126,9 +139,9 @@ const draw = () => {
   page.due = 0;
   if (!page.view) return;
   const box = box_of();
+  place_handle(box);
   draw_axes(cleared(axes), box);
   place_picture(box);
-  place_handle(box);
 };
 const place_picture = ({width, height}) => {
   const {data} = page;
@@ -148,13 +161,21 @@ const label_of_x = () => {
   return value("x", page.view.at) + (over_plane() ? `, ${value("y", page.view.at_y)}` : "");
 };
 const place_handle = ({left, top, width, height}) => {
-  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], map = over_plane();
+  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], map = over_plane(), [tag] = handle.children;
   const x = (drawn(page.view.at, "x") - x0) / (x1 - x0), y = map ? (y1 - drawn(page.view.at_y, "y")) / (y1 - y0) : 1;
-  handle.hidden = line.hidden = !page.motion || !(x >= 0 && x <= 1 && y >= 0 && y <= 1); // it invites when motions are quick
-  handle.style.transform = `translate(${left + x * width}px, ${top + y * height}px)`;
+  const [at, down] = [x, y].map((share) => Math.min(1, Math.max(0, share))), away = at !== x || down !== y;
+  const signs = [[x < 0, "◀ "], [y > 1, "▼ "], [y < 0, "▲ "]].map(([out, sign]) => (out ? sign : "")).join("");
+  handle.hidden = line.hidden = !page.motion; // it invites when motions are quick
+  handle.classList.toggle("away", away);
+  handle.style.transform = `translate(${left + at * width}px, ${top + down * height}px)`;
   line.style.transform = `translate(${x * width}px)`;
-  line.hidden ||= map;
-  handle.ariaValueText = handle.firstChild.textContent = label_of_x();
+  line.hidden ||= map || away;
+  tag.textContent = signs + label_of_x() + (x > 1 ? " ▶" : "");
+  const half = tag.offsetWidth / 2, middle = Math.max(map ? left + half : half, Math.min(axes.offsetWidth - half, left + at * width));
+  Object.assign(tag.style, {left: `${middle - left - at * width}px`, top: map && down > 0.5 ? "-3rem" : ""});
+  page.tag = map || handle.hidden ? [NaN, NaN] : [middle - half, middle + half];
+  const [low, high, now] = [shown(x0, "x"), shown(x1, "x"), page.view.at].map((v) => v * factor_of("x"));
+  Object.assign(handle, {ariaValueMin: low, ariaValueMax: high, ariaValueNow: now, ariaValueText: label_of_x()});
 };
 
 // Send the size of the frame in dots, for which pictures are computed.
@@ -172,7 +193,8 @@ new ResizeObserver(measure).observe(element("figure"));
 
 const clear_picture = () => {
   page.data = null;
-  for (const where of ["key", "status", "conditions"]) say("", where);
+  for (const where of ["key", "status"]) say("", where);
+  for (const where of ["title", "conditions"]) say("…", where);
   wait(`computing the ${page.view.mode} …`);
 };
 
@@ -229,20 +251,18 @@ const colour = () => {
 
 const paint = (head, {image, palette}) => {
   const answers = page.busy, {began} = page, before = page.data;
-  const spans = head.complete || !before || before.sweep !== page.last ? head.spans : before.spans;
   if (head.fit && page.view.bottom === null && !head.map && head.seq === page.asked) {
     const rests = before && (page.pressed || page.played);
     if (!rests) page.fitted = [head.y, head.y + head.dh];
   }
-  page.data = {...head, image, palette, spans};
+  page.data = {...head, image, palette, view: page.sent[head.seq]};
   frame.style.background = "";
   page.patience = PATIENCE;
-  if (head.seq === page.seq) page.good = page.tried;
   colour();
   draw();
   caption(head);
   if (head.seq === page.asked) remember(head.address);
-  free();
+  wait("");
   requestAnimationFrame(() => setTimeout(() => {
     const now = performance.now();
     if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
@@ -255,6 +275,7 @@ const paint = (head, {image, palette}) => {
 
 const caption = ({title, conditions, key, count, done, complete, counts, empty}) => {
   say(title, "title");
+  document.title = `${title} – vibrodrive`;
   say(conditions, "conditions");
   const swatches = key.swatches.map(([colour, name]) => `<span class="entry"><i style="background: ${colour}"></i>${name}</span>`);
   const [low, high, log] = key.ends, values = log ? round(Math.log10(low), Math.log10(high), 5).map((u) => 10 ** u) : round(low, high, 6);
@@ -273,7 +294,6 @@ const choose = (u, v) => {
   if (over_plane() && v !== undefined) page.view.at_y = shown(v, "y");
   page.moved = true;
   draw();
-  judge();
   page.ask();
 };
 const choose_at = (x, y) => {
@@ -338,12 +358,12 @@ figure.addEventListener("wheel", (event) => {
   if (x < 0 || (y < height && (event.shiftKey || over_plane()))) zoom("y", factor, 1 - y / height);
 }, {passive: false});
 handle.addEventListener("keydown", (event) => {
-  const by = {ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1}[event.key], {left, top} = handle.getBoundingClientRect();
+  const {left, top} = handle.getBoundingClientRect(), {width} = box_of(), most = 1e9, size = event.shiftKey ? 20 : 2;
+  const by = {ArrowLeft: -size, ArrowRight: size, ArrowDown: -size, ArrowUp: size, PageDown: -width / 10, PageUp: width / 10, Home: -most, End: most}[event.key];
   if (!by) return;
   event.preventDefault();
-  const up = over_plane() && /Up|Down/.test(event.key), far = by * (event.shiftKey ? 20 : 2);
-  const [x, y] = inside({clientX: left, clientY: top});
-  choose_at(x + (up ? 0 : far), y - (up ? far : 0));
+  const up = over_plane() && /Arrow(Up|Down)/.test(event.key), [x, y] = inside({clientX: left, clientY: top});
+  choose_at(x + (up ? 0 : by), y - (up ? by : 0));
 });
 
 // The picture as PNG, as on the page: the picture, its axes, and all texts and colours of the title and of the key.

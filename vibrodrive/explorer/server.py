@@ -18,6 +18,7 @@ import hmac
 import json
 import logging
 import os
+import re
 import secrets
 import socket
 from contextlib import suppress
@@ -52,6 +53,23 @@ HEADERS = {
     "Content-Security-Policy": "frame-ancestors http://localhost:* http://127.0.0.1:* vscode-webview: "
     "https://*.vscode-cdn.net 'self'",  # 'self': in a notebook of a JupyterHub
 }
+
+
+RIGHT = """Open the address that `vibrodrive explore` has printed. Its token is new in every run, unless the command was
+`vibrodrive explore --token FILE`: then a link works tomorrow, too.""".replace("\n", " ")
+
+
+def kept_token(path: Path) -> str:
+    """Return the token in a file, which is created if there is none. Raises OSError, and ValueError for a file that
+    others may read, or that contains no token."""
+    with suppress(FileExistsError), open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
+        file.write(secrets.token_urlsafe(24).encode())
+    if os.name == "posix" and path.stat().st_mode & 0o077:
+        raise ValueError(parameters.bad("--token", str(path), "a file that only its owner may read: chmod 600"))
+    token = path.read_text(encoding="utf-8").strip()
+    if not re.fullmatch(r"[\w-]{20,}", token, re.ASCII):
+        raise ValueError(parameters.bad("--token", str(path), "a file with at least 20 letters, digits, - and _"))
+    return token
 
 
 def build(view: View, refused: str) -> str:
@@ -127,7 +145,7 @@ class Guarded(Application):
             return "refused: the request comes from a page of another origin"
         given = b"".join(request.query_arguments.get("token", [])[:1])
         if not hmac.compare_digest(given, self.token.encode()):
-            return "refused: wrong or missing token; use the token of the address that vibrodrive explore has printed"
+            return f"refused: wrong or missing token. {RIGHT}"
         return ""
 
 
@@ -156,11 +174,11 @@ class Explorer:
     PORT, or any free port if PORT is in use. Raises OSError if the port is not available.
     """
 
-    def __init__(self, view: View, port: int | None = None, threads: int | None = None) -> None:
+    def __init__(self, view: View, port: int | None = None, threads: int | None = None, token: str = "") -> None:
         logging.getLogger("tornado").setLevel(logging.CRITICAL)  # a traceback here would contain the token
         listening = _listening(port)
         self.view, self.engine = view, Engine(threads, _tasks)
-        self.token = secrets.token_urlsafe(24)
+        self.token = token or secrets.token_urlsafe(24)
         self.hub = os.environ.get("JUPYTERHUB_SERVICE_PREFIX", "")
         listening.setblocking(False)
         self.port: int = listening.getsockname()[1]

@@ -15,7 +15,7 @@ import numpy as np
 from vibrodrive.explorer.controls import title_of
 from vibrodrive.explorer.engine import KEPT, Engine
 from vibrodrive.explorer.image import fitting_range, picture_of, pictures
-from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, words
+from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, undisturbed, words
 from vibrodrive.explorer.session import Session
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Work
@@ -42,22 +42,21 @@ def work_of(session: Session, view: View) -> Work:
 
 
 def answer(session: Session, view: View, seq: int, asked: int, halt: Halt) -> None:
-    """Show a view, whose picture was requested by the message `asked`, and its motion by `seq`. The newer comes first.
+    """Show a view, whose picture was requested by the message `asked`, and its motion by `seq`.
 
-    The task can be halted at any time, and called again later.
+    The motion comes after the first coarse picture, or before it if only the motion is new. The task can be halted at
+    any time, and called again later.
     """
-    if seq != asked:
+    if seq != asked or session.painted == asked:
         show_motion(session, view, seq, halt)
     if session.painted != asked:
-        show_picture(session, view, asked, halt)
-    if seq == asked:
-        show_motion(session, view, seq, halt)
+        show_picture(session, view, seq, asked, halt)
     if not session.rests:
         show_limits(session, view.motion_plan(), halt)
 
 
-def show_picture(session: Session, view: View, asked: int, halt: Halt) -> None:
-    """Draw the diagram or map of a view, first coarse, then finer."""
+def show_picture(session: Session, view: View, seq: int, asked: int, halt: Halt) -> None:
+    """Draw the diagram or map of a view, first coarse, then with its motion, then finer."""
     for count, level in enumerate(work_of(session, view).levels(session.engine.pace, halt)):
         if count == 0 or level.complete or not session.unpainted:  # no finer picture while another is not yet sent
             head, arrays = picture_of(view, level, session.pixels[1])
@@ -66,6 +65,8 @@ def show_picture(session: Session, view: View, asked: int, halt: Halt) -> None:
             head |= {"complete": level.complete, "done": level.share, "count": level.sweep.done.size}
             session.unpainted += 1
             session.later(partial(_paint, session, head, arrays))
+        if count == 0 and seq == asked:
+            show_motion(session, view, seq, halt)
         if count == 0 and not level.complete:
             session.engine.worker.pause(halt, REST_SECONDS)
     session.painted = asked
@@ -85,7 +86,10 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     motion = motion_at(plan, halt)
     told = words(motion, plan, view, halt)
     limits = {name: session.engine.limits.get(str(of)) for name, of in limit_plans(plan).items()}
-    session.later(partial(session.send, "motion", {**done, **told, "limits": limits}, curve_of(motion)))
+    curves, orbit = curve_of(motion), undisturbed(plan)
+    if orbit != plan:
+        curves |= {f"orbit_{name}": array for name, array in curve_of(motion_at(orbit, halt)).items()}
+    session.later(partial(session.send, "motion", {**done, **told, "limits": limits}, curves))
     session.moving, session.rests = str(plan), motion.status == choices.Status.NEVER_LEAVES
 
 
