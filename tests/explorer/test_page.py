@@ -4,11 +4,14 @@ import base64
 import fcntl
 import io
 import itertools
+import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
+from functools import cache
 from time import monotonic, sleep
 
 import numpy as np
@@ -152,7 +155,7 @@ def test_map_has_the_colours_of_its_key_and_a_click_opens_the_diagram(tab, explo
         "getComputedStyle(s.firstChild).backgroundColor.match(/[0-9]+/g).map(Number)])"))  # fmt: skip
     rests = results.status == vd.Status.NEVER_LEAVES
     names = np.where(rests, "rests", np.where(results.period > 8, "9 to 64", results.period.astype(str)))
-    names = np.where((results.period == 0) & ~rests, "none up to 64", names)
+    names = np.where((results.period == 0) & ~rests, "none found up to 64", names)
     assert len(np.unique(names)) > 3
     assert [tuple(p) for p in pixels.transpose(1, 0, 2).reshape(-1, 3)] == [tuple(key[n]) for n in names.ravel()]
     left, top, width, height = tab.frame()
@@ -324,7 +327,7 @@ def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
     limit = vd.limit(A)
     tab.until("!!page.limits.eps", "the limit")
     assert float(tab.ask("page.limits.eps.k2")) == pytest.approx(limit.k2)
-    assert f"A = {A!r} · period 4 · keeps its structure up to ε = " in text(tab, "sentence")
+    assert f"A = {A!r} · period 4 · keeps its structure, the rhythm of its impacts, up to ε = " in text(tab, "sentence")
     assert motion.describe().splitlines()[3][:9] in text(tab, "words")
     words = tab.driver.execute_script("return document.getElementById('phase').ariaLabel")
     assert "period 4" in words
@@ -386,7 +389,7 @@ def test_start_view_compares_a_step_with_certified_and_its_text_leaves_with_it(t
     assert {k for k in range(3) if ((image(tab)[0] // 64 == k) & (image(tab)[0] > 0)).any()} == {0, 1, 2}
     assert text(tab, "key") == "bothfixed onlycertified only"
     tab.until("!!page.limits.dtau", "the limit in Δτ")
-    assert "kept or lost by chance: your Δτ = 0.05 is 1.11 times the limit" in text(tab, "sentence")
+    assert "kept or lost by chance with the time step: your Δτ = 0.05 is 1.11 times the limit" in text(tab, "sentence")
     tab.choose("method", "certified")
     assert "invents" not in text(tab, "story")
     press_key(tab, "3")
@@ -430,6 +433,13 @@ def test_saved_picture_contains_the_picture_of_the_page(tab, explorer):
         "const size = parseFloat(getComputedStyle(document.documentElement).fontSize);"
         "return [a.left - size, b.getBoundingClientRect().top - size]"
     )
+    assert saved.shape[1] > 2 * width
+    knob, floor = tab.driver.execute_script(
+        "const {left, top} = document.getElementById('handle').getBoundingClientRect(); return [left, top]"
+    )
+    accent = saved[round(2 * (floor - edge[1])), round(2 * (knob - edge[0]))]
+    assert tuple(accent) == (0x00, 0x72, 0xB2), "the knob"
+    saved = saved[::2, ::2]
     part = saved[round(top - edge[1]) :, round(left - edge[0]) :][: round(height), : round(width)]
     assert len({tuple(p) for p in part.reshape(-1, 3)} & {tuple(p) for p in pixels.reshape(-1, 3)}) >= 8
     assert (part < 250).any(axis=2).mean() == pytest.approx((pixels < 250).any(axis=2).mean(), rel=0.05)
@@ -443,9 +453,19 @@ def test_error_is_shown_in_one_line_and_the_field_returns(tab, explorer):
     tab.until("page.refused !== ''", "a refusal")
     assert tab.notice().startswith("eps = ")
     assert not {"<", "\n"} & {*tab.notice()}
-    assert text(tab, "notice").startswith("eps = '<script>")
+    assert text(tab, "wrong").startswith("ε = '<script>")
+    assert text(tab, "notice") == ""
+    beside = "return document.getElementById('wrong').parentNode.dataset.field"
+    assert tab.driver.execute_script(beside) == "eps"
     assert tab.frame() == frame, "no text changes the place of the picture"
     tab.until("page.view.eps === 0", "the last accepted value")
+    field = tab.driver.find_element("id", "dtau")  # also while one types
+    field.send_keys("\ue009a\ue000", "-1\ue007")
+    tab.until(lambda: text(tab, "wrong").startswith("Δτ = -1"), "a refusal")
+    tab.until("document.getElementById('dtau').value === '0.1'", "its value")
+    assert tab.ask("page.view.method") == "certified", "a refused step chooses no grid"
+    tab.choose("eps", "1e-5")
+    assert text(tab, "wrong") == ""
     tab.open(explorer.address + "&mode=map&shade=lyapunov&columns=9&rows=9&periods=64")
     tab.choose("x", "eps")  # has no Lyapunov exponent
     tab.settle("page.refused.startsWith('shade = ') && page.view.x === 'A'")
@@ -513,3 +533,274 @@ def test_leaving_the_page_cancels_its_work_and_back_restores_it(opened, explorer
     opened.until("!!page && page.begun", "a first picture again")
     assert shown(opened).low == 3.1
     opened.complaints()  # discards the messages about the closed connection
+
+
+def test_page_is_used_without_a_mouse(tab, explorer):
+    tab.open(explorer.address + SMALL)
+    tab.until("!!page.limits.eps", "the limit")
+    handle = tab.driver.find_element("id", "handle")
+    for key, right in (("\ue00e", 3.32), ("\ue00f", 3.04), ("\ue010", 5.0), ("\ue011", 2.2)):
+        handle.send_keys(key)  # Page Up, Page Down, End, Home
+        assert tab.state()["at"] == pytest.approx(right, abs=0.01)
+        told = [float(handle.get_attribute(f"aria-value{name}")) for name in ("min", "now", "max")]
+        assert told == [2.2, tab.state()["at"], 5.0]
+        assert handle.get_attribute("aria-valuetext") == f"A = {tab.state()['at']:g}"
+    assert tab.state()["low"] == 2.2, "Home on the knob does not start over"
+    told = "return [...document.querySelectorAll('.control:not([hidden]) [type=range]')].map((e) => e.ariaValueText)"
+    assert tab.driver.execute_script(told) == ["ε = 0", "Δτ = 0.1", "B = 0.1"]
+    assert tab.driver.title.startswith("Velocity ξ′ of the mass, once per shake, against how hard it is shaken (A)")
+    summary = tab.driver.find_element("css selector", ".menu summary")
+    summary.send_keys("\ue007")
+    assert text(tab, "starts").startswith("1 All of it")
+    assert "8 Map" in text(tab, "starts")
+    tab.driver.find_element("css selector", "#starts button").send_keys("\ue00c")  # Escape
+    assert tab.driver.execute_script("return document.activeElement === arguments[0]", summary)
+    live = "[document.getElementById('sentence').ariaLive, document.getElementById('status').ariaLive]"
+    assert tab.ask(live) == ["polite", "polite"]
+    tab.until("!!page.limits.eps", "the limit")
+    tab.driver.execute_script("document.querySelector('[data-play=eps]').click()")
+    assert tab.ask(live) == ["off", "off"]
+    tab.driver.execute_script("document.querySelector('[data-play=eps]').click()")
+    tab.settle("page.played === ''")
+    assert tab.ask(live) == ["polite", "polite"]
+
+
+def test_limits_and_the_knob_have_signs_at_edges_and_cover_no_digits(tab, explorer):
+    tab.open(
+        explorer.address + "&x=eps&low=0&high=3e-4&scale=linear&A=3.04&at=1e-4&columns=100&transient=50&periods=60"
+    )
+    tab.until("!!page.limits.eps", "the limit")
+    watch(tab)
+    drawn = "return window.axes_texts().filter(([word]) => /k₂/.test(word))"
+    k2 = vd.limit(3.04).k2
+    tab.ask("draw()")
+    left, _, width, _ = tab.frame()
+    ((word, x),) = tab.driver.execute_script(drawn)
+    edge = tab.driver.execute_script("return document.getElementById('axes').getBoundingClientRect().left")
+    assert (word, x + edge) == ("k₂", pytest.approx(left + width * k2 / 3e-4, abs=1))
+    tab.ask("(set_span('x', 0, 1.5e-4), draw())")
+    assert tab.driver.execute_script(drawn)[0][0] == "k₂ ▶"
+    tab.ask("(set_span('x', 1.2e-4, 1.5e-4), draw())")
+    assert text(tab, "handle") == "◀ ε = 10⁻⁴"
+    assert tab.driver.execute_script("return document.getElementById('handle').className") == "away"
+    tab.open(explorer.address + SMALL)
+    for at in np.linspace(2.2, 5.0, 40):
+        tab.ask("(page.view.at = arguments[0], draw())", round(at, 3))
+        covered = tab.driver.execute_script(
+            "const tag = document.querySelector('#handle output').getBoundingClientRect(), c = axes.getContext('2d');"
+            "return window.axes_texts().filter(([word, x, y]) => y > box_of().top + box_of().height &&"
+            "y < tag.bottom && Math.abs(x + axes.getBoundingClientRect().left - (tag.left + tag.right) / 2) < tag.width / 2)"
+        )
+        assert [word for word, *_ in covered if word != "A"] == []
+    tab.ask("(set_span('x', 3, 3 + 6e-13), draw())")
+    assert tab.ask("labels(ticks('x', 8), 'x')")[1:4] == ["+1e-13", "+2e-13", "+3e-13"]
+
+
+@pytest.mark.parametrize("size", [(390, 844), (640, 400)])
+def test_picture_stays_in_sight_while_a_slider_moves_in_a_narrow_column(tab, explorer, size):
+    try:
+        tab.resize(*size)
+        tab.open(explorer.address + SMALL)
+        script = "document.querySelector('[data-field=B]').scrollIntoView({block: 'end'}); return window.scrollY"
+        assert tab.driver.execute_script(script) > 100
+        _, top, _, height = tab.frame()
+        assert top > 0
+        assert height > 80
+        below = "return document.querySelector('[data-field=B] [type=range]').getBoundingClientRect().top"
+        assert top + height < tab.driver.execute_script(below) < size[1]
+        wide = tab.driver.execute_script(
+            "const h = document.getElementById('title'); return h.scrollWidth - h.offsetWidth"
+        )
+        assert wide <= 0, "the title is complete"
+    finally:
+        tab.resize(*SIZE)
+
+
+def test_text_of_a_view_stays_after_a_reload_and_the_undisturbed_orbit_lies_behind(tab, explorer):
+    tab.open(explorer.address)
+    assert "Drag the blue knob" in text(tab, "story")
+    press_key(tab, "2")
+    tab.settle("page.view.low === 3")
+    assert text(tab, "story").startswith("A ripple destroys the structure")
+    assert tab.ask("page.motion.orbit_xi === undefined")
+    tab.choose("eps", "1.5e-4")
+    tab.settle()
+    assert text(tab, "story").startswith("A ripple"), "this text invites to move ε"
+    tab.until("!!page.motion.orbit_xi", "the orbit")
+    motion = vd.simulate(3.04, transient=500, periods=12)
+    time, xi = (np.array(v, float) for v in tab.ask("[[...page.motion.orbit_time], [...page.motion.orbit_xi]]"))
+    sample, there = motion.sample(POINTS), np.isfinite(xi)
+    assert np.interp((sample.tau - sample.tau[0]) / (2 * math.pi), time[there], xi[there]) == pytest.approx(
+        sample.xi, abs=1e-5
+    )
+    tab.driver.refresh()
+    tab.settle()
+    assert text(tab, "story").startswith("A ripple")
+    tab.choose("B", "0.11")
+    assert text(tab, "story").startswith("A mass slides")
+    tab.choose("quantity", "impact_speed")
+    tab.settle("page.view.quantity === 'impact_speed'")
+    assert "each dot the speed of one of its main impacts" in text(tab, "story")
+
+
+RECORDER = """
+const texts = [], axes = document.getElementById('axes');
+const {clearRect, fillText} = CanvasRenderingContext2D.prototype;
+CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+  if (this.canvas === axes) texts.length = 0;
+  clearRect.apply(this, box);
+};
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+  if (this.canvas === axes) texts.push([text, x, y]);
+  fillText.call(this, text, x, y);
+};
+window.seen = [];
+window.axes_texts = () => texts;
+const text = (id) => document.getElementById(id).textContent.replaceAll('\\u00a0', ' '), page = window.explorer;
+const pick = (values) => Array.from({length: 25}, (_, k) => values[Math.floor(k * (values.length - 1) / 24)]);
+const look = () => {
+  requestAnimationFrame(look);
+  const {left, width} = document.getElementById('frame').getBoundingClientRect();
+  const now = {
+    view: page.state(), sentence: text('sentence'), words: text('words'), conditions: text('conditions'),
+    late: document.getElementById('motion').matches('.late'), older: document.body.matches('.older'),
+    curve: [...pick(page.motion.time), ...pick(page.motion.xi)].map((v) => (Number.isFinite(v) ? v : null)),
+    bars: texts.filter(([word]) => /period/.test(word))
+      .map(([word, x]) => [word, (x - left + axes.getBoundingClientRect().left) / width]),
+    marks: ['eps', 'dtau'].map((name) => {
+      const mark = document.querySelector(`[data-field=${name}] b`);
+      if (!mark.offsetParent || mark.hidden) return null;
+      const [own, slider] = [mark, mark.parentNode.firstElementChild].map((one) => one.getBoundingClientRect());
+      const thumb = parseFloat(getComputedStyle(document.documentElement).fontSize);
+      return [mark.textContent, (own.left + own.width / 2 - slider.left - thumb / 2) / (slider.width - thumb)];
+    }),
+  };
+  const last = window.seen.at(-1), as_text = JSON.stringify(now);
+  if (window.last !== as_text) window.seen.push(now);
+  window.last = as_text;
+};
+look();
+"""
+SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def value(shown):
+    """Return a number as the page prints it."""
+    factor, _, power = (
+        shown.partition("10") if "10" in shown and shown.rstrip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻") != shown else (shown, "", "")
+    )
+    return float(factor.rstrip("·") or 1) * 10 ** (int(power.translate(SUPERSCRIPTS)) if power else 0)
+
+
+@cache
+def motion_of(A, B, eps, method, dtau, transient, periods):
+    step = {} if method == "certified" else {"method": method, "dtau": dtau}
+    return vd.simulate(A, B=B, eps=eps, **step, section_phase=math.pi / 2, transient=transient, periods=periods)
+
+
+@cache
+def limit_in(name, A, B, eps, method):
+    return vd.limit(A, B=B) if name == "eps" else vd.limit(A, "dtau", method, B=B, eps=eps)
+
+
+def judged(seen):
+    """Compare all that a page has said at a moment with the package, at the setting that it showed then. Return how
+    many statements were compared."""
+    view, sentence, count = seen["view"], seen["sentence"], 0
+    at = {name: view["at"] if name == view["x"] else view[name] for name in ("A", "B", "eps", "dtau")}
+    common = at["A"], at["B"], at["eps"], view["method"]
+    motion = motion_of(*common, at["dtau"], view["transient"], view["periods"] or 256)
+    assert sentence.startswith(f"{ {'A': 'A', 'eps': 'ε'}[view['x']] } = "), sentence
+    assert value(sentence.split(" · ")[0].split(" = ")[1]) == view["at"]
+    if not seen["late"]:
+        time, xi = np.array(seen["curve"], float).reshape(2, -1)
+        short = motion_of(*common, at["dtau"], view["transient"], 12)
+        there, sample = np.isfinite(xi), short.sample(8000)  # so many, because ξ has corners
+        right = np.interp(time, (sample.tau - sample.tau[0]) / (2 * math.pi), sample.xi)
+        assert xi[there] == pytest.approx(right[there], abs=2e-3)
+        count += 1
+    if found := re.search(r"period (\d+)|no period|rests for ever", sentence):
+        rests = motion.status == vd.Status.NEVER_LEAVES
+        assert found[0] == "rests for ever" if rests else int(found[1] or 0) == motion.period, sentence
+        count += 1
+    for words, name in {"ε": "eps", "Δτ": "dtau"}.items():
+        number = r"([\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
+        if found := re.search(rf"up to {words} = {number}", sentence):
+            assert value(found[1]) == pytest.approx(limit_in(name, *common).k2, rel=6e-3)
+            count += 1
+        verdict = rf"(kept or lost by chance|kept|lost) with [a-z ]+: your {words} = {number} is {number} (of|times)"
+        if found := re.search(verdict, sentence):
+            limit = limit_in(name, *common)
+            right = (
+                "kept" if at[name] < limit.k2 else "lost" if at[name] > limit.last_kept else "kept or lost by chance"
+            )
+            assert (found[1], value(found[2])) == (right, pytest.approx(at[name], rel=6e-3)), sentence
+            assert value(found[3]) == pytest.approx(at[name] / limit.k2, rel=6e-2), sentence
+            count += 1
+    for mark, name, low, high in zip(seen["marks"], ("eps", "dtau"), (1e-6, 1e-4), (1e-2, 1.0), strict=True):
+        if mark:
+            share = math.log(limit_in(name, *common).k2 / low) / math.log(high / low)
+            share = share if name == "dtau" else 0.11 + 0.89 * share
+            assert mark[0] == ("▲" if 0 <= share <= 1 else "◀" if share < 0 else "▶")
+            assert mark[1] == pytest.approx(np.clip(share, 0, 1), abs=5e-3)
+            count += 1
+    for bar, share in seen["bars"]:
+        A = view["low"] + share * (view["high"] - view["low"])
+        middle = motion_of(A, at["B"], at["eps"], view["method"], at["dtau"], view["transient"], view["periods"] or 256)
+        assert (0 if bar == "no period" else int(bar.split()[1])) == middle.period, (bar, A)
+        count += 1
+    if not seen["older"]:
+        for name, sign in (("B", "B"), ("eps", "ε")):
+            assert name == view["x"] or f"{sign} = {view[name]:.6g}," in seen["conditions"], seen["conditions"]
+        count += 1
+    if seen["words"] not in ("", "…") and not seen["words"].startswith("…"):
+        assert seen["words"].startswith(motion.describe().splitlines()[1]), seen["words"]
+        count += 1
+    return count
+
+
+def watch(tab):
+    tab.driver.execute_script(RECORDER)
+
+
+def moments(tab):
+    return tab.driver.execute_script("return window.seen.splice(0)")
+
+
+def move_slider(tab, name, start, end, steps=25):
+    """Drag a slider between two shares of its length."""
+    box = "const b = document.querySelector(`[data-field=${arguments[0]}] [type=range]`).getBoundingClientRect();"
+    left, top, width, height = tab.driver.execute_script(box + "return [b.left, b.top, b.width, b.height]", name)
+    places = [(left + 7 + s * (width - 14), top + height / 2) for s in np.linspace(start, end, steps)]
+    tab.mouse("Pressed", *places[0])
+    for place in places:
+        tab.mouse("Moved", *place)
+        sleep(0.04)
+    tab.mouse("Released", *places[-1])
+
+
+@pytest.mark.parametrize("query", ["&eps=2e-4", "", "&method=fixed&dtau=0.05"])
+def test_whatever_is_said_belongs_to_the_setting_beside_it_also_while_this_moves(tab, explorer, query):
+    tab.open(explorer.address + "&low=3&high=3.25&at=3.04&columns=300&transient=200" + query)
+    tab.until("!!page.limits.eps", "the limit")
+    watch(tab)
+    for name, start, end in (("B", 0.17, 0.33), ("B", 0.33, 0.15), ("eps", 0.45, 0.6), ("dtau", 0.6, 0.75)):
+        move_slider(tab, name, start, end)
+    tab.settle()
+    tab.choose("method", "muller")
+    tab.choose("dtau", "0.02")
+    tab.choose("method", "certified")
+    tab.choose("eps", "1e-4")
+    for field, typed in (("B", "0.12"), ("eps", "0"), ("transient", "150"), ("method", "certified")):
+        tab.choose(field, typed)
+        sleep(0.1)
+    left, top, width, height = tab.frame()
+    tab.drag((left + 0.2 * width, top + 40), [(left + 0.2 * width + 9 * k, top + 40) for k in range(12)])
+    at = left + width * tab.ask("(page.view.at - page.view.low) / (page.view.high - page.view.low)")
+    tab.drag((at, top + height), [(at + 8 * k, top + height) for k in range(20)])
+    tab.settle()
+    tab.until("!!page.limits.eps", "the limit")
+    sleep(0.2)
+    found = moments(tab)
+    assert len({json.dumps(one["view"]) for one in found}) > 60, "many settings"
+    assert sum(map(judged, found)) > 100

@@ -1,6 +1,8 @@
 """The server accepts only requests of this machine, with the token, and from its own pages. No test needs a browser."""
 
 import asyncio
+import base64
+import io
 import json
 import os
 import re
@@ -14,7 +16,9 @@ import urllib.request
 from contextlib import closing
 from http.client import HTTPConnection
 
+import numpy as np
 import pytest
+from PIL import Image
 
 pytest.importorskip("tornado")
 
@@ -246,3 +250,61 @@ def test_command_opens_a_link_without_its_token(link, monkeypatch):
     monkeypatch.setattr(Explorer, "run", lambda explorer: (seen.append(explorer.view), explorer.close()))
     explore.main(["--no-browser", "--port", "0", link], standalone_mode=False)
     assert [(view.low, view.eps) for view in seen] == [(3.0, 2e-4)]
+
+
+def test_kept_token_makes_a_link_work_in_the_next_run(tmp_path):
+    file = tmp_path / "token"
+    tokens = []
+    for _ in range(2):
+        process, address = started("--no-browser", "--port", "0", "--token", str(file))
+        try:
+            assert answer(address)[0] == 200
+            tokens.append(address.partition("token=")[2])
+        finally:
+            process.kill()
+            process.communicate()
+    assert tokens[0] == tokens[1] == file.read_text().strip()
+    assert os.name != "posix" or file.stat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.skipif(os.name != "posix", reason="modes of files")
+@pytest.mark.parametrize(
+    ("content", "mode", "allowed"),
+    [("x" * 30, 0o644, "only its owner may read"), ("short", 0o600, "at least 20"), ("a b" * 20, 0o600, "at least 20")],
+)
+def test_file_that_others_may_read_or_without_a_token_is_refused(tmp_path, content, mode, allowed):
+    from vibrodrive.explorer.server import kept_token
+
+    file = tmp_path / "token"
+    file.write_text(content)
+    file.chmod(mode)
+    with pytest.raises(ValueError, match=allowed) as caught:
+        kept_token(file)
+    assert content not in str(caught.value)
+
+
+def test_wrong_token_is_told_how_to_get_the_right_one(explorer):
+    status, told = answer(explorer.address[:-1])
+    assert status == 403
+    assert "Open the address that `vibrodrive explore` has printed" in told
+    assert "--token FILE" in told
+
+
+def test_supplied_picture_is_that_of_the_first_view():
+    """Its dots are where the first view has values, and nowhere else."""
+    from vibrodrive.explorer.controls import title_of
+    from vibrodrive.explorer.server import build
+    from vibrodrive.explorer.view import View
+
+    known = json.loads(re.search(r'id="known">(.*?)</script>', build(View(), ""), re.DOTALL)[1])
+    _, (low, high), picture, *caption = known["first"]
+    assert caption == list(title_of(View()))
+    pixels = np.array(Image.open(io.BytesIO(base64.b64decode(picture.partition(",")[2]))).convert("L"))[::-1] < 250
+    rows, columns = pixels.shape
+    found = vd.sweep(A=np.linspace(2.2, 5.0, columns), section_phase=np.pi / 2, transient=500, periods=256)
+    spots = np.zeros_like(pixels)
+    row = np.floor((found.section[..., 1] - low) / (high - low) * rows).astype(int)
+    spots[row, np.arange(columns)[:, None]] = True
+    spots[np.minimum(row + 1, rows - 1), np.arange(columns)[:, None]] = True
+    assert (spots != pixels).mean() < 0.002
+    assert json.loads(re.search(r'id="known">(.*?)</script>', build(View(eps=1e-4), ""), re.DOTALL)[1])["first"] == []

@@ -52,7 +52,10 @@ def explore(config: Path | None, port: int | None, token: Path | None, no_browse
     from vibrodrive.explorer.server import Explorer, kept_token
 
     with in_one_line():
-        chosen = "" if token is None else kept_token(token)
+        try:
+            chosen = "" if token is None else kept_token(token)
+        except OSError as error:
+            raise click.ClickException(f"--token {token}: {error.strerror}") from None
     try:
         explorer = Explorer(view, port, token=chosen)
     except OSError as error:

@@ -29,7 +29,7 @@ const ticks_of = ({slider, factor}) => {
   if (scale === "linear") return round(low * factor, high * factor, 4).map((v) => [v / factor, String(Number(v.toPrecision(3)))]);
   const decades = round(Math.log10(low), Math.log10(high), 6).filter(Number.isInteger);
   const named = decades.map((d) => [10 ** d, pretty(`1e${d}`)]);
-  return scale === "zero" ? [[0, "0"], ...named] : named;
+  return scale === "zero" ? [[0, "0"], ...named.slice(1)] : named; // the first would touch the 0
 };
 
 const play_button = (name, label) => `<button data-play="${name}" aria-label="Play ${label}"
@@ -183,21 +183,22 @@ const verdict = (name, {k2, last_kept}) => {
   return value < Number(k2) ? "kept" : value > Number(last_kept) ? "lost" : "between";
 };
 const digits = (v, n = 3) => pretty(plain(Number(v.toPrecision(n)), 15));
-const BY = {eps: "the ripple", dtau: "the time step"};
-const comparison = (name, limit) => {
+const comparison = (name, limit, others) => {
   const k2 = Number(limit.k2), value = disturbance(name), sign = label_of(name), keeps = "keeps its structure, the rhythm of its impacts,";
   if (k2 === Infinity) return `${keeps} at every ${sign} tried`;
   if (!(value > 0)) return `${keeps} up to ${sign} = ${digits(k2)}`;
   const ratio = value / k2, times = ratio < 1 ? `${digits(ratio, 2)} of` : `${digits(ratio)} times`;
   const words = {kept: "structure kept", lost: "structure lost", between: "structure kept or lost by chance"}[verdict(name, limit)];
-  return `<span class="${verdict(name, limit)}">${words}</span> with ${BY[name]}: your ${sign} = ${digits(value)} is ${times} the limit`;
+  const by = name === "dtau" ? "the time step" : others ? "the ripple alone" : "the ripple";
+  return `<span class="${verdict(name, limit)}">${words}</span> with ${by}: your ${sign} = ${digits(value)} is ${times} the limit`;
 };
 const limit_of = (name) => (page.limits[name] && current(name) ? Number(page.limits[name].k2) : NaN);
 
 // The sentence about the motion, and all else that is said: only of what belongs to the view (`current`).
 const judge = () => {
   if (!page.view) return;
-  const {motion, limits, view, data} = page, fresh = current("motion"), older = Boolean(data) && !current("picture");
+  if (page.kept && page.kept !== setting(page.view, "picture")) clear_picture();
+  const {motion, limits, view, data} = page, fresh = current("motion"), older = data ? !current("picture") : page.kept !== "";
   document.body.classList.toggle("older", older);
   element("motion").classList.toggle("late", Boolean(motion) && !fresh);
   if (data?.complete && !current("window")) say("…", "status");
@@ -222,7 +223,7 @@ const judge = () => {
   const parts = [label_of_x(), own];
   if (fresh && status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
   else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
-  else for (const name of found) parts.push(comparison(name, limits[name]));
+  else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));
   if (page.waits && !(fresh && found.length === names.length)) parts.push(page.waits);
   else if (fresh && status !== "NEVER_LEAVES" && found.length < names.length) parts.push(calm ? "finding the limit of its structure …" : "…");
   say(parts.filter(Boolean).join(" · "), "sentence");

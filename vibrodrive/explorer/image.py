@@ -151,7 +151,8 @@ def painted(
     values, status = (whole.reshape(-1)[source].reshape(shape) for whole in (values, status))
     found = colours.paint(records.QUANTITIES[quantity], values, status, limits)
     inks = [to_hex(colour) for colour in found.colours]
-    swatches = [*zip(inks, found.labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
+    labels = [label.replace("none up to", "none found up to") for label in found.labels]  # in the periods of the map
+    swatches = [*zip(inks, labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
     scale = [] if found.labels else inks[: colours.SHADES : 8]
     if scale:
         ends = (("max", "more", colours.SHADES + 1), ("min", "less", colours.SHADES))

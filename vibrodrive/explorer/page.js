@@ -25,6 +25,7 @@ const page = {
   asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
   last: "", // the last view requested
   data: null, // head of the last picture, with its view
+  kept: "", // setting of the pale picture that is shown instead until the first one is computed
   motion: null, // head and arrays of the motion that is shown, with its view
   limits: {}, // its limits k₂, by name
   played: "", // field whose slider ▶ moves at present

@@ -192,27 +192,34 @@ const measure = () => {
 new ResizeObserver(measure).observe(element("figure"));
 
 const clear_picture = () => {
-  page.data = null;
+  Object.assign(page, {data: null, kept: ""});
+  frame.style.background = "";
   for (const where of ["key", "status"]) say("", where);
   for (const where of ["title", "conditions"]) say("…", where);
   wait(`computing the ${page.view.mode} …`);
 };
 
 // The last complete picture stays in the browser. When its view is opened again, it is shown, pale, until the first
-// picture of the page is there.
+// picture of the page is there; for the first view of all a picture is supplied (docs/film.py).
+const CAPTION = ["title", "conditions"];
 const place = () => location.search.replace(/token=[^&]*&?/, "") + css("--paper");
 const keep = () => {
   try {
-    localStorage.setItem("kept", JSON.stringify([place(), page.fitted, canvas.toDataURL()]));
+    localStorage.setItem("kept", JSON.stringify([place(), page.fitted, canvas.toDataURL(), ...CAPTION.map((id) => said[id])]));
   } catch { // too large for the browser
     localStorage.removeItem("kept");
   }
 };
 const show_kept = () => {
-  const [at, fitted, picture] = JSON.parse(localStorage.getItem("kept") ?? "[]");
-  if (at !== place()) return;
-  frame.style.background = `linear-gradient(${css("--paper")}a6 0 0), url(${picture}) 0 0 / 100% 100%`; // pale
-  page.fitted = fitted;
+  const kept = JSON.parse(localStorage.getItem("kept") ?? "[]"), own = kept[0] === place();
+  const first = JSON.stringify(page.view) === JSON.stringify(known.view) ? known.first : [];
+  const [, fitted, picture, ...caption] = own ? kept : first;
+  if (!picture) return;
+  const dark = !own && matchMedia("(prefers-color-scheme: dark)").matches; // the supplied picture is black on white
+  frame.style.background = `linear-gradient(${css("--paper")}a6 0 0), url(${picture}) 0 0 / 100% 100% white`; // pale
+  frame.style.backgroundBlendMode = dark ? "normal, difference" : "normal";
+  Object.assign(page, {fitted, kept: setting(page.view, "picture")});
+  caption.forEach((text, k) => say(text, CAPTION[k]));
 };
 
 // Colours of a diagram: scales of `--ink`, `--down` and `--up` on the paper. The colours of a map come with it.
@@ -256,6 +263,7 @@ const paint = (head, {image, palette}) => {
     if (!rests) page.fitted = [head.y, head.y + head.dh];
   }
   page.data = {...head, image, palette, view: page.sent[head.seq]};
+  page.kept = "";
   frame.style.background = "";
   page.patience = PATIENCE;
   colour();
@@ -366,9 +374,9 @@ handle.addEventListener("keydown", (event) => {
   choose_at(x + (up ? 0 : by), y - (up ? by : 0));
 });
 
-// The picture as PNG, as on the page: the picture, its axes, and all texts and colours of the title and of the key.
+// The picture as PNG, as on the page, with twice as many pixels: the picture, its axes, and all texts and colours of the title and of the key.
 const whole_picture = () => {
-  const ratio = devicePixelRatio, out = document.createElement("canvas"), c = out.getContext("2d"), size = rem();
+  const ratio = 2 * devicePixelRatio, out = document.createElement("canvas"), c = out.getContext("2d"), size = rem();
   const [top, {left, width}] = [element("title"), figure].map((one) => one.getBoundingClientRect());
   Object.assign(out, {width: ratio * (width + 2 * size), height: ratio * (element("foot").getBoundingClientRect().bottom - top.top + 2 * size)});
   c.scale(ratio, ratio);
@@ -386,8 +394,21 @@ const whole_picture = () => {
     c.drawImage(one, place.left, place.top, place.width, place.height);
   }
   c.restore();
-  const around = axes.getBoundingClientRect();
-  c.drawImage(axes, around.left, around.top, around.width, around.height);
+  const around = axes.getBoundingClientRect(), knob = handle.getBoundingClientRect(), [tag] = handle.children;
+  c.save();
+  c.translate(around.left, around.top);
+  draw_axes(c, box_of());
+  c.restore();
+  if (!handle.hidden) {
+    Object.assign(c, {fillStyle: css("--accent"), font: getComputedStyle(tag).font, textAlign: "center", textBaseline: "middle"});
+    if (!line.hidden) c.fillRect(knob.left, box.top, 1, box.height);
+    c.beginPath();
+    c.arc(knob.left, knob.top, 0.5 * size, 0, 7);
+    c.fill();
+    const {left: from, top: above, width: wide, height: tall} = tag.getBoundingClientRect();
+    c.fillText(tag.textContent, from + wide / 2, above + tall / 2);
+  }
+  c.textAlign = "left";
   for (const one of document.querySelectorAll("#title, #conditions, #key *")) {
     const {left, top, width, height} = one.getBoundingClientRect(), style = getComputedStyle(one), text = one.lastChild;
     if (one.tagName === "I") {
