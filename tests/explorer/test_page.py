@@ -546,8 +546,9 @@ def test_page_is_used_without_a_mouse(tab, explorer):
         assert told == [2.2, tab.state()["at"], 5.0]
         assert handle.get_attribute("aria-valuetext") == f"A = {tab.state()['at']:g}"
     assert tab.state()["low"] == 2.2, "Home on the knob does not start over"
-    told = "return [...document.querySelectorAll('.control:not([hidden]) [type=range]')].map((e) => e.ariaValueText)"
-    assert tab.driver.execute_script(told) == ["ε = 0", "Δτ = 0.1", "B = 0.1"]
+    sliders = tab.driver.find_elements("css selector", "#main [type=range]")
+    told = [slider.get_attribute("aria-valuetext") for slider in sliders if slider.is_displayed()]
+    assert told == ["ε = 0", "Δτ = 0.1", "B = 0.1"]
     assert tab.driver.title.startswith("Velocity ξ′ of the mass, once per shake, against how hard it is shaken (A)")
     summary = tab.driver.find_element("css selector", ".menu summary")
     summary.send_keys("\ue007")
@@ -575,7 +576,7 @@ def test_limits_and_the_knob_have_signs_at_edges_and_cover_no_digits(tab, explor
     k2 = vd.limit(3.04).k2
     tab.ask("draw()")
     left, _, width, _ = tab.frame()
-    ((word, x),) = tab.driver.execute_script(drawn)
+    ((word, x, _),) = tab.driver.execute_script(drawn)
     edge = tab.driver.execute_script("return document.getElementById('axes').getBoundingClientRect().left")
     assert (word, x + edge) == ("k₂", pytest.approx(left + width * k2 / 3e-4, abs=1))
     tab.ask("(set_span('x', 0, 1.5e-4), draw())")
@@ -588,8 +589,9 @@ def test_limits_and_the_knob_have_signs_at_edges_and_cover_no_digits(tab, explor
         tab.ask("(page.view.at = arguments[0], draw())", round(at, 3))
         covered = tab.driver.execute_script(
             "const tag = document.querySelector('#handle output').getBoundingClientRect(), c = axes.getContext('2d');"
-            "return window.axes_texts().filter(([word, x, y]) => y > box_of().top + box_of().height &&"
-            "y < tag.bottom && Math.abs(x + axes.getBoundingClientRect().left - (tag.left + tag.right) / 2) < tag.width / 2)"
+            "const middle = (tag.left + tag.right) / 2 - axes.getBoundingClientRect().left, box = box_of();"
+            "return window.axes_texts().filter(([word, x, y]) => y > box.top + box.height && y < tag.bottom &&"
+            "Math.abs(x - middle) < tag.width / 2)"
         )
         assert [word for word, *_ in covered if word != "A"] == []
     tab.ask("(set_span('x', 3, 3 + 6e-13), draw())")
@@ -716,8 +718,10 @@ def judged(seen):
         time, xi = np.array(seen["curve"], float).reshape(2, -1)
         short = motion_of(*common, at["dtau"], view["transient"], 12)
         there, sample = np.isfinite(xi), short.sample(8000)  # so many, because ξ has corners
-        right = np.interp(time, (sample.tau - sample.tau[0]) / (2 * math.pi), sample.xi)
-        assert xi[there] == pytest.approx(right[there], abs=2e-3)
+        near = np.searchsorted((sample.tau - sample.tau[0]) / (2 * math.pi), time[there])
+        near = sample.xi[np.clip(near[:, None] + np.arange(-3, 3), 0, len(sample.xi) - 1)]  # steps are jumps of ξ
+        assert (xi[there] > near.min(axis=1) - 1e-4).all()
+        assert (xi[there] < near.max(axis=1) + 1e-4).all()
         count += 1
     if found := re.search(r"period (\d+)|no period|rests for ever", sentence):
         rests = motion.status == vd.Status.NEVER_LEAVES

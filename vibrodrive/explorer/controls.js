@@ -23,7 +23,6 @@ const value_on = ([low, high, scale], place) => {
   if (place < from) return place < from / 2 ? 0 : low;
   return Number((low * (high / low) ** ((place - from) / (1 - from))).toPrecision(3));
 };
-
 const ticks_of = ({slider, factor}) => {
   const [low, high, scale] = slider;
   if (scale === "linear") return round(low * factor, high * factor, 4).map((v) => [v / factor, String(Number(v.toPrecision(3)))]);
@@ -31,7 +30,6 @@ const ticks_of = ({slider, factor}) => {
   const named = decades.map((d) => [10 ** d, pretty(`1e${d}`)]);
   return scale === "zero" ? [[0, "0"], ...named.slice(1)] : named; // the first would touch the 0
 };
-
 const play_button = (name, label) => `<button data-play="${name}" aria-label="Play ${label}"
   title="Move this slider up, until the motion below loses its structure">▶</button>`;
 const build = (c) => {
@@ -108,8 +106,7 @@ const show_controls = (refused) => {
 };
 const fit_now = () => {
   Object.assign(page.view, {bottom: null, top: null});
-  show_controls();
-  page.ask(true);
+  show_controls(); page.ask(true);
 };
 
 known.starts.forEach(({name, address}, k) => {
@@ -123,8 +120,7 @@ known.starts.forEach(({name, address}, k) => {
 element("starts").append(make("<button id='over'>Start over</button>"));
 press("over", () => start_over());
 const start_over = () => {
-  page.kind = "";
-  sessionStorage.setItem("start", page.start = 0);
+  page.kind = ""; sessionStorage.setItem("start", page.start = 0);
   page.command({reset: true});
 };
 // The text of the start view chosen last, as long as nothing else has changed than what this text invites to move.
@@ -141,29 +137,25 @@ const story = () => {
 const wrong = make("<p id='wrong' role='alert'></p>");
 element("main").append(wrong);
 const refuse = (text) => {
-  const control = fields[(page.refused = text).split(" = ")[0]]?.control, beside = Boolean(control?.offsetParent);
+  const control = fields[(page.refused = text).split(" = ")[0]]?.control, beside = Boolean(control?.checkVisibility());
   const words = text.replace(/\w+/g, (name) => (known.allowed[name] && known.symbols[name]?.split(" (")[0]) || name);
   if (beside) control.append(wrong);
-  say(beside ? words : "", "wrong");
-  say(beside ? "" : words, "notice");
+  say(beside ? words : "", "wrong"); say(beside ? "" : words, "notice");
   if (!text) return;
   page.view = {...page.good};
-  show_controls(true);
-  end_play();
+  show_controls(true); end_play();
 };
 
 // ▶ moves a slider from its least value upwards, at most ten steps a second, until the motion has lost its structure.
 const start_play = (name) => {
   page.played = name;
   document.querySelector(`[data-play=${name}]`).textContent = "■";
-  slide(name, fields[name].slider[2] === "zero" ? ZERO : 0);
-  play_on();
+  slide(name, fields[name].slider[2] === "zero" ? ZERO : 0); play_on();
 };
 const end_play = () => {
   page.played = "";
   for (const button of document.querySelectorAll("[data-play]")) button.textContent = "▶";
-  judge();
-  request(true);
+  judge(); request(true);
 };
 const play_on = () => setTimeout(() => {
   const name = page.played;

@@ -6,19 +6,9 @@ import functools
 from typing import Any, NamedTuple
 
 import vibrodrive as vd
-from vibrodrive.explorer.view import (
-    ALONE,
-    DIAGRAM,
-    DIFFERENCE,
-    MAP,
-    METHODS,
-    OF_MAPS,
-    RANGES,
-    SI,
-    UNITLESS,
-    View,
-    read_address,
-)
+from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS
+
+from vibrodrive.explorer.view import View, read_address  # isort: skip
 from vibrodrive.model import choices, drawing, names, physical, records
 
 QUANTITIES = records.QUANTITIES

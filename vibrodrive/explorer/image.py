@@ -39,14 +39,14 @@ def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
     """Return (low, high), the range of all values with a margin, or (-1, 1) if there are no values."""
     part = level.sketch if level.sketch is not None and not level.sweep.done.any() else level.sweep
     values = np.concatenate([values_of(results, quantity)[part.done].ravel() for results in part.results])
-    values = np.sort(values[np.isfinite(values)])
+    values = values[np.isfinite(values)]
     if not values.size:
         return -1.0, 1.0
-    low, high = float(values[0]), float(values[-1])
     if _is_phase(quantity):  # the values begin after the widest gap on the circle
-        gap = int(np.argmax(np.diff(values, append=low + TURN)))
-        low, high = float(values[(gap + 1) % len(values)]), float(values[gap])
-        low, high = (low, high) if low <= high else (low - TURN, high)
+        values = np.sort(values)
+        gap = int(np.argmax(np.diff(values, append=values[0] + TURN)))
+        values = np.array([values[gap + 1] - TURN if gap + 1 < len(values) else values[0], values[gap]])
+    low, high = float(values.min()), float(values.max())
     margin = MARGIN * (high - low) or 0.5
     return low - margin, high + margin
 

@@ -12,9 +12,7 @@ const move = (head, found) => {
   for (const name of ["xi", "dxi"]) ({xi, dxi})[name].push(...finite(found[`orbit_${name}`] ?? []));
   page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: page.sent[head.done]};
   page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
-  clock.at %= found.time.at(-1);
-  draw_motion();
-  place_handle(box_of());
+  clock.at %= found.time.at(-1); draw_motion(); place_handle(box_of());
   requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
   if (head.done === page.seq) answered(head); else judge();
 };
@@ -37,8 +35,7 @@ const draw_curve = (c, state, across, up, colour) => {
   for (let k = 0; k + 1 < across.length;) {
     const from = k;
     c.strokeStyle = colour ?? css(`--${known.states[state[k]] === "impact" ? "rest" : known.states[state[k]]}`);
-    c.beginPath();
-    c.moveTo(across[k], up[k]);
+    c.beginPath(); c.moveTo(across[k], up[k]);
     while (k + 1 < across.length && state[k] === state[from] && Number.isFinite(up[k + 1])) c.lineTo(across[k + 1], up[++k]);
     c.stroke();
     if (k === from || !Number.isFinite(up[k + 1])) k += Number.isFinite(up[k + 1]) ? 1 : 2;
@@ -54,8 +51,7 @@ const draw_motion = () => {
     Object.assign(c, {strokeStyle: css("--faint"), lineWidth: 1, fillStyle: css("--quiet")});
     stroke(c, [[across(motion.over[0]), up(0)], [width - size, up(0)]]);
     stroke(c, [[across(0), up(motion.up[0])], [across(0), up(motion.up[1])]]);
-    c.fillText("velocity ξ′", 0.3 * size, size);
-    c.textAlign = "right";
+    c.fillText("velocity ξ′", 0.3 * size, size); c.textAlign = "right";
     c.fillText("gap ξ", width - 0.3 * size, height - 0.4 * size);
     const {orbit_state: calm, orbit_xi, orbit_dxi} = motion; // the undisturbed motion, pale behind the disturbed one
     if (calm) draw_curve(c, calm, Array.from(orbit_xi, across), Array.from(orbit_dxi, up), css("--sine"));
@@ -70,7 +66,6 @@ const draw_motion = () => {
   c.fillText("shaking sin τ", 0.3 * size, height - 0.2 * size);
   draw_curve(c, motion.state, Array.from(time, across), Array.from(xi, up));
 };
-
 const draw_mass = () => {
   const {c, width, height, size} = begun("mechanism"), {motion} = page, at = clock.at;
   const length = Math.min(0.84 * width, 2.6 * height), block = 0.15 * length, wall = 0.05 * length;
@@ -83,20 +78,15 @@ const draw_mass = () => {
   c.translate((width - length) / 2, Math.min(height - 1.6 * size, height / 2 + 0.16 * length));
   c.rotate(-SLOPE);
   c.translate(motion ? 0.03 * length * Math.sin(2 * Math.PI * at + motion.head.phase) : 0, 0);
-  c.fillStyle = css("--faint");
-  c.fillRect(0, 0, length, 0.2 * size);
-  c.fillStyle = css("--quiet");
+  c.fillStyle = css("--faint"); c.fillRect(0, 0, length, 0.2 * size); c.fillStyle = css("--quiet");
   c.fillRect(0, -1.5 * block, wall, 1.5 * block); // the obstacle moves with the incline
   c.fillStyle = css(`--${state === "impact" ? "down" : state}`);
   const left = wall + gap * (length - wall - block);
-  c.beginPath();
-  c.roundRect(left, -block, block, block, 0.1 * block);
-  c.fill();
+  c.beginPath(); c.roundRect(left, -block, block, block, 0.1 * block); c.fill();
   c.textAlign = gap > 0.6 ? "right" : "left";
   if (motion) c.fillText(WORDS[state], left + (gap > 0.6 ? block : 0), -block - 0.5 * size);
   Object.assign(c, {fillStyle: css("--quiet"), textAlign: "left"});
-  c.fillText("obstacle", 0, 1.3 * size);
-  c.textAlign = "right";
+  c.fillText("obstacle", 0, 1.3 * size); c.textAlign = "right";
   if (width > 15 * size) c.fillText("shaken incline", length, 1.3 * size);
   element("moment").style.transform = `translate(${motion ? at / motion.time.at(-1) * element("times").clientWidth : -9}px)`;
 };
@@ -105,8 +95,7 @@ const tick = (now) => {
   const rests = page.pressed && pointers.part !== "handle"; // while the picture is dragged, it has all the time
   if (!page.motion || !clock.playing || now - clock.last < FRAME || document.hidden || rests) return;
   clock.at = (clock.at + Math.min(0.1, (now - clock.last) / 1000) * TEMPO) % page.motion.time.at(-1);
-  clock.last = now;
-  draw_mass();
+  clock.last = now; draw_mass();
 };
 page.play = () => { clock.playing = !clock.playing; };
 element("mechanism").addEventListener("click", () => page.play());

@@ -57,11 +57,9 @@ const current = (what) => {
   const view = (what in {window: 0, picture: 0} ? page.data : page.motion)?.view;
   return Boolean(view) && setting(view, what) === setting(page.view, what);
 };
-
 const connect = () => {
   const address = new URL(`ws?token=${token}`, location.href);
-  address.protocol = address.protocol.replace("http", "ws");
-  socket = new WebSocket(address);
+  address.protocol = address.protocol.replace("http", "ws"); socket = new WebSocket(address);
   socket.binaryType = "arraybuffer";
   socket.onopen = () => {
     page.pinged = 0;
@@ -70,14 +68,12 @@ const connect = () => {
     if (known.refused) refuse(known.refused);
   };
   socket.onclose = () => {
-    page.busy = false;
-    lost(GONE);
+    page.busy = false; lost(GONE);
     fetch(location).then((answer) => answer.status === 403 && answer.text().then(lost), () => {}); // another token now
     setTimeout(connect, 1000);
   };
   socket.onmessage = ({data}) => {
-    page.pinged = 0;
-    lost("");
+    page.pinged = 0; lost("");
     if (typeof data === "string") return hear(JSON.parse(data));
     const length = new DataView(data).getInt32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), found = {};
@@ -89,12 +85,10 @@ const connect = () => {
     ({picture: paint, motion: move})[head.kind](head, found);
   };
 };
-
 const tell = (message) => {
   if (!message.ping && !message.toml) page.seq += 1; // these two replace no running request
   if (socket.readyState === 1) socket.send(JSON.stringify({seq: page.seq, ...message}));
 };
-
 const GONE = "The explorer does not answer. If its program has ended, start it again and open the address that it prints.";
 const lost = (gone) => {
   if (gone && page.played) end_play();
@@ -116,8 +110,7 @@ const send = () => {
   const view = page.state(), only_motion = page.moved && page.last === but_for_motion(view);
   const last = but_for_motion(view);
   Object.assign(page, {busy: true, pending: false, moved: false, since: performance.now(), last});
-  clearTimeout(page.slow);
-  page.slow = setTimeout(() => wait("computing …"), SLOW);
+  clearTimeout(page.slow); page.slow = setTimeout(() => wait("computing …"), SLOW);
   tell({view, only_motion, pixels: page.pixels});
   page.sent[page.seq] = view;
   if (page.seq - 1000 !== page.asked) delete page.sent[page.seq - 1000];
@@ -129,23 +122,18 @@ const request = (again) => {
   if (!page.view || !page.pixels || page.pending) return;
   if (!again && !page.moved && page.last === but_for_motion(page.state())) return;
   if (!page.busy) return send();
-  page.pending = true;
-  page.settled = page.settled && page.moved;
-  clearTimeout(page.timer);
+  page.pending = true; page.settled = page.settled && page.moved; clearTimeout(page.timer);
   page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.since)));
 };
 const insist = () => { // replace the running request; the next one gets twice the time, or none would ever finish
   if (!page.pending) return;
-  page.patience *= 2;
-  send();
+  page.patience *= 2; send();
 };
 page.ask = (again) => {
   page.changed = performance.now();
   if (page.refused) refuse("");
-  judge();
-  request(again);
+  judge(); request(again);
 };
-
 page.command = (message) => {
   Object.assign(page, {asked: 0, settled: false, busy: false, pending: false}); // the running request is obsolete
   tell({view: page.state(), pixels: page.pixels, ...message});
@@ -157,11 +145,8 @@ const apply = (view) => {
   Object.assign(page, {view, kind, good: {...view}});
   if (other) clear_picture();
   if (!page.begun) show_kept();
-  show_controls();
-  draw();
-  page.ask(true);
+  show_controls(); draw(); page.ask(true);
 };
-
 const hear = (item) => {
   if (item.apply) apply(item.apply);
   if (item.refused) refuse(item.refused);
@@ -176,23 +161,17 @@ const hear = (item) => {
 // The last request has its motion or, without an address, is refused.
 const answered = ({address}) => {
   if (address !== undefined) {
-    page.good = page.motion.view = page.sent[page.seq];
-    remember(address);
+    page.good = page.motion.view = page.sent[page.seq]; remember(address);
   }
-  page.busy = false;
-  clearTimeout(page.slow);
-  wait("");
+  page.busy = false; clearTimeout(page.slow); wait("");
   if (page.pending) send();
   settle();
 };
 
 // One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion.
 const wait = (text) => {
-  page.waits = text;
-  say(page.data ? "" : text, "wait");
-  judge();
+  page.waits = text; say(page.data ? "" : text, "wait"); judge();
 };
-
 const settle = () => {
   const latest = page.last === but_for_motion(page.state());
   page.settled = page.whole === page.asked && !page.pending && latest;
@@ -205,8 +184,7 @@ const remember = (address) => {
     const url = `?token=${token}${address ? `&${address}` : ""}`;
     if (url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
     element("link").textContent = `vibrodrive explore "?${address}"`;
-    page.begun = true;
-    page.waiting = 0;
+    page.begun = true; page.waiting = 0;
     if (page.settled) keep();
   }, REST);
 };

@@ -73,7 +73,6 @@ const read_off = (u, k, pixels) => {
   const [start, end] = span(k), v = shown(u, k), step = Math.abs(shown(u + (end - start) / pixels, k) - v);
   return Number(v.toPrecision(Math.min(17, Math.max(1, Math.ceil(Math.log10(Math.max(Math.abs(v), step) / step)) + 1))));
 };
-
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const rem = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 const box_of = () => ({left: frame.offsetLeft, top: frame.offsetTop, width: frame.clientWidth, height: frame.clientHeight});
@@ -107,8 +106,7 @@ const draw_axes = (c, {left, top, width, height}) => {
     c.fillText(pretty(text), left - 0.6 * size, up(ys[k]));
   });
   Object.assign(c, {fillStyle: ink, textBaseline: "top", font: `${1.1 * size}px ${css("--font")}`});
-  c.fillText(name_of("x"), left + width, top + height + 2 * size);
-  c.textAlign = "left";
+  c.fillText(name_of("x"), left + width, top + height + 2 * size); c.textAlign = "left";
   c.fillText(name_of("y"), Math.max(0, left - 3.2 * size), Math.max(0, top - 1.9 * size));
   Object.assign(c, {font: `${0.9 * size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center"});
   for (const [from, to, period] of (current("picture") && page.data.spans) || []) {
@@ -126,8 +124,7 @@ const draw_axes = (c, {left, top, width, height}) => {
     c.beginPath();
     if (k === "x" && inside) stroke(c, [[x, top + height], [x - s, top + height + 1.7 * s], [x + s, top + height + 1.7 * s]]);
     if (k === "y" && inside) stroke(c, [[left, y], [left - 1.7 * s, y - s], [left - 1.7 * s, y + s]]);
-    c.fill();
-    c.textAlign = k === "y" || share < 0 ? "left" : share > 1 ? "right" : "center";
+    c.fill(); c.textAlign = k === "y" || share < 0 ? "left" : share > 1 ? "right" : "center";
     const sign = inside ? "k₂" : share < 0 ? (k === "x" ? "◀ k₂" : "▼ k₂") : k === "x" ? "k₂ ▶" : "▲ k₂";
     if (k === "x") c.fillText(sign, x, top - 1.5 * size); else c.fillText(sign, left + width + 2, Math.min(y, top + height - size));
   }
@@ -135,13 +132,10 @@ const draw_axes = (c, {left, top, width, height}) => {
 
 // Draw everything that depends on the window: axes, place of the picture, knob.
 const draw = () => {
-  clearTimeout(page.due);
-  page.due = 0;
+  clearTimeout(page.due); page.due = 0;
   if (!page.view) return;
   const box = box_of();
-  place_handle(box);
-  draw_axes(cleared(axes), box);
-  place_picture(box);
+  place_handle(box); draw_axes(cleared(axes), box); place_picture(box);
 };
 const place_picture = ({width, height}) => {
   const {data} = page;
@@ -169,8 +163,7 @@ const place_handle = ({left, top, width, height}) => {
   handle.classList.toggle("away", away);
   handle.style.transform = `translate(${left + at * width}px, ${top + down * height}px)`;
   line.style.transform = `translate(${x * width}px)`;
-  line.hidden ||= map || away;
-  tag.textContent = signs + label_of_x() + (x > 1 ? " ▶" : "");
+  line.hidden ||= map || away; tag.textContent = signs + label_of_x() + (x > 1 ? " ▶" : "");
   const half = tag.offsetWidth / 2, middle = Math.max(map ? left + half : half, Math.min(axes.offsetWidth - half, left + at * width));
   Object.assign(tag.style, {left: `${middle - left - at * width}px`, top: map && down > 0.5 ? "-3rem" : ""});
   page.tag = map || handle.hidden ? [NaN, NaN] : [middle - half, middle + half];
@@ -185,9 +178,7 @@ const measure = () => {
   if (!(width > 1 && height > 1)) return;
   draw();
   if (String(pixels) === String(page.pixels)) return;
-  page.pixels = pixels;
-  clearTimeout(page.resized);
-  page.resized = setTimeout(request, 100);
+  page.pixels = pixels; clearTimeout(page.resized); page.resized = setTimeout(request, 100);
 };
 new ResizeObserver(measure).observe(element("figure"));
 
@@ -255,7 +246,6 @@ const colour = () => {
     for (const column of places) marks.fillRect(column, 0, 1, 1);
   }
 };
-
 const paint = (head, {image, palette}) => {
   const answers = page.busy, {began} = page, before = page.data;
   if (head.fit && page.view.bottom === null && !head.map && head.seq === page.asked) {
@@ -263,11 +253,7 @@ const paint = (head, {image, palette}) => {
     if (!rests) page.fitted = [head.y, head.y + head.dh];
   }
   page.data = {...head, image, palette, view: page.sent[head.seq]};
-  page.kept = "";
-  frame.style.background = "";
-  page.patience = PATIENCE;
-  colour();
-  draw();
+  page.kept = ""; frame.style.background = ""; page.patience = PATIENCE; colour(); draw();
   caption(head);
   if (head.seq === page.asked) remember(head.address);
   wait("");
@@ -276,11 +262,9 @@ const paint = (head, {image, palette}) => {
     if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
     page.frames.push(now);
     if (answers) page.latencies.push(now - began);
-    page.whole = head.complete ? head.seq : 0;
-    settle();
+    page.whole = head.complete ? head.seq : 0; settle();
   }, 0));
 };
-
 const caption = ({title, conditions, key, count, done, complete, counts, empty}) => {
   say(title, "title");
   document.title = `${title} – vibrodrive`;
@@ -300,9 +284,7 @@ const caption = ({title, conditions, key, count, done, complete, counts, empty})
 const choose = (u, v) => {
   page.view.at = shown(u, "x");
   if (over_plane() && v !== undefined) page.view.at_y = shown(v, "y");
-  page.moved = true;
-  draw();
-  page.ask();
+  page.moved = true; draw(); page.ask();
 };
 const choose_at = (x, y) => {
   const {width, height} = box_of(), [[x0, x1], [y0, y1]] = [span("x"), span("y")];
@@ -330,8 +312,7 @@ figure.addEventListener("pointerdown", (event) => {
   if (part === "frame" && (x > width || y < 0)) return;
   figure.setPointerCapture(event.pointerId);
   if (!pointers.down.size) Object.assign(pointers, {far: false, part});
-  pointers.down.set(event.pointerId, [x, y]);
-  begin();
+  pointers.down.set(event.pointerId, [x, y]); begin();
 });
 figure.addEventListener("pointermove", (event) => {
   const place = inside(event), {width, height} = box_of(), {down, part, from} = pointers;
@@ -379,15 +360,10 @@ const whole_picture = () => {
   const ratio = 2 * devicePixelRatio, out = document.createElement("canvas"), c = out.getContext("2d"), size = rem();
   const [top, {left, width}] = [element("title"), figure].map((one) => one.getBoundingClientRect());
   Object.assign(out, {width: ratio * (width + 2 * size), height: ratio * (element("foot").getBoundingClientRect().bottom - top.top + 2 * size)});
-  c.scale(ratio, ratio);
-  c.fillStyle = css("--paper");
-  c.fillRect(0, 0, out.width, out.height);
+  c.scale(ratio, ratio); c.fillStyle = css("--paper"); c.fillRect(0, 0, out.width, out.height);
   c.translate(size - left, size - top.top);
   const box = frame.getBoundingClientRect();
-  c.save();
-  c.beginPath();
-  c.rect(box.left, box.top, box.width, box.height);
-  c.clip();
+  c.save(); c.beginPath(); c.rect(box.left, box.top, box.width, box.height); c.clip();
   c.imageSmoothingEnabled = false;
   for (const one of [canvas, odd_canvas]) {
     const place = one.getBoundingClientRect();
@@ -395,16 +371,11 @@ const whole_picture = () => {
   }
   c.restore();
   const around = axes.getBoundingClientRect(), knob = handle.getBoundingClientRect(), [tag] = handle.children;
-  c.save();
-  c.translate(around.left, around.top);
-  draw_axes(c, box_of());
-  c.restore();
+  c.save(); c.translate(around.left, around.top); draw_axes(c, box_of()); c.restore();
   if (!handle.hidden) {
     Object.assign(c, {fillStyle: css("--accent"), font: getComputedStyle(tag).font, textAlign: "center", textBaseline: "middle"});
     if (!line.hidden) c.fillRect(knob.left, box.top, 1, box.height);
-    c.beginPath();
-    c.arc(knob.left, knob.top, 0.5 * size, 0, 7);
-    c.fill();
+    c.beginPath(); c.arc(knob.left, knob.top, 0.5 * size, 0, 7); c.fill();
     const {left: from, top: above, width: wide, height: tall} = tag.getBoundingClientRect();
     c.fillText(tag.textContent, from + wide / 2, above + tall / 2);
   }
@@ -430,6 +401,5 @@ press("png", () => whole_picture().toBlob((content) => save(`${parameter("y")}_o
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   page.inks = null;
   if (page.data) colour();
-  draw();
-  draw_motion();
+  draw(); draw_motion();
 });
