@@ -373,9 +373,14 @@ def test_knob_follows_keys_and_mouse_and_motions_at_rest_have_ticks_but_no_limit
 def test_slider_runs_until_the_structure_is_lost(tab, explorer):
     tab.open(explorer.address + "&columns=64&transient=20&periods=20&low=3.19&high=3.25&at=3.2")
     last_kept = vd.limit(3.2).last_kept
+    tab.until("!!page.limits.eps", "the limit")
+    watch(tab)
     tab.driver.execute_script("document.querySelector('[data-play=eps]').click()")
     tab.until("page.played === 'eps'", "the movement")
     tab.settle("page.played === ''")
+    found = moments(tab)
+    assert len({one["view"]["eps"] for one in found}) > 10
+    assert {one["view"]["eps"] for one in found} == {one["view"]["eps"] for one in found if not one["late"]}
     tab.until(lambda: "structure lost" in text(tab, "sentence"), "the sentence")
     assert last_kept < shown(tab).eps < 1.2 * last_kept
     assert "times the limit" in text(tab, "sentence")
@@ -484,10 +489,16 @@ def test_stopped_server_is_reported_until_it_continues(opened):
         opened.until(lambda: text(opened, "notice") == "", "the end of the notice")
         opened.choose("eps", "1e-4")
         opened.settle()
+        opened.driver.execute_script("document.querySelector('[data-play=eps]').click()")
         server.kill()
         opened.until(lambda: "does not answer" in text(opened, "notice"), "a notice that it has ended")
+        assert opened.ask("page.played") == ""
         sleep(3.0)  # the notice stays, although the page asks the server repeatedly
         assert "does not answer" in text(opened, "notice")
+        server.communicate()
+        port = opened.driver.current_url.split(":")[2].split("/")[0]
+        server = subprocess.Popen([*command[:-1], port], stdout=subprocess.PIPE, text=True)
+        opened.until(lambda: "Open the address that" in text(opened, "notice"), "how to get the right token")
     finally:
         server.kill()
         server.communicate()
@@ -595,7 +606,7 @@ def test_limits_and_the_knob_have_signs_at_edges_and_cover_no_digits(tab, explor
             "Math.abs(x - middle) < tag.width / 2)"
         )
         assert [word for word, *_ in covered if word != "A"] == []
-    tab.ask("(set_span('x', 3, 3 + 6e-13), draw())")
+    tab.ask("(set_span('x', 3, 3 + 7.9e-13), draw())")
     assert tab.ask("labels(ticks('x', 8), 'x')")[1:4] == ["+1e-13", "+2e-13", "+3e-13"]
 
 
@@ -647,10 +658,11 @@ def test_text_of_a_view_stays_after_a_reload_and_the_undisturbed_orbit_lies_behi
 
 
 RECORDER = """
+window.axes_span = null;
 const texts = [], axes = document.getElementById('axes');
 const {clearRect, fillText} = CanvasRenderingContext2D.prototype;
 CanvasRenderingContext2D.prototype.clearRect = function (...box) {
-  if (this.canvas === axes) texts.length = 0;
+  if (this.canvas === axes) [texts.length, window.axes_span] = [0, span('x')];
   clearRect.apply(this, box);
 };
 CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
@@ -665,7 +677,8 @@ const look = () => {
   requestAnimationFrame(look);
   const {left, width} = document.getElementById('frame').getBoundingClientRect();
   const now = {
-    view: page.state(), sentence: text('sentence'), words: text('words'), conditions: text('conditions'),
+    view: page.state(), span: window.axes_span, sentence: text('sentence'), words: text('words'),
+    conditions: text('conditions'),
     late: document.getElementById('motion').matches('.late'), older: document.body.matches('.older'),
     curve: [...pick(page.motion.time), ...pick(page.motion.xi)].map((v) => (Number.isFinite(v) ? v : null)),
     bars: texts.filter(([word]) => /period/.test(word))
@@ -714,15 +727,15 @@ def judged(seen):
     common = at["A"], at["B"], at["eps"], view["method"]
     motion = motion_of(*common, at["dtau"], view["transient"], view["periods"] or 256)
     assert sentence.startswith(f"{ {'A': 'A', 'eps': 'ε'}[view['x']] } = "), sentence
-    assert value(sentence.split(" · ")[0].split(" = ")[1]) == view["at"]
+    assert value(sentence.split(" · ")[0].split(" = ")[1]) == pytest.approx(view["at"], rel=1e-9)
     if not seen["late"]:
         time, xi = np.array(seen["curve"], float).reshape(2, -1)
         short = motion_of(*common, at["dtau"], view["transient"], 12)
         there, sample = np.isfinite(xi), short.sample(8000)  # so many, because ξ has corners
         near = np.searchsorted((sample.tau - sample.tau[0]) / (2 * math.pi), time[there])
         near = sample.xi[np.clip(near[:, None] + np.arange(-8, 8), 0, len(sample.xi) - 1)]  # steps are jumps of ξ
-        assert (xi[there] > near.min(axis=1) - 1e-4).all()
-        assert (xi[there] < near.max(axis=1) + 1e-4).all()
+        assert (xi[there] > near.min(axis=1) - 3e-3).all()
+        assert (xi[there] < near.max(axis=1) + 3e-3).all()
         count += 1
     if found := re.search(r"period (\d+)|no period|rests for ever", sentence):
         rests = motion.status == vd.Status.NEVER_LEAVES
@@ -750,7 +763,7 @@ def judged(seen):
             assert mark[1] == pytest.approx(np.clip(share, 0, 1), abs=5e-3)
             count += 1
     for bar, share in seen["bars"]:
-        A = view["low"] + share * (view["high"] - view["low"])
+        A = seen["span"][0] + share * (seen["span"][1] - seen["span"][0])  # of the numbers at the axis
         middle = motion_of(A, at["B"], at["eps"], view["method"], at["dtau"], view["transient"], view["periods"] or 256)
         assert (0 if bar == "no period" else int(bar.split()[1])) == middle.period, (bar, A)
         count += 1
