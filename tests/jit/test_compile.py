@@ -353,7 +353,7 @@ def test_terminal_shows_the_kernel_being_compiled(monkeypatch, capsys, terminal,
     from vibrodrive.jobs.progress import watching
 
     monkeypatch.setattr(_jit, "wait", lambda outcomes, seconds: SimpleNamespace(done=set()))  # a longer compilation
-    monkeypatch.setattr(_jit, "compilation", SimpleNamespace(running=True))
+    monkeypatch.setattr(_jit, "compilation", SimpleNamespace(running=True, said_after=1.0))
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
     dispatcher = SimpleNamespace(_compile_for_args=lambda: "machine code", py_func=double)
