@@ -54,7 +54,7 @@ def run(
     if COMPILED:  # compile in the calling thread, which Ctrl-C can interrupt; `halt` does not end a compilation
         for kernel, _ in calls:
             kernel.prepare()
-        if threads > 1 and not all(kernel.shipped for kernel, _ in calls):
+        if threads > 1 and not any(kernel.shipped for kernel, _ in calls):
             from vibrodrive.batch import prange
 
             if prange.works():

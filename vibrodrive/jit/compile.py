@@ -16,7 +16,6 @@ import threading
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from vibrodrive.jit import shipped
 
 def _disabled() -> bool:
     """Return whether Numba's compiler is disabled, by a variable, by Numba's file of settings, or by a program."""
-    if "numba" in sys.modules or Path(".numba_config.yaml").exists():
+    if "numba" in sys.modules or os.path.exists(".numba_config.yaml"):
         return bool(import_module("numba").config.DISABLE_JIT)
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
