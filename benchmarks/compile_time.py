@@ -38,14 +38,28 @@ PROCESSES = {
 }
 
 
+PEAK = """
+import atexit, sys
+def peak():
+    with open("/proc/self/status") as lines:
+        print(next(line.split()[1] for line in lines if line.startswith("VmHWM")), file=sys.stderr)
+atexit.register(peak)
+"""
+"""Code that prints the peak memory of its process in KiB, of which `wait4` counts that of the parent, too."""
+
+
 def used(code: str, package: Path, cache: Path) -> tuple[float, float]:
-    """Return the CPU time in seconds and the peak memory in MiB of a process that runs `code`."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(package.parent)}
-    process = subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.DEVNULL)
+    """Return the CPU time in seconds and the peak memory in MiB of a process that runs `code` with this package."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", PEAK + code], env={**os.environ, "NUMBA_CACHE_DIR": str(cache)}, cwd=package.parent,
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    said = process.stderr.read() if process.stderr else ""
     _, status, found = os.wait4(process.pid, 0)
+    process.returncode = status
     if status:
-        raise RuntimeError(f"a process ended with status {status}: {code}")
-    return found.ru_utime + found.ru_stime, found.ru_maxrss / 1024
+        raise RuntimeError(f"a process ended with status {status}: {said}")
+    return found.ru_utime + found.ru_stime, int(said.split()[-1]) / 1024
 
 
 def measure(quick: bool) -> dict[str, Any]:
