@@ -17,15 +17,24 @@ from setuptools.command.build_py import build_py
 TAG = "py3", "none", "manylinux_2_17_x86_64"  # the code calls five functions of any version of glibc, and no Python
 
 
+WANTED = os.environ.get("VIBRODRIVE_KERNELS") == "1"
+
+
 class BuildWithKernels(build_py):
-    """Add the machine code to the package."""
+    """Add the machine code to the package if it is wanted, and leave out that of an earlier build."""
 
     def run(self) -> None:
         super().run()
+        if self.editable_mode:
+            return
         package = Path(self.build_lib).resolve()
-        environment = os.environ | {"PYTHONPATH": str(package), "PYTHONDONTWRITEBYTECODE": "1"}
-        command = [sys.executable, "-m", "vibrodrive.shipped.build"]
-        subprocess.run(command, cwd=package, env=environment, check=True)
+        for path in (package / "vibrodrive" / "shipped").glob("*"):
+            if path.suffix in (".so", ".json"):
+                path.unlink()
+        if WANTED:
+            found = os.pathsep.join(filter(None, (str(package), os.environ.get("PYTHONPATH"))))
+            environment = os.environ | {"PYTHONPATH": found, "PYTHONDONTWRITEBYTECODE": "1"}
+            subprocess.run([sys.executable, "-m", "vibrodrive.shipped.build"], cwd=package, env=environment, check=True)
 
 
 class WheelWithKernels(bdist_wheel):
@@ -35,7 +44,7 @@ class WheelWithKernels(bdist_wheel):
         return TAG
 
 
-if os.environ.get("VIBRODRIVE_KERNELS") == "1":
+if WANTED:
     if (sys.platform, platform.machine()) != ("linux", "x86_64"):
         raise SystemExit("VIBRODRIVE_KERNELS=1: must be built on Linux on x86-64; leave it out on other systems")
     os.environ.setdefault("SOURCE_DATE_EPOCH", "315532800")  # the first day of zip: two builds have the same bytes
@@ -45,4 +54,4 @@ if os.environ.get("VIBRODRIVE_KERNELS") == "1":
         setup_requires=["numba>=0.60", *linker],
     )
 else:
-    setup()
+    setup(cmdclass={"build_py": BuildWithKernels})

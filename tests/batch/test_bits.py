@@ -219,6 +219,10 @@ def test_memory_that_is_used_again_changes_no_bit():
         again = list(pool.map(lambda kind: vd.simulate(**kind, transient=3, periods=2), 20 * kinds))
     assert again == 20 * fresh
     assert 0 < sum(map(len, memory._idle.values())) <= 8  # of two sizes, and at most one for each thread
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("vibrodrive.batch.trajectory.fitting_rows", lambda periods, rows: 2)  # too few, so again with n
+        assert [vd.simulate(**kind, transient=3, periods=2) for kind in kinds] == fresh
+    assert {rows for _, rows in memory._idle} == {2, 80, 320}  # n depends on the motion: such memory is not kept
     kept = again[0].section.copy()
     vd.simulate(2.5, transient=3, periods=2)
     assert np.array_equal(again[0].section, kept)

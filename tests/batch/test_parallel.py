@@ -133,6 +133,27 @@ def test_threads_and_forked_children_of_one_process_sweep(layer):
 
 
 @pytest.mark.jit
+@pytest.mark.skipif(not TWO, reason="Numba has one thread")
+@pytest.mark.parametrize("startable", [1, 2, 9])
+def test_threads_of_python_compute_the_same_even_if_few_can_be_started(monkeypatch, startable):
+    """The first thread watches for Ctrl-C. If no other can be started, this one takes all points."""
+    one, started, worker = vd.sweep(**POINTS, threads=1), [], parallel._Worker
+
+    def start():
+        if len(started) == startable:
+            raise RuntimeError("can't start new thread")
+        started.append(worker())
+        return started[-1]
+
+    monkeypatch.setattr("vibrodrive.batch.prange.works", lambda: False)
+    monkeypatch.setattr("vibrodrive.batch.sweep.BRIEF", 0.0)
+    monkeypatch.setattr(parallel, "_workers", [])
+    monkeypatch.setattr(parallel, "_Worker", start)
+    assert np.array_equal(vd.sweep(**POINTS, threads=2).section, one.section)
+    assert len(started) == min(startable, 2)
+
+
+@pytest.mark.jit
 def test_arrays_of_other_types_are_refused():
     memory, one = np.zeros((1, 2)), np.zeros(1, np.int64)
     results = np.zeros((1, 2, 2)), np.zeros(1, np.int8), np.zeros(1), np.zeros((1, 5), np.int64), np.zeros(1)

@@ -124,12 +124,18 @@ def _edit(folder):
     (folder / shipped.TABLE).write_text(json.dumps(table | {"sources": "of another version"}))
 
 
+def _swap(folder):
+    text = (folder / shipped.TABLE).read_text()
+    (folder / shipped.TABLE).write_text(text.replace("kernel1", "kernel2"))
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
         (_damage, f"{LEVEL}.so is damaged"),
         (lambda folder: (folder / f"{LEVEL}.so").write_bytes(b""), f"{LEVEL}.so is damaged"),
         (lambda folder: (folder / shipped.TABLE).write_text("{"), "Expecting property name"),
+        (_swap, f"{shipped.TABLE} is damaged"),
         (_edit, ""),  # an edited source is compiled, as in a clone
         (lambda folder: (folder / shipped.TABLE).unlink(), ""),
         (lambda folder: (folder / f"{LEVEL}.so").unlink(), ""),
@@ -157,6 +163,13 @@ def test_code_that_is_not_of_these_sources_is_compiled(found, change, says):
 def test_variables_choose_the_code(found, monkeypatch, name, value, used):
     monkeypatch.setenv(name, value)
     assert (found()[0] is not None) == used
+
+
+def test_code_that_does_not_exist_is_named(found, monkeypatch):
+    monkeypatch.setenv("VIBRODRIVE_CODE", "avx2")
+    run, said = found()
+    assert run is None
+    assert re.search(r"VIBRODRIVE_CODE = avx2: must be (x86-64-v4, )?x86-64-v3 or numba here\)\n$", said)
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,8 @@ from vibrodrive.kernels.arguments import SWITCH, Arguments, Described
 from vibrodrive.kernels.lane import clear, new_lanes
 from vibrodrive.model.parameters import COLUMNS
 
-FEW = 64
-"""Largest number of periods of a motion whose memory, about 150 kB, is kept for later motions"""
+FEW = 16
+"""Largest number of periods of a motion whose memory, up to 250 kB, is kept for later motions"""
 
 _idle: defaultdict[tuple[int, int], list[Arguments]] = defaultdict(list)
 """Memory that no motion uses, by the number of periods and of rows. A thread takes one and gives it back."""
@@ -32,7 +32,10 @@ def new(periods: int, rows: int, halt: np.ndarray) -> Arguments:
 
 
 def take(periods: int, rows: int) -> Arguments:
-    """Return such arrays for a brief motion, which nothing halts. `give_back` lets a later motion use them."""
+    """Return such arrays for a brief motion, which nothing halts. `give_back` lets a later motion use them.
+
+    Each number of periods must have only few numbers of rows, because all are kept.
+    """
     try:
         found = _idle[periods, rows].pop()
     except IndexError:

@@ -11,9 +11,11 @@ interrupted. The kernels end when a flag in memory is set.
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from _thread import start_new_thread
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -33,7 +35,23 @@ Loop = Callable[[Sequence[Any], np.ndarray, Halt], None]
 """Function like `_run_in_workers`."""
 
 _workers: list[_Worker] = []  # idle threads
-os.register_at_fork(after_in_child=_workers.clear)
+_one_thread = False
+
+FORK_SAFE = "tbb", "workqueue"
+"""Threading layers of Numba that also work in a forked child of a process that has used them. GNU's OpenMP aborts such
+a child."""
+
+
+def _in_child() -> None:
+    """Store whether the threading layer of the parent fails in this forked child. The child then uses one thread."""
+    global _one_thread
+    _workers.clear()
+    numba: Any = sys.modules.get("numba")
+    with suppress(AttributeError, ValueError):  # Numba is not loaded, or no layer was started
+        _one_thread = numba.threading_layer() not in FORK_SAFE
+
+
+os.register_at_fork(after_in_child=_in_child)
 
 
 def run(
@@ -57,10 +75,10 @@ def run(
         if threads > 1 and not any(kernel.shipped for kernel, _ in calls):
             from vibrodrive.batch import prange
 
-            if prange.works():
-                loop = prange.run
-            elif prange.fails:
+            if _one_thread:
                 threads = 1
+            elif prange.works():
+                loop = prange.run
     watched = look is not None or halt.across or threading.get_ident() == threading.main_thread().ident
     if brief or (threads == 1 and not watched):
         _run(calls, threads, halt, loop)
@@ -73,8 +91,8 @@ def run(
 class _Worker:
     """A thread that runs one task after another.
 
-    A worker is reused for later tasks, because OpenMP starts a team of threads for each thread that enters a parallel
-    loop, and ends this team when the thread ends.
+    A worker is reused for later tasks, because to start a thread takes longer than a short task, and because OpenMP, in
+    the loop of Numba, starts a team of threads for each thread that enters it.
     """
 
     def __init__(self) -> None:
@@ -145,10 +163,18 @@ def _run_in_workers(kernels: Sequence[Any], addresses: np.ndarray, halt: Halt) -
         for kernel, address in zip(kernels, addresses[:, thread].tolist(), strict=False):
             kernel(address)
 
-    others = [_take(partial(call, thread)) for thread in range(1, addresses.shape[1])]
-    call(0)
-    for worker in others:
-        worker.ended.acquire()
+    others: list[_Worker] = []
+    try:
+        with suppress(RuntimeError):  # no more threads can be started: the others take all points from the counter
+            for thread in range(1, addresses.shape[1]):
+                others.append(_take(partial(call, thread)))
+        call(0)
+    except BaseException:
+        halt.call()
+        raise
+    finally:
+        for worker in others:  # the arrays behind the addresses must exist until all kernels have ended
+            worker.ended.acquire()
     for worker in others:
         _give_back(worker)
 

@@ -22,10 +22,6 @@ from vibrodrive.jit.compile import Kernel, jit
 from vibrodrive.jit.compiler import OTHER_NUMBA, prepare_for
 from vibrodrive.jit.slices import Halt
 
-FORK_SAFE = "tbb", "workqueue"
-"""Threading layers of Numba that also work in a forked child of a process that has used them. GNU's OpenMP aborts such
-a child."""
-
 SPINS = "10000"
 """Number of times that an idle thread of GNU's OpenMP looks for work before it sleeps. By default it looks for some
 milliseconds after each sweep. In a loop of short sweeps with pauses this doubles the CPU time, and takes a core from
@@ -40,14 +36,11 @@ with suppress(*OTHER_NUMBA):
     _FUNCTION = types.FunctionType(_SIGNATURE)
 
 _lock = threading.Lock()  # the layer `workqueue` aborts the process if two threads use it simultaneously
-fails = False  # true in a forked child whose parent has used a layer that fails there
 
 
 def _in_child() -> None:
-    global _lock, fails
+    global _lock
     _lock = threading.Lock()
-    with suppress(ValueError):  # no layer was started
-        fails = numba.threading_layer() not in FORK_SAFE
 
 
 os.register_at_fork(after_in_child=_in_child)
@@ -67,8 +60,8 @@ def run_on_threads(first, second, addresses):
 
 
 def works() -> bool:
-    """Compile or load the loop. Return whether it can run in this process."""
-    if fails or _FUNCTION is None:
+    """Compile or load the loop. Return False for a Numba that cannot call functions by their addresses."""
+    if _FUNCTION is None:
         return False
     if "OMP_WAIT_POLICY" not in os.environ:
         os.environ.setdefault("GOMP_SPINCOUNT", SPINS)  # read when the first sweep starts the threads

@@ -491,7 +491,9 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         if n <= capacity:
             break
         refuse_many_rows(s.periods, n)
-        capacity = n  # there are more switches than estimated: repeat the computation with enough rows
+        if kept:
+            memory.give_back(a)
+        kept, capacity = False, n  # there are more switches than estimated: repeat the computation with enough rows
     rows, off, section, bounds = a.rows, a.off, a.section[0], a.bounds[0]
     if kept:
         rows, off, section, bounds = rows[:n].copy(), off[:n].copy(), section.copy(), bounds.copy()

@@ -1,7 +1,7 @@
-"""The cache of kernels on disk, with Numba's private classes (compile.py).
+"""The cache of kernels on disk, with Numba's private classes (compiler.py).
 
 This module uses private names of Numba, which may change. All are used at import, so that a missing name makes the
-import fail; compile.py then leaves the files of kernels to Numba.
+import fail; compiler.py then leaves the files of kernels to Numba.
 """
 
 import hashlib

@@ -14,6 +14,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property, update_wrapper
 from importlib import import_module
 from typing import Any
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.jit import shipped
+from vibrodrive.jit.sources import fingerprints
 
 
 def _disabled() -> bool:
@@ -31,6 +33,9 @@ def _disabled() -> bool:
 
 
 COMPILED = not _disabled()
+
+with suppress(OSError, SyntaxError):  # the compiler, or the loader of machine code, says what is wrong
+    fingerprints()  # of the sources that are imported now, whatever becomes of them before the first call
 
 
 _making = threading.RLock()

@@ -48,6 +48,11 @@ def can_run(level: str) -> bool:
     return _features().issuperset(LEVELS[level])
 
 
+def sum_of(kernels: Any) -> str:
+    """Return the checksum of the table of the kernels."""
+    return hashlib.sha256(json.dumps(kernels, sort_keys=True).encode()).hexdigest()
+
+
 @cache
 def _table_and_library() -> tuple[dict[str, Any], ctypes.CDLL | None]:
     """Return the kernels that came with the package, by name, and the library that contains them."""
@@ -58,6 +63,11 @@ def _table_and_library() -> tuple[dict[str, Any], ctypes.CDLL | None]:
         table = json.loads((FOLDER / TABLE).read_text(encoding="utf-8"))
         if table["sources"] != fingerprints()[1]:  # edited since
             return {}, None
+        if wanted and not (wanted in LEVELS and can_run(wanted)):
+            allowed = ", ".join(name for name in LEVELS if can_run(name))
+            raise ValueError(f"VIBRODRIVE_CODE = {wanted}: must be {allowed} or numba here")
+        if table["sum"] != sum_of(table["kernels"]):
+            raise ValueError(f"{FOLDER / TABLE} is damaged")
         level = next((name for name in LEVELS if wanted in ("", name) and can_run(name)), "")
         if level not in table["libraries"]:
             return {}, None

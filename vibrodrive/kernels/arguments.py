@@ -1,7 +1,7 @@
 """Arguments of the kernels that compute motions.
 
 A kernel receives only the address of one row of the array that `packed` returns, so all kernels have the same
-signature. Therefore the parallel loop in batch/parallel.py can call each kernel by the address of its function, and is
+signature. Therefore the parallel loop in batch/prange.py can call each kernel by the address of its function, and is
 compiled only once. `kernels/__init__.py` explains the terms.
 """
 

@@ -22,7 +22,7 @@ from shutil import which
 from typing import Any
 
 from vibrodrive.jit.compile import Kernel
-from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE
+from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE, sum_of
 from vibrodrive.jit.sources import fingerprints
 
 MODULES = "jit.fletcher", "kernels.sampling", "kernels.single", "periodic.fixed_points", "explorer.density"
@@ -126,12 +126,13 @@ def make_library(level: str, folder: Path, kernels: Iterable[Kernel]) -> dict[st
 
 def _make_apart(level: str, folder: Path, cache: str) -> Any:
     """Return the result of `make_library` in a process of its own, whose Numba compiles for this kind of processor."""
+    others = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     settings = {
         "NUMBA_CPU_NAME": level, "NUMBA_CPU_FEATURES": FEATURES[level], "NUMBA_CACHE_DIR": cache,
         "PYTHONHASHSEED": "0", "VIBRODRIVE_CODE": "numba",
     }  # fmt: skip
     command = [sys.executable, "-m", "vibrodrive.shipped.build", str(folder), level]
-    done = subprocess.run(command, check=True, env=os.environ | settings, stdout=subprocess.PIPE, text=True)
+    done = subprocess.run(command, check=True, env=others | settings, stdout=subprocess.PIPE, text=True)
     return json.loads(done.stdout)
 
 
@@ -147,7 +148,7 @@ def make(folder: Path) -> None:
 def write_table(folder: Path, kernels: dict[str, Any]) -> None:
     """Write the table of the kernels in the libraries in `folder`."""
     sums = {path.stem: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.glob("*.so"))}
-    content = {"sources": fingerprints()[1], "libraries": sums, "kernels": kernels}
+    content = {"sources": fingerprints()[1], "libraries": sums, "kernels": kernels, "sum": sum_of(kernels)}
     (folder / TABLE).write_text(json.dumps(content), encoding="utf-8")
 
 
