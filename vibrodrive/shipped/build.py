@@ -21,7 +21,7 @@ from pathlib import Path
 from shutil import which
 from typing import Any
 
-from vibrodrive.jit.compile import Kernel
+from vibrodrive.jit.compile import Kernel, Marked
 from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE, sum_of
 from vibrodrive.jit.sources import fingerprints
 
@@ -97,6 +97,18 @@ def _linker() -> list[str]:
     raise FileNotFoundError("no compiler of C was found to link the kernels: install gcc, or the package ziglang")
 
 
+def _marked() -> Iterator[Marked]:
+    """Yield the functions that kernels call, of all modules that are imported."""
+    for name in sorted(name for name in sys.modules if name.startswith("vibrodrive.")):
+        yield from (value for value in vars(sys.modules[name]).values() if isinstance(value, Marked))
+
+
+def _without_folder(marked: Marked) -> None:
+    """Let the code of a function name its module as its file. Numba writes this name into exceptions."""
+    code = marked.py_func.__code__
+    marked.py_func.__code__ = code.replace(co_filename=marked.__module__)
+
+
 def make_library(level: str, folder: Path, kernels: Iterable[Kernel]) -> dict[str, Any]:
     """Make the library for one kind of processor in `folder`, and return the table of its kernels.
 
@@ -111,6 +123,8 @@ def make_library(level: str, folder: Path, kernels: Iterable[Kernel]) -> dict[st
     table, objects = {}, []
     with tempfile.TemporaryDirectory() as scratch:
         for number, kernel in enumerate(kernels):
+            for each in (kernel, *_marked()):
+                _without_folder(each)
             kernel.prepare()
             (compiled,) = kernel.dispatcher.overloads.values()
             symbol = f"kernel{number}"
@@ -121,6 +135,8 @@ def make_library(level: str, folder: Path, kernels: Iterable[Kernel]) -> dict[st
             objects[-1].write_bytes(code)
         options = ["-shared", "-nostdlib", "-Wl,--build-id=none", "-Wl,--strip-all", "-Wl,-z,noexecstack"]
         subprocess.run([*_linker(), *options, "-o", folder / f"{level}.so", *objects], check=True)
+    if str(FOLDER.parent).encode() in (folder / f"{level}.so").read_bytes():
+        raise RuntimeError(f"the library for {level} contains the name of the folder in which it was made")
     return table
 
 
