@@ -241,7 +241,6 @@ def enclosed(function, *constant, forceinline):
     return once(dispatcher, cache(lambda: _compiled_in_thread(_njit(function, **_INNER))), *constant)
 
 
-@cache
 def type_of(called):
     """Return the type by which Numba calls a dispatcher or an operation."""
     if hasattr(called, "_numba_type_"):

@@ -9,12 +9,12 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from vibrodrive.jit.branchless import ROUND
 from vibrodrive.jit.compiler import OTHER_NUMBA, processor
 
 AVX512 = "+avx512dq" in processor()[2]
 """True if kernels are compiled for a processor with AVX-512: registers of eight lanes, and masks for stores."""
 
-ROUND = 6755399441055744.0  # as in branchless.py
 _INT = ir.IntType(64)
 _ROUND_BITS = _INT(0x4338000000000000)  # those of the float ROUND
 
