@@ -240,6 +240,8 @@ class Plan:
 
     def blocks(self) -> list[tuple[int, int]]:
         """Return (number of the first point, number of the last point + 1) for every block."""
+        if self.n_points == 1:
+            return [(0, 1)]
         shape, chunk = self.shape, self.chunk
         cut = next((k for k in range(len(shape)) if chunk[k] > 1), len(shape) - 1)
         tail = math.prod(shape[cut + 1 :])
