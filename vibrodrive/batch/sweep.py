@@ -127,7 +127,9 @@ def fill(
         return
     bounded = errors is not None and s.method != Method.FIXED
     alone = s.one_by_one(bounded)
-    work = n * _most_work(s, points, summary is not None, bounded)
+    low, high = _ends(points)
+    (A, *_, dtau), (_, B, eps, eta, _) = low, high
+    work = n * s.work(A, B, eps, eta, dtau, summary=summary is not None, bounded=bounded)
     brief = work <= BRIEF
     threads = 1 if brief else busy_threads(threads, n, alone)
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
@@ -152,14 +154,15 @@ def fill(
         ]
 
     if alone:
-        run([(single(s.method, recorded, bounded), each(np.arange(n)))], halt, brief=brief, look=look)
-        return
-    disturbed = _disturbed(points)
-    # some lanes are empty during the last points, which should therefore be the cheap ones, without a disturbance; in a
-    # long wave these come first, so that blocks are finished in their order
-    first = work <= threads * BLOCK_WORK
-    kinds = [(kind, (disturbed == kind).nonzero()[0]) for kind in (first, not first)]
-    calls = [(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)]
+        calls = [(single(s.method, recorded, bounded), each(np.arange(n)))]
+    elif (fast := _disturbed(low)) == _disturbed(high):  # all points are of one kind, because A ε η² is monotone
+        calls = [(batch(s.method, fast, recorded), each(np.arange(n)))]
+    else:
+        # some lanes are empty during the last points, which should therefore be the cheap ones, without a disturbance;
+        # in a long wave these come first, so that blocks are finished in their order
+        first, disturbed = work <= threads * BLOCK_WORK, _disturbed(points.T)
+        kinds = [(kind, (disturbed == kind).nonzero()[0]) for kind in (first, not first)]
+        calls = [(batch(s.method, kind, recorded), each(order)) for kind, order in kinds if len(order)]
     run(calls, halt, brief=brief, look=look)
 
 
@@ -168,17 +171,17 @@ def busy_threads(threads: int, points: int, alone: bool) -> int:
     return min(threads, points if alone else -(-points // REGISTER))
 
 
-def _most_work(settings: Settings, points: np.ndarray, summary: bool, bounded: bool) -> float:
-    """Return an upper bound of the work of any of the points, in microseconds."""
-    columns = points.T[:5].copy()  # A, B, ε, η, Δτ; along the rows of `points` NumPy takes ten times as long
-    A, *_, dtau = columns.min(axis=1).tolist()
-    _, B, eps, eta, _ = columns.max(axis=1).tolist()
-    return settings.work(A, B, eps, eta, dtau, summary=summary, bounded=bounded)
+def _ends(points: np.ndarray) -> tuple[list[float], list[float]]:
+    """Return the least and the largest A, B, ε, η and Δτ of the points."""
+    if len(points) == 1:
+        return (row := points[0, :5].tolist()), row
+    columns = points.T[:5].copy()  # along the rows of `points` NumPy takes ten times as long
+    return columns.min(axis=1).tolist(), columns.max(axis=1).tolist()
 
 
-def _disturbed(points: np.ndarray) -> np.ndarray:
-    """Return a mask of the points with a disturbance."""
-    A, _, eps, eta = points.T[:4]
+def _disturbed(columns: Iterable[Any]) -> Any:
+    """Return whether a point with these parameters has a disturbance; a mask if each is the column of many points."""
+    A, _, eps, eta, *_ = columns
     return fast_amplitude(A, eps, eta) > 0.0
 
 
@@ -189,7 +192,7 @@ def load_kernels(plan: Plan) -> None:
     computed. The `extremes` of the plan contain such points, because ε A η² is monotone in each parameter.
     """
     points = plan.extremes()
-    _, kinds = np.unique(_disturbed(points), return_index=True)
+    _, kinds = np.unique(_disturbed(points.T), return_index=True)
     short = replace(plan, settings=replace(plan.settings, transient=0, periods=1))
     fill(short.settings, points[kinds], 1, Halt(), Arrays.new(short, len(kinds)))
 
