@@ -391,7 +391,7 @@ def collect(
     if result_bytes(plan) > LARGE:
         refuse_large_results(plan)
         load_kernels(plan)  # they take memory too, before the results do
-    results, halt = Results.uncomputed(plan), Halt()
+    results, halt = Results.new(plan), Halt()
 
     def put(block: Block) -> None:
         results.put(block.start, block.stop, block.records)

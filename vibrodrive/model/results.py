@@ -168,19 +168,24 @@ class Results:
 
     @classmethod
     def uncomputed(cls, plan: Plan) -> Results:
-        """Allocate results for all points of a plan. The sections are not initialised.
+        """Return `new` results without any point. The sections are not initialised."""
+        results = cls.new(plan)
+        fills = {"status": int(Status.NOT_COMPUTED), "margin": np.nan, "switches": -1}
+        for name, value in (fills | {q.name: q.fill for q in plan.quantities}).items():
+            results._arrays[name].fill(value)
+        return results
+
+    @classmethod
+    def new(cls, plan: Plan) -> Results:
+        """Allocate results for all points of a plan. They are not initialised.
 
         Raises TooLarge if the results do not fit into memory.
         """
         refuse_large_results(plan)
-        shape = plan.shape
-        periods = plan.settings.periods
-        arrays: dict[str, np.ndarray] = {
-            **{q.name: np.full((*shape, *length_along(q.along, periods)), q.fill, q.dtype) for q in plan.quantities},
-            "status": np.full(shape, int(Status.NOT_COMPUTED), np.int8),
-            "margin": np.full(shape, np.nan),
-            "switches": np.full((*shape, 5), -1, np.int64),
-        }
+        shape, periods = plan.shape, plan.settings.periods
+        arrays = {q.name: np.empty((*shape, *length_along(q.along, periods)), q.dtype) for q in plan.quantities}
+        arrays |= {"status": np.empty(shape, np.int8), "margin": np.empty(shape)}
+        arrays["switches"] = np.empty((*shape, 5), np.int64)
         if plan.sectioned:
             arrays["section"] = np.empty((*shape, periods, 2))
         return cls.of(plan, arrays)
