@@ -204,7 +204,7 @@ class Results:
 
         `section` is None if it is not recorded.
         """
-        section = self.section.reshape(-1, self.settings.periods, 2) if self.plan.sectioned else None
+        section = self.section.reshape(-1, self.settings.periods, 2) if SECTION in self.record else None
         return (
             None if section is None else section[start:stop],
             self._array("status").reshape(-1)[start:stop],
