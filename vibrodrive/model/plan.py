@@ -129,7 +129,10 @@ class Plan:
     def rows(self, which: np.ndarray) -> np.ndarray:
         """Return the points with the numbers `which`, int64 (n,), as float64 (n, len(COLUMNS))."""
         out = np.empty((len(which), len(COLUMNS)))
-        index = np.unravel_index(which, self.shape) if self.axes else ()
+        if not self.axes:  # A and B are scalars, too
+            out[:] = [self.scalars[name] for name in COLUMNS]
+            return out
+        index = np.unravel_index(which, self.shape)
         at = dict(zip(self.axes, index, strict=True))
         along = {name: self.axes[name][k] for name, k in at.items() if name != POINT}
         along |= {name: values[at[POINT]] for name, values in self.together.items()}
