@@ -8,7 +8,7 @@ written only once.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import product
 from typing import Any
 
@@ -183,7 +183,7 @@ class Plan:
     @property
     def sought(self) -> str:
         """The disturbance whose limit the record `limit` is: ε, or Δτ with a grid method without a step."""
-        grid = self.settings.method in ACTS_ON["dtau"]
+        grid = "dtau" not in idle(self.settings.method)
         return "dtau" if grid and "dtau" not in self.varied and math.isnan(self.scalars["dtau"]) else "eps"
 
     @property
@@ -257,6 +257,7 @@ class Plan:
         ]
 
 
+@cache
 def idle(method: int) -> tuple[str, ...]:
     """Return the parameters that a method does not use."""
     return tuple(name for name, methods in ACTS_ON.items() if method not in methods)
