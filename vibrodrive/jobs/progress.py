@@ -170,15 +170,17 @@ class NotebookShow(Show):
 
 def make_display(name: str) -> Show | None:
     """Return a Show on a terminal or in a notebook; None elsewhere, and while another Show is active."""
+    ipython = sys.modules.get("IPython")
+    notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+    if not notebook and (sys.stderr is None or not sys.stderr.isatty()):
+        return None
     if any(thread.name == WATCHER for thread in threading.enumerate()):
         return None
-    ipython = sys.modules.get("IPython")
-    shell = ipython.get_ipython() if ipython is not None else None
-    if hasattr(shell, "kernel"):
+    if notebook:
         from IPython.display import display
 
         return NotebookShow(display, name)
-    return Show(sys.stderr, name) if sys.stderr is not None and sys.stderr.isatty() else None
+    return Show(sys.stderr, name)
 
 
 WATCH_SECONDS = 0.2
