@@ -226,3 +226,19 @@ def test_memory_that_is_used_again_changes_no_bit():
     kept = again[0].section.copy()
     vd.simulate(2.5, transient=3, periods=2)
     assert np.array_equal(again[0].section, kept)
+
+
+def test_brief_sweeps_of_one_point_share_no_results():
+    """They use memory again, also at the same time. Each has the bits of the motion, and keeps them."""
+    from vibrodrive.batch import memory
+
+    kinds = [dict(A=3.04), dict(A=0.5), dict(A=3.04, eps=3e-4), dict(A=2.2, method="fixed", dtau=0.01), dict(A=3.2)]
+    memory._idle.clear()
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda kind: vd.sweep(**kind, transient=3, periods=2, threads=1), 20 * kinds))
+    assert 0 < len(memory._idle[2, 0]) <= 4  # at most one for each thread
+    for one, kind in zip(found, 20 * kinds, strict=True):
+        motion = vd.simulate(**kind, transient=3, periods=2)
+        assert np.array_equal(one.section, motion.section)
+        assert (one.status, one.margin) == (motion.status, motion.margin)
+        assert np.array_equal(one.switches, np.bincount(motion.switches["after"], minlength=5))

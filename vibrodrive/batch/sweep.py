@@ -23,6 +23,7 @@ from uuid import uuid4
 
 import numpy as np
 
+from vibrodrive.batch import memory
 from vibrodrive.batch.parallel import BRIEF, run
 from vibrodrive.batch.records import Arrays, Rows
 from vibrodrive.errors import Failed
@@ -132,10 +133,17 @@ def fill(
     (A, *_, dtau), (_, B, eps, eta, _) = low, high
     work = n * s.work(A, B, eps, eta, dtau, summary=summary is not None, bounded=bounded)
     brief = work <= BRIEF
+    recorded = impacts is not None or summary is not None
+    if brief and n == 1 and s.periods <= memory.FEW and section is not None and not (recorded or alone):
+        a = memory.take(s.periods, 0)  # to allocate and describe arrays would take several times as long as the motion
+        a.points[:], a.numbers[:] = points, numbers_of(s, REGISTER)
+        run([(batch(s.method, _disturbed(low), recorded), [a])], halt, brief=True)
+        section[:], status[:], margin[:], counts[:] = a.section, a.status, a.margin, a.counts
+        memory.give_back(a)
+        return
     threads = 1 if brief else busy_threads(threads, n, alone)
     sections = [section] * threads if section is not None else list(np.empty((threads, 1, s.periods, 2)))
     w, k = new_lanes(threads, n)
-    recorded = impacts is not None or summary is not None
     none = [None] * threads
     history, totals = new_history(threads, summary is not None) if recorded else (none, none)
     results = status, margin, counts, np.empty(n)
