@@ -1,9 +1,9 @@
-"""One digest of results of all switching methods. If a change of the code does not change the results, the digest is
-the same.
+"""Two digests of results: of all switching methods, and of what all other kernels compute. If a change of the code does
+not change the results, the digests are the same.
 
 Sines, roots and fused products are implemented in the package (trig.py, branchless.py), so the bits are the same on
-every machine. A correction that changes results also changes the digest. The commit then states which results change,
-and why. See CONTRIBUTING.md.
+every machine. Logarithms and inverse sines are those of the system, and are compared to seven digits. A correction that
+changes results also changes a digest. The commit then states which results change, and why. See CONTRIBUTING.md.
 """
 
 import hashlib
@@ -12,6 +12,12 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.explorer.density import darken
+from vibrodrive.jit.compile import Kernel
+from vibrodrive.jit.fletcher import fletcher32
+from vibrodrive.periodic.flight import launch_after
+from vibrodrive.shipped.build import kernels
+from vibrodrive.stability.failures import compared
 
 DIGEST = "f7c0ae3808dccd32acb0d92d92dbc623a635d338012056ba90dc25addd1ecaf1"
 
@@ -56,3 +62,51 @@ def test_results_have_the_stored_digest():
         for array in (motion.switches, motion.section, np.array([motion.margin, motion.status]), *sampled):
             digest.update(np.ascontiguousarray(array).tobytes())
     assert digest.hexdigest() == DIGEST
+
+
+OTHERS = "2377038815faae396b00709e8cd4afded57396981e44141414a25d915b77ba3c"
+
+WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3)]
+RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
+
+
+@pytest.mark.jit
+def test_all_other_kernels_have_the_stored_digest(monkeypatch):
+    """Those of records, orbits, the map of impacts, missed switches, the explorer and checksums."""
+    called, digest = set(), hashlib.sha256()
+
+    def call(kernel, *args, call=Kernel.__call__):
+        called.add(kernel.name)
+        return call(kernel, *args)
+
+    def add(values, exact=True):
+        array = np.asarray(values) + 0  # a NaN may have any sign
+        array = np.where(np.isnan(array), np.nan, array) if array.dtype.kind == "f" else array
+        digest.update(np.ascontiguousarray(array if exact else np.float32(array)).tobytes())
+
+    monkeypatch.setattr(Kernel, "__call__", call)
+    for way in WAYS:
+        points = dict(A=np.linspace(1.2, 5.0, 9), B=0.2, transient=5, periods=12, **way)
+        for record in RECORDS:
+            for eps in (0.0, 2e-4):
+                r = vd.sweep(eps=eps, record=record, threads=1, **points)
+                for q in r.quantities:
+                    add(r[q.name], exact=q.name != "lyapunov")
+        add(vd.sweep(A=[3.04, 3.1], transient=20, periods=66, record="summary", **way).lyapunov, exact=False)
+        motion = vd.simulate(3.04, eps=2e-4, transient=1, periods=6, **way)
+        add(motion.sample(16).xi)
+        if way:
+            add(compared(motion).behind)
+    for A, B in ((1.2, 0.1), (3.04, 0.1), (8.0, 0.5)):
+        for orbit in vd.orbits(A, B=B, max_period=3):
+            add([*orbit.phases, *orbit.speeds, orbit.multiplier], exact=False)
+    found = vd.impact_map(3.04)(np.linspace(0.0, 6.2, 60))
+    add([found.phase, found.speed, found.derivative], exact=False)
+    add([launch_after(phase, 3.04, 0.1) for phase in np.linspace(0.0, 6.2, 40)], exact=False)
+    image, counts = np.zeros((50, 30), np.uint8), np.zeros(50, np.int64)
+    values, shades = np.random.default_rng(7).random((20, 40)), np.arange(41, dtype=np.uint8)
+    darken(values, np.arange(20) + 3, 0.0, 1.0, shades, counts, image)
+    add(image)
+    add([fletcher32(np.arange(1, n, dtype=np.uint16)) for n in (2, 256, 1000, 65536)])
+    assert called == {kernel.name for kernel in kernels()}
+    assert digest.hexdigest() == OTHERS
