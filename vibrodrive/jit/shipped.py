@@ -64,8 +64,8 @@ def _table_and_library() -> tuple[dict[str, Any], ctypes.CDLL | None]:
         if table["sources"] != fingerprints()[1]:  # edited since
             return {}, None
         if wanted and not (wanted in LEVELS and can_run(wanted)):
-            allowed = ", ".join(name for name in LEVELS if can_run(name))
-            raise ValueError(f"VIBRODRIVE_CODE = {wanted}: must be {allowed} or numba here")
+            allowed = " or ".join([*filter(can_run, LEVELS), "numba"])
+            raise ValueError(f"VIBRODRIVE_CODE = {wanted}: must be {allowed} here")
         if table["sum"] != sum_of(table["kernels"]):
             raise ValueError(f"{FOLDER / TABLE} is damaged")
         level = next((name for name in LEVELS if wanted in ("", name) and can_run(name)), "")
