@@ -18,7 +18,7 @@ from matplotlib import image
 import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import python
-from vibrodrive.cli import cli
+from vibrodrive.cli import cli, main
 from vibrodrive.jobs.progress import Show, Tally, duration
 from vibrodrive.model import config
 from vibrodrive.model.plan import make_plan
@@ -470,6 +470,17 @@ def test_ctrl_c_during_imports_prints_one_line():
     """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=1200, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "vibrodrive: stopped by SIGINT\n")
+
+
+def test_truncated_module_is_no_interruption(monkeypatch):
+    """Python raises EOFError for a module of which the system has stored a part, and Click for Ctrl-D at a prompt."""
+
+    def truncated(*arguments, **options):
+        raise EOFError("marshal data too short")
+
+    monkeypatch.setattr("vibrodrive.model.packaged.titles", truncated)
+    with pytest.raises(EOFError, match="too short"):
+        main(["init"])
 
 
 def test_neither_a_closed_stream_nor_the_backend_of_a_display_stops_a_command(tmp_path):

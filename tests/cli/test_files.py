@@ -154,8 +154,9 @@ def test_configuration_may_be_a_pipe(tmp_path):
 
 
 @pytest.fixture
-def small_disk():
+def small_disk(monkeypatch):
     """Limit files to 2000 bytes, which has the same effect as a full disk."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # an imported module would be stored in part, and stay so
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, before[1]))

@@ -82,7 +82,9 @@ def _run(command: Callable[[], object]) -> tuple[int, str]:
         result = command()
     except click.exceptions.Exit as end:
         return end.exit_code, ""
-    except click.Abort:
+    except click.Abort as end:
+        if isinstance(end.__context__, EOFError):  # a defect, such as a damaged module: no command asks for input
+            raise end.__context__ from None
         return 130, "interrupted"
     except click.NoSuchOption as error:
         return 2, " ".join(_no_option(error).split())
