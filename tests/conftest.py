@@ -16,7 +16,9 @@ import numpy.testing  # noqa: F401  NumPy 1.26 starts a process when it is impor
 import pytest
 from hypothesis import settings
 
+from vibrodrive.jit.compile import Kernel, Marked
 from vibrodrive.jobs.signals import SIGNALS
+from vibrodrive.shipped.build import kernels
 
 settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples in every run
 settings.load_profile("tests")
@@ -41,37 +43,14 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def compile_kernels() -> None:
-    """Compile every kernel that several tests use, or load it from the cache, in two processes."""
-    methods = ("certified", "muller", "fixed")
-    sweeps = [(_sweep, m, eps, record) for m in methods for eps in (0.0, 2e-4) for record in ("summary", "section")]
+    """Compile every kernel, or load it from the cache, in two processes."""
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
-        for done in [pool.submit(*call) for call in [*sweeps, *((_simulate, m) for m in methods), (_orbits,)]]:
+        for done in [pool.submit(_compile, kernel.name) for kernel in kernels()]:
             done.result()
 
 
-SHORT = {"transient": 1, "periods": 1}
-
-
-def _of(method: str) -> dict[str, object]:
-    return {"method": method} | ({} if method == "certified" else {"dtau": 0.1})
-
-
-def _sweep(method: str, eps: float, record: str) -> None:
-    import vibrodrive as vd
-
-    vd.sweep(A=[3.04], eps=[eps], **_of(method), record=record, threads=1, **SHORT)
-
-
-def _simulate(method: str) -> None:
-    import vibrodrive as vd
-
-    vd.simulate(A=3.04, **_of(method), **SHORT).sample(4)
-
-
-def _orbits() -> None:
-    import vibrodrive as vd
-
-    vd.orbits(A=3.04, max_period=2)
+def _compile(name: str) -> None:
+    next(kernel for kernel in kernels() if kernel.name == name).prepare()
 
 
 UNIT = (
@@ -139,30 +118,22 @@ def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
 
 
 class _Guard:
-    """Let a unit test fail if it compiles or loads a kernel, or starts a process."""
+    """Let a unit test fail if it calls a kernel, or what is compiled for one, or starts a process."""
 
     on = False
 
     def __init__(self) -> None:
-        from numba.core.dispatcher import Dispatcher
-
-        from vibrodrive.jit import shipped
-
-        compile_ = Dispatcher.compile
-
-        def compile_unless_unit(dispatcher, signature):
-            self.refuse(f"calls the kernel {dispatcher.py_func.__qualname__}")
-            return compile_(dispatcher, signature)
-
-        Dispatcher.compile = compile_unless_unit
-        load = shipped.function
-
-        def load_unless_unit(name):
-            self.refuse(f"calls the kernel {name}")
-            return load(name)
-
-        shipped.function = load_unless_unit
+        for owner, name in ((Marked, "__call__"), (Kernel, "prepare")):
+            setattr(owner, name, self.guarded(getattr(owner, name)))
         sys.addaudithook(lambda event, _: event in self.STARTS and self.refuse("starts a process"))
+
+    def guarded(self, method):
+        def call(marked, *args):
+            if self.on and marked.__dict__.get("code") is not marked.py_func:
+                self.refuse(f"calls {marked.__qualname__}")
+            return method(marked, *args)
+
+        return call
 
     STARTS = ("subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "os.exec")
 

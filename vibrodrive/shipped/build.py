@@ -48,7 +48,7 @@ def kernels() -> Iterator[Kernel]:
         for value in vars(sys.modules[name]).values():
             if isinstance(value, Kernel) and value.like is not None and value.__module__ == name:
                 yield value
-    for method in Method:
+    for method in map(int, Method):  # as in `Settings`: the cache distinguishes the types of numbers in a closure
         for recorded in (False, True):
             for disturbed in (False, True):
                 yield batch(method, disturbed, recorded)
