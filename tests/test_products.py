@@ -52,7 +52,7 @@ CASES = {name: name for name in RECORDS} | {
     "summary, function": ["summary", settling],
     "two functions": [settling, nearest],
     "a function that raises": functools.partial(settling, least=1.4),
-    "all of one motion": [*TOGETHER, settling],
+    (ALL := "all of one motion"): [*TOGETHER, settling],
 }
 FUNCTIONS = [
     name for name, record in CASES.items() if any(map(callable, record if isinstance(record, list) else [record]))
@@ -69,9 +69,9 @@ TOLD = {
 
 
 def arguments(name):
-    """Return the sweep of a case: 14 points in 7 blocks (`small_blocks`)."""
+    """Return the sweep of a case: 14 points in 7 blocks (`small_blocks`). With a slow ripple a limit is found soon."""
     found = {"A": np.linspace(1.25, 1.55, 7), "B": [0.1, 0.12], "transient": 5, "periods": 9, "record": CASES[name]}
-    return found | ({"method": "fixed", "dtau": 0.1} if name == "failures" else {})
+    return found | {"failures": {"method": "fixed", "dtau": 0.1}, "limit": {"eta": 5.0}}.get(name, {})
 
 
 each = pytest.mark.parametrize("name", CASES)
@@ -225,11 +225,14 @@ REWRITES = {name: functools.partial(rewrite, form=form) for name, form in FORMS.
 
 @each
 def test_unfinished_file_of_another_program_is_read_and_continued_or_left_alone(name, whole, tmp_path, monkeypatch):
-    """It is continued if its chunks and filters are those of this program."""
+    """It is continued if its chunks and filters are those of this program.
+
+    All ways to write a file anew are tried with one record, and one way of each kind with the others.
+    """
     part, path = tmp_path / "part.h5", tmp_path / "theirs.h5"
     interrupt(name, part, 3, monkeypatch)
-    for how, rewrites in REWRITES.items():
-        rewrites(part, path)
+    for how in REWRITES if name == ALL else ("h5repack -l CHUNK", "xarray, h5netcdf, True"):
+        REWRITES[how](part, path)
         before = path.read_bytes()
         assert same(vd.load(path), vd.load(part)), how
         assert (verify(path).complaints(), vd.load(path).title) == ([], vd.load(part).title), how
@@ -369,6 +372,24 @@ def test_processes_and_dask_give_the_same_bits(tmp_path):
             uninterrupted(name, tmp_path / "whole")
             for executor in (processes, client.get_executor()):
                 assert same(vd.load(tmp_path / "whole" / f"{name}.h5"), sweep(name, executor=executor))
+
+
+@pytest.mark.slow("10 s: a process that compiles the kernels of a sweep, unless they are on disk")
+def test_worker_that_compiles_helps_one_with_the_code_of_the_package(tmp_path, monkeypatch):
+    """Both have the same sources, and so the same bits. Without machine code of the package, both compile."""
+    (tmp_path / "whole").mkdir()
+    wanted = uninterrupted("section", tmp_path / "whole")
+    monkeypatch.setenv("VIBRODRIVE_CODE", "numba")  # for processes that start from now on
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
+        assert processes.submit(code_of_kernels).result() == "compiled"
+        sweep("section", tmp_path / "x.h5", executor=processes)
+    assert (tmp_path / "x.h5").read_bytes() == wanted
+
+
+def code_of_kernels():
+    from vibrodrive.jit.fletcher import sums
+
+    return "of the package" if sums.shipped else "compiled"
 
 
 @each

@@ -26,6 +26,7 @@ def test_motion_uses_only_the_memory_of_its_switches(method):
     assert motion.switch_errors.base.nbytes == n * SWITCH_ERROR.itemsize
 
 
+@pytest.mark.jit
 def test_more_switches_than_expected_are_all_stored():
     """The motion has sixty impacts in a row, with three times as many switches as the first buffer has rows."""
     hops = {"A": 1.2207337005962078, "B": 1.5638725555830817, "eps": 2.444604789503143e-4, "eta": 196.35606314394815}
@@ -38,6 +39,7 @@ def test_more_switches_than_expected_are_all_stored():
     assert 'in `simulate` and with the record "error" for the exact motion' in Status.OK.advice
 
 
+@pytest.mark.jit
 def test_period_is_that_of_the_summary_even_if_the_record_is_short():
     for A in (1.5, 3.04, 3.2):
         assert vd.simulate(A, periods=1).period == vd.sweep(A=A, periods=256, record="summary").period

@@ -57,6 +57,7 @@ def test_never_leaves_is_a_valid_status():
         assert (t.section[:, 1] == 0).all()
 
 
+@pytest.mark.jit
 def test_budget_is_per_period_and_configurable():
     """The motion has 83 switches in a period. A budget of 100 suffices for all periods, a budget of 50 for none."""
     scene = {"A": 1.5, "eps": 5e-4, "transient": 0, "periods": 30}

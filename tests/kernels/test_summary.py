@@ -262,6 +262,7 @@ def test_extremes_include_the_first_recorded_switch():
     assert states > {vd.State.IMPACT}
 
 
+@pytest.mark.jit
 @pytest.mark.parametrize("speed", [60.0, 60.25, 60.5, 61.0])
 def test_fastest_of_a_slide_of_many_turns(speed):
     """On a steep incline the mass slides down faster in each period, so its speed is largest in the last period."""

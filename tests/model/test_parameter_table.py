@@ -118,7 +118,7 @@ def test_each_way_to_give_a_parameter_has_the_same_units(name):
 SHORT = {"transient": 10, "periods": 6}
 CALLS = {
     vd.simulate: (lambda motion: tuple(motion.arguments[column] for column in COLUMNS), SHORT),
-    vd.limit: (lambda found: (found.A, found.B, found.k2, found.scene), SHORT),
+    vd.limit: (lambda found: (found.A, found.B, found.k2, found.scene), SHORT | {"eta": 5.0}),  # found soon
     vd.orbits: (lambda found: [(one.A, one.B, one.scene) for one in found], {}),
     vd.impact_map: (lambda found: (found.A, found.B), {}),
     vd.plot.cobweb: (lambda figure: figure.axes[0].get_title(loc="right"), {}),

@@ -84,7 +84,7 @@ def test_map_falls_with_one_word_between_breakpoints(A, B):
     assert points[-1] == system.window[1]
     assert np.all(np.diff(points) > 0)
     for a, b, word in zip(points[:-1], points[1:], system.words, strict=True):
-        inside = system(np.linspace(a, b, 1003)[1:-1])
+        inside = system(np.linspace(a, b, 303)[1:-1])
         assert set(inside.word) == {word}
         assert np.all(np.diff(2 * math.pi * inside.periods + inside.phase) < 0)
         assert inside.derivative.max() < 0

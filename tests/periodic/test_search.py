@@ -145,6 +145,7 @@ def test_orbits_with_a_rest_are_superstable():
         assert caught[0].filename == __file__
 
 
+@pytest.mark.jit
 def test_longer_periods_contain_the_shorter_ones():
     short, long = orbits(3.17, 0.1, 3), orbits(3.17, 0.1, 6)
     assert [o.phases.tolist() for o in long if o.period <= 3] == [o.phases.tolist() for o in short]

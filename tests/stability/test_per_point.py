@@ -40,12 +40,13 @@ def another():
 
 
 def test_record_limit_equals_the_limit_at_each_point():
-    r = vd.sweep(A=[1.5, 3.04], B=[0.1, 0.2], record="limit", **SHORT)
+    eta = 10.0  # with a slow ripple a limit is found soon
+    r = vd.sweep(A=[1.5, 3.04], B=[0.1, 0.2], eta=eta, record="limit", **SHORT)
     for at, A in enumerate((1.5, 3.04)):
         for to, B in enumerate((0.1, 0.2)):
-            k = vd.limit(A, B=B, **SHORT)
+            k = vd.limit(A, B=B, eta=eta, **SHORT)
             assert all(getattr(r, name)[at, to] == getattr(k, name) for name in LIMIT_COLUMNS)
-            assert r.velocity[at, to] == k.k2 * (A * vd.ETA)
+            assert r.velocity[at, to] == k.k2 * (A * eta)
             assert r.orbit_period[at, to] == k.n
             assert r.status[at, to] == vd.Status.OK
     assert How(r.how[0, 0]) == How.GAPS
@@ -117,7 +118,7 @@ def test_what_cannot_be_recorded_is_refused(arguments, words):
 
 
 def test_a_point_alone_has_the_limit_that_it_has_among_others():
-    arguments = {"A": np.linspace(1.2, 3.1, 35), "record": "limit", "transient": 10, "periods": 10}
+    arguments = {"A": np.linspace(1.2, 3.1, 35), "record": "limit", "eta": 5.0, "transient": 10, "periods": 10}
     together = vd.sweep(**arguments)
     assert len(together.plan.blocks()) > 1
     single = [vd.sweep(**(arguments | {"A": A})) for A in arguments["A"][[0, 17, 34]]]
