@@ -118,7 +118,7 @@ def test_no_formula_is_specialised_for_constants(tmp_path):
 
     Only formulas decorated with `inline_each` or `part_each` (jit/compile.py) have a version for each constant.
     """
-    count, twice = python(CONSTANTS, NUMBA_CACHE_DIR=str(tmp_path)).split(" ", 1)
+    count, twice = python(CONSTANTS, NUMBA_CACHE_DIR=str(tmp_path), VIBRODRIVE_CODE="numba").split(" ", 1)
     assert int(count) > 100
     kernels = Path(vd.__file__).parent.glob("kernels/*.py")
     asked = {name for file in kernels for name in re.findall(r"_each\(.*\)\ndef (\w+)", file.read_text("utf-8"))}

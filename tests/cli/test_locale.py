@@ -41,6 +41,7 @@ def run(request, tmp_path, monkeypatch):
     return start, request.param
 
 
+@pytest.mark.slow("6 s each: nine processes")
 def test_commands_read_and_write_the_same_files_in_any_locale(run):
     start, encoding = run
 

@@ -48,7 +48,8 @@ def starts_of(found, rng, count):
 
 @pytest.mark.jit
 @pytest.mark.parametrize(
-    ("count", "periods"), [(6, 3000), pytest.param(12, 20_000, marks=pytest.mark.slow("30 s: 20 000 periods"))]
+    ("count", "periods"),
+    [(6, 3000), pytest.param(12, 20_000, marks=[pytest.mark.slow("30 s: 20 000 periods"), pytest.mark.release])],
 )
 @pytest.mark.parametrize("point", ORBITS)
 def test_long_motions_from_all_starts_keep_the_structure(point, count, periods):
