@@ -45,25 +45,29 @@ def nearest(motion):
     return motion.margin
 
 
+SETTLING, NEAREST = vd.own(settling, version="1"), vd.own(nearest, version="1")
 TOGETHER = [name for name, one in RECORDS.items() if not one.alone]
 CASES = {name: name for name in RECORDS} | {
-    "function": settling,
-    "section, function": ["section", settling],
-    "summary, function": ["summary", settling],
-    "two functions": [settling, nearest],
-    "a function that raises": functools.partial(settling, least=1.4),
-    (ALL := "all of one motion"): [*TOGETHER, settling],
+    "function": SETTLING,
+    "section, function": ["section", SETTLING],
+    "summary, function": ["summary", SETTLING],
+    "two functions": [SETTLING, NEAREST],
+    "a function that raises": vd.own(functools.partial(settling, least=1.4), version="1"),
+    (ALL := "all of one motion"): [*TOGETHER, SETTLING],
 }
 FUNCTIONS = [
-    name for name, record in CASES.items() if any(map(callable, record if isinstance(record, list) else [record]))
+    name
+    for name, record in CASES.items()
+    if any(isinstance(one, Own) for one in (record if isinstance(record, list) else [record]))
 ]
+SETTLED = 'vd.own(settling, version="1")'
 TOLD = {
-    "function": "settling",
-    "section, function": '["section", settling]',
-    "summary, function": '["summary", settling]',
-    "two functions": "[settling, nearest]",
-    "a function that raises": "settling",
-    "all of one motion": '["section", "impacts", "summary", "error", settling]',
+    "function": SETTLED,
+    "section, function": f'["section", {SETTLED}]',
+    "summary, function": f'["summary", {SETTLED}]',
+    "two functions": f'[{SETTLED}, vd.own(nearest, version="1")]',
+    "a function that raises": SETTLED,
+    "all of one motion": f'["section", "impacts", "summary", "error", {SETTLED}]',
 }
 """The records with functions, as advice names them"""
 
@@ -322,8 +326,8 @@ def test_default_figure_is_drawn_from_memory_and_file(name, whole, run):
 @each_function
 def test_another_function_does_not_continue_a_file(name, whole):
     record = CASES[name] if isinstance(CASES[name], list) else [CASES[name]]
-    other = [functools.partial(settling, least=1.3) if callable(one) and one is not nearest else one for one in record]
-    with pytest.raises(vd.errors.Different, match="record settling is another function in the file"):
+    other = [vd.own(settling, version="2") if one == "settling" else one for one in record]
+    with pytest.raises(vd.errors.Different, match=r"record is .*\(version 1\).* in the file and .*\(version 2\)"):
         vd.sweep(**arguments(name) | {"record": other}, path=whole)
 
 

@@ -269,7 +269,7 @@ CALLS = [
     (lambda: motion().to_dataframe(table="x"), "argument = 'table': must be one of of"),
     (lambda: vd.plot.map(summarised(), "kept", undisturbed=3), "undisturbed = 3: must be the gaps …"),
     (lambda: vd.own(len, unit="lenght"), "unit = 'lenght': must be one of length, … Did you mean length?"),
-    (lambda: vd.own(len, units="m"), "argument = 'units': must be one of function, unit, label. Did you mean unit?"),
+    (lambda: vd.own(len, units="m"), "argument = 'units': must be one of function, version, … Did you mean unit?"),
     (lambda: vd.sweep(A=3, record=[lambda m: 1.0, lambda m: 2.0]), "record = 'function, function': must be functi…"),
     (lambda: vd.sweep(A=3, record=vd.own(lambda m: {"a": 1.0}, label={"b": "x"}), **SHORT),
      "name in the units and labels of function = 'b': must be one of a"),

@@ -21,7 +21,7 @@ from vibrodrive.model.records import RECORDS
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look, verify
 
-OWN = Own("settle", ("last", "share"), "0" * 64)
+OWN = Own("settle", ("last", "share"), "1")
 TOGETHER = (*(one for one in RECORDS.values() if not one.alone), OWN)
 GRID = {"method": "fixed", "dtau": 0.1}
 

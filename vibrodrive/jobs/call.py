@@ -226,7 +226,7 @@ def _into_file(
 
     file = check_path(path)
     for own in functions(plan.record):
-        own.refuse_unknown()
+        own.refuse_without_version()
     check_threads(threads)
     if executor is not None:
         check_executor(executor)

@@ -148,7 +148,7 @@ def how_repeated(record: Records) -> str:
     """Return what must be repeated to continue a file. Only a call has functions."""
     if not functions(record):
         return "the sweep"
-    names = [str(one) if isinstance(one, Own) else f'"{one}"' for one in record]
+    names = [f'vd.own({one}, version="{one.version}")' if isinstance(one, Own) else f'"{one}"' for one in record]
     given = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
     return f"the call in Python, vd.sweep(…, record={given}, path=…),"
 
