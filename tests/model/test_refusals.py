@@ -220,7 +220,7 @@ CALLS = [
     (lambda: vd.simulate(3.0, 0.1), "arguments without a name = (3.0, 0.1): must be at most 1 (A); …"),
     (lambda: vd.sweep([3.0]), "arguments without a name = ([3.0],): must be none; give each by name, such as A = …"),
     (lambda: vd.simulate(transiant=3), f"argument = 'transiant': must be one of {NAMES}. Did you mean transient?"),
-    (lambda: vd.limit(3.0, bogus=3), "argument = 'bogus': must be one of A, disturbance, …, threads"),
+    (lambda: vd.limit(3.0, bogus=3), "argument = 'bogus': must be one of A, disturbance, …, g"),
     (lambda: vd.sweep(B=0.1), f"A is missing: must be given, {NUMBERS[8:]}"),
     (lambda: vd.impact_map(a0=1e-3), "omega0 is missing: must be given, because a scene needs …"),
     (lambda: vd.plot.cobweb(a0=1e-3), "argument = 'a0': must be given by a scene, as scene = vd.Scene(a0=…, …)"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import documented
-from vibrodrive.model.keywords import as_written
-from vibrodrive.model.names import ETA
+from vibrodrive.model.keywords import takes
+from vibrodrive.model.names import Point
 from vibrodrive.model.parameters import COLUMNS, check_count, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
@@ -366,33 +366,14 @@ class Trajectory:
         return Sample(tau, out[:, 0], out[:, 1], state, out[:, 2])
 
 
-@as_written
+@takes(Point[float])
 def simulate(
     written: Mapping[str, Any],
     /,
     A: float | None = None,
     *,
-    scene: Scene | None = None,
-    B: float = 0.1,
-    eps: float = 0.0,
-    eta: float = ETA,
     method: MethodLike = "certified",
-    dtau: float | None = None,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = 250,
-    section_phase: float = 0.0,
-    budget: int = 100_000,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
+    **parameters: Unpack[Point[float]],
 ) -> Trajectory:
     """Simulate one trajectory of the oscillator, eqs. (1)-(10) and the scheme of Fig. 2.
 
@@ -403,34 +384,11 @@ def simulate(
     ----------
     A : float, 0 to 1e9
         excitation amplitude, A = Ω0² a0 / (μ g cos α). Required without a scene.
-    scene : Scene, optional
-        machine in SI units, which gives A and B. If its a0 is 0, it gives only B and the units.
-    a0, omega0, frequency, mu, alpha, mass, g : float, optional
-        quantities of `Scene`, each in place of that of `scene`, or all that are needed without a scene.
-    B : float, 0 to 1e9
-        B = tan α / μ, with the angle of the incline α and the coefficient of friction μ.
-    eps, eta : float
-        relative amplitude ε (0 to 1e3, default 0) and frequency ratio η (1e-9 to 1e8, default 10·√102) of the
-        disturbance, eq. (9).
     method : "certified", "muller" or "fixed"
         method that finds the end of a state. "certified" finds the first zero of the switching function and never
         misses one. "muller" scans a grid and refines the zero by Muller's method (§4). "fixed" takes the first grid
         point after the sign change (§5). "muller" and "fixed" need `dtau`.
-    dtau : float, 1e-12 to 1e6
-        grid step Δτ of "fixed" and "muller". With "certified", which has no grid, `dtau` is not allowed.
-    tol : float, above 0 to 1
-        tolerance of "muller": the refinement ends when its step is smaller. Default 1e-7. With other methods `tol` is
-        not allowed.
-    xi0, dxi0, tau0 : float
-        gap ξ >= 0 and velocity ξ' at the initial time τ0. If ξ' = 0, Fig. 2 determines the initial state. They are
-        dimensionless with a scene, too: x metres are ``xi0 = x / scene.length(1)``, and so for `velocity` and `time`.
-    transient, periods : int
-        number of excitation periods before the record, and number of excitation periods of the record.
-    section_phase : float
-        phase φ_s of the Poincaré section in radians.
-    budget : int
-        largest number of switches in one excitation period. Evaluations of switching functions also count, with a
-        small weight. A motion that exceeds the budget, for example by chattering, ends with the status BUDGET.
+    **parameters
 
     Returns
     -------

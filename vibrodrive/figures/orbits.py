@@ -22,7 +22,7 @@ from vibrodrive.figures.texts import as_shown, conditions, equation, of_sweep
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import Style, Width, documented
-from vibrodrive.model.keywords import as_written
+from vibrodrive.model.keywords import takes
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, amplitude_axis, measure
 from vibrodrive.model.plan import plan_motion
@@ -88,7 +88,7 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
         return fig
 
 
-@as_written
+@takes()
 @documented
 def cobweb(
     written: Mapping[str, Any],

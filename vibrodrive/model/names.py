@@ -1,8 +1,9 @@
 """Table of all parameters, quantities of the scene, settings and coordinates, one row for each of them.
 
-Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table. The signatures
-of `simulate`, `sweep` and the limits repeat the defaults, and a test compares both. This module does not import NumPy,
-and no kernel imports this module: an edit recompiles nothing.
+Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table, and so do the
+signatures and the help of `simulate`, `sweep`, `limit` and the orbits (keywords.py). The types of the keywords stand
+beside it, in `Machine` and `Parameters`, because a type checker does not run this module. It does not import NumPy, and
+no kernel imports it: an edit recompiles nothing.
 
 The parameters have the order of the columns of `Plan.points`.
 """
@@ -12,9 +13,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypedDict, TypeVar
 
 from vibrodrive.model.choices import IN_LANES, Method
+
+if TYPE_CHECKING:
+    from vibrodrive.model.physical import Scene
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -29,7 +33,7 @@ class Name(NamedTuple):
 
     Attributes
     ----------
-    meaning : one line for files and messages.
+    meaning : one line for files, messages and help.
     symbol, mathtext : the symbol of the paper as plain text and in the mathtext of Matplotlib.
     table : table of a configuration that gives its value; "" for a coordinate.
     default : default value; None if the value must be given.
@@ -40,6 +44,7 @@ class Name(NamedTuple):
     unit : unit in files, in the notation of UDUNITS.
     shown : unit in figures.
     scale : factor that converts a value from `unit` to `shown`.
+    note : what help says in addition to the meaning.
     """
 
     meaning: str
@@ -56,6 +61,7 @@ class Name(NamedTuple):
     unit: str = "1"
     shown: str = ""
     scale: float = 1.0
+    note: str = ""
 
     @property
     def allowed(self) -> str:
@@ -75,15 +81,18 @@ PARAMETERS: dict[str, Name] = {
     "eta": Name("frequency ratio η of the disturbance, eq. (9)", "η", r"\eta", "model", ETA, 1e-9, 1e8,
                 axis=(1.0, 200.0, LINEAR), slider=(1.0, 200.0)),
     "dtau": Name("step Δτ of the grid (fixed, muller)", "Δτ", r"\Delta\tau", "switching", math.nan, 1e-12, 1e6,
-                 axis=(1e-3, 1.0, LOG), slider=(1e-4, 1.0)),
+                 axis=(1e-3, 1.0, LOG), slider=(1e-4, 1.0), note="These two methods need it, and only they take it."),
     "tol": Name("step tolerance of Muller's method", "tol", r"\mathrm{tol}", "switching", 1e-7, 0.0, 1.0, True,
-                axis=(1e-12, 1e-1, LOG)),
-    "xi0": Name("initial gap ξ at τ0", "ξ₀", r"\xi_0", "model", 0.0, 0.0, 1e15, axis=(0.0, 10.0, LINEAR)),
+                axis=(1e-12, 1e-1, LOG),
+                note="The refinement ends when its step is smaller. Not allowed with other methods."),
+    "xi0": Name("initial gap ξ at τ0", "ξ₀", r"\xi_0", "model", 0.0, 0.0, 1e15, axis=(0.0, 10.0, LINEAR),
+                note="Dimensionless with a scene, too: x metres are ``x / scene.length(1)``, and likewise for the "
+                "velocity and the time."),
     "dxi0": Name("initial velocity ξ' at τ0", "ξ′₀", r"\xi\mathrm{′}_0", "model", 0.0, -1e12, 1e12,
-                 axis=(-3.0, 3.0, LINEAR)),
+                 axis=(-3.0, 3.0, LINEAR), note="If it is 0, Fig. 2 determines the initial state."),
     "tau0": Name("initial time τ0", "τ₀", r"\tau_0", "model", 0.0, -1e12, 1e12, axis=(0.0, TURN, LINEAR)),
     "section_phase": Name("phase φ_s of the Poincaré section", "φ_s", r"\varphi_s", "run", 0.0, -1e6, 1e6,
-                          axis=(0.0, TURN, LINEAR), slider=(0.0, TURN)),
+                          axis=(0.0, TURN, LINEAR), slider=(0.0, TURN), note="In radians."),
 }  # fmt: skip
 """Dimensionless real arguments of `simulate`. Each may be an axis of a sweep."""
 
@@ -108,12 +117,19 @@ SETTINGS: dict[str, Name] = {
     "transient": Name("excitation periods before the record begins", "transient", "", "run", 1000),
     "periods": Name("excitation periods recorded", "periods", "", "run", 250, 1),
     "budget": Name(
-        "switches allowed in a period; evaluations also count, with a small weight", "budget", "", "run", 100_000, 1
+        "switches allowed in a period; evaluations also count, with a small weight",
+        "budget",
+        "",
+        "run",
+        100_000,
+        1,
+        note="A motion that exceeds it, for example by chattering, ends with the status BUDGET.",
     ),
 }
 """Integer settings common to all points of a sweep. They are the fields of `Settings`."""
 
 FURTHER: dict[str, Name] = {
+    "scene": Name("machine in SI units, which gives A and B; if its a0 is 0, it gives only B and the units", "", ""),
     "record": Name("records of each motion", "record", "", "run"),
     "max_period": Name("longest period of the orbits, in excitation periods", "max_period", "", "orbits"),
 }
@@ -130,6 +146,43 @@ SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
 AXES = PARAMETERS | SCENE_AXES
 
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
+
+One = TypeVar("One")
+"""Type of a parameter in a signature: a number, or a number or a sequence of numbers."""
+
+
+class Parameters(TypedDict, Generic[One], total=False):
+    """Keywords for a motion, apart from A and the method, whose place in the signatures differs."""
+
+    B: One
+    eps: One
+    eta: One
+    dtau: One | None
+    tol: One | None
+    xi0: One
+    dxi0: One
+    tau0: One
+    transient: int
+    periods: int
+    section_phase: One
+    budget: int
+
+
+class Machine(TypedDict, Generic[One], total=False):
+    """Keywords for a machine in SI units."""
+
+    scene: Scene | None
+    a0: One | None
+    omega0: One | None
+    frequency: One | None
+    mu: One | None
+    alpha: One | None
+    mass: One | None
+    g: float | None
+
+
+class Point(Parameters[One], Machine[One], total=False):
+    """Keywords for a point of a sweep, or for a motion."""
 
 
 COSTS = {Method.CERTIFIED: (0.1, 0.1), Method.FIXED: (0.5, 0.1), Method.MULLER: (1.5, 0.15)}

@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI
 from vibrodrive.kernels.release import moves
-from vibrodrive.model.keywords import as_written
+from vibrodrive.model.keywords import takes
+from vibrodrive.model.names import Machine
 from vibrodrive.model.parameters import bad, check, real_array
-from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import plan_motion
 from vibrodrive.model.slips import forgotten, warn
 from vibrodrive.model.states import State
@@ -199,21 +199,13 @@ def kind_of_change(before: list[State], after: list[State]) -> str:
     return "grazing" if State.IMPACT in (one, other) else "stick"
 
 
-@as_written
+@takes(Machine[float])
 def impact_map(
     written: Mapping[str, Any],
     /,
     A: float | None = None,
     B: float = 0.1,
-    *,
-    scene: Scene | None = None,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
+    **quantities: Unpack[Machine[float]],
 ) -> ImpactMap:
     """Return the impact-phase map at ε = 0, which maps the phase of an impact to the phase of the next impact.
 
@@ -223,8 +215,7 @@ def impact_map(
         excitation amplitude, dimensionless. Required without a scene.
     B : float
         tan α / μ, dimensionless.
-    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
-        machine in SI units, or its quantities, which give A and B, as in `simulate`.
+    **parameters
 
     Returns
     -------

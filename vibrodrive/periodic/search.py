@@ -29,13 +29,13 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from vibrodrive.model.described import counted
-from vibrodrive.model.keywords import as_written
-from vibrodrive.model.names import SCENE
+from vibrodrive.model.keywords import takes
+from vibrodrive.model.names import SCENE, Machine
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import plan_motion
@@ -121,22 +121,14 @@ class Orbit:
         return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts, 'impact')} at {some}; {where}>"
 
 
-@as_written
+@takes(Machine[float])
 def orbits(
     written: Mapping[str, Any],
     /,
     A: float | None = None,
     B: float = 0.1,
     max_period: int = 3,
-    *,
-    scene: Scene | None = None,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
+    **quantities: Unpack[Machine[float]],
 ) -> list[Orbit]:
     """Find all periodic orbits of up to `max_period` excitation periods at ε = 0, ordered by period, impacts and phase.
 
@@ -153,8 +145,7 @@ def orbits(
         tan α / μ, dimensionless.
     max_period : int
         longest period in excitation periods, 1 to 100.
-    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
-        machine in SI units, or its quantities, which give A and B, as in `simulate`.
+    **parameters
 
     Returns
     -------

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 
@@ -26,8 +26,8 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
-from vibrodrive.model.keywords import as_written
-from vibrodrive.model.names import ETA
+from vibrodrive.model.keywords import takes
+from vibrodrive.model.names import Point
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
@@ -183,7 +183,7 @@ class Limit:
         return self.as_velocity(self.last_kept)
 
 
-@as_written
+@takes(Point[float], periods=1500)
 def limit(
     written: Mapping[str, Any],
     /,
@@ -192,31 +192,14 @@ def limit(
     method: MethodLike | None = None,
     criterion: str = IMPACTS,
     *,
-    scene: Scene | None = None,
-    B: float = 0.1,
-    eps: float = 0.0,
-    eta: float = ETA,
-    dtau: float | None = None,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = 1500,
-    section_phase: float = 0.0,
-    budget: int = 100_000,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
     threads: int | None = None,
+    **parameters: Unpack[Point[float]],
 ) -> Limit:
     """Find the limit k₂ of practically orbital stability (§1) at one A.
 
-    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit.
+    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit. All parameters apply
+    to each disturbed motion, except the quantity that `disturbance` names, which is left out. For a limit in ε, the
+    methods "muller" and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
 
     Parameters
     ----------
@@ -233,15 +216,9 @@ def limit(
         condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
         (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
         the orbit. Both conditions may be joined by "and".
-    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
-        machine in SI units, or its quantities, which give A and B, as in `simulate`.
-    eps, dtau : float
-        values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
-        and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
-    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget
-        as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
         number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
+    **parameters
 
     Returns
     -------
