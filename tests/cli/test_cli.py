@@ -187,13 +187,13 @@ def test_what_is_missing_is_named_in_one_line(run, monkeypatch):
 
 
 def test_what_is_given_in_vain_is_named(run, quick):
-    """Tables of other commands, a scene in millimetres at all points; --method leaves out what it does not use."""
+    """Tables of other commands, a scene in other units at all points; --method leaves out what it does not use."""
     Path("t.toml").write_text(SMALL + '[orbits]\nmax_period = 2\n[trajectory]\nperiods = 3\n[figure]\nx = "A"\n')
     told = "warning: [trajectory] is not read by `vibrodrive sweep`; [orbits] is not read by `vibrodrive sweep`"
     assert [line for line in run("sweep", "t.toml")[2].splitlines() if "not read" in line] == [told]
-    Path("mm.toml").write_text("[physical]\na0 = 0.8\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n[run]\nperiods = 1\n")
-    for name, more in {"all": [], "some": ["--set", "a0=[0.8e-3, 0.8]"]}.items():
-        assert run("sweep", "mm.toml", "-o", f"{name}.h5", *more)[2].count("not in SI units") == (name == "all")
+    Path("km.toml").write_text("[physical]\na0 = 0.8e-6\nomega0 = 150\nmu = 0.6\nalpha = 3.4\n[run]\nperiods = 1\n")
+    for name, more in {"all": [], "some": ["--set", "a0=[0.8e-3, 0.8e-6]"]}.items():
+        assert run("sweep", "km.toml", "-o", f"{name}.h5", *more)[2].count("not in SI units") == (name == "all")
     Path("m.toml").write_text('[sweep]\nA = 3\n[switching]\nmethod = "muller"\ntol = 1e-9\ndtau = 0.1\n')
     for method, used in (("certified", set()), ("fixed", {"dtau"}), ("muller", {"dtau", "tol"})):
         assert run("sweep", "m.toml", "--overwrite", "--method", method)[0] == 0

@@ -29,7 +29,7 @@ from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import row_of
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
-from vibrodrive.model.slips import forgotten, names_scene, unlikely, warn
+from vibrodrive.model.slips import names_scene, unlikely, warn
 
 if TYPE_CHECKING:
     import pandas
@@ -405,7 +405,7 @@ def simulate(
     -----
     UserWarning
         for values that are probably a mistake: a section_phase or tau0 in degrees; ε in per cent; a dtau above 2π; A
-        and B swapped; the default B with the A of a `Scene` that has another B.
+        and B swapped.
 
     Examples
     --------
@@ -424,7 +424,7 @@ def simulate(
     plan = make_plan(written)
     refuse_idle(plan, written)
     refuse_axes(plan.axes, " (for an axis use `sweep`)")
-    warn([*unlikely(plan, names_scene(written, plan)), *forgotten(A, plan.scalars.get("B"))])
+    warn(unlikely(plan, names_scene(written, plan)))
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
     with above("the progress of a call")("simulate"):

@@ -22,7 +22,7 @@ from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.records import functions
 from vibrodrive.model.results import Results
-from vibrodrive.model.slips import forgotten, names_scene, unlikely, warn
+from vibrodrive.model.slips import names_scene, unlikely, warn
 
 OWN = ("path", "overwrite", "threads", "executor")  # keywords that do not change the results
 
@@ -104,7 +104,7 @@ def sweep(
     -----
     UserWarning
         for values that are probably a mistake: those of `simulate`; an eta that varies although ε is 0; quantities of a
-        scene that are not in SI units; a value twice on an axis; (start, stop, num) as three values of an axis.
+        scene that are not in SI units; a value twice on an axis.
 
     Examples
     --------
@@ -155,7 +155,7 @@ def sweep(
         from vibrodrive.stability.per_point import with_names
 
         plan = with_names(plan)
-    warn([*unlikely(plan, names_scene(written, plan)), *forgotten(A, plan.scalars.get("B"))])
+    warn(unlikely(plan, names_scene(written, plan)))
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:

@@ -15,7 +15,7 @@ from vibrodrive.model.described import html_table
 from vibrodrive.model.names import SCENE, TURN
 from vibrodrive.model.parameters import bad, real_array, real_number, with_sentences
 from vibrodrive.model.quantities import Quantity
-from vibrodrive.model.slips import OfScene, in_radians, slip, warn
+from vibrodrive.model.slips import slip, warn
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -286,8 +286,7 @@ class Scene:
     Warns
     -----
     UserWarning
-        if A is so small that the mass cannot leave the obstacle, or A so large or alpha so small that a wrong unit is
-        likely.
+        if A is so small that the mass cannot leave the obstacle, as with a wrong unit.
 
     Examples
     --------
@@ -330,7 +329,7 @@ class Scene:
         pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
         self._take({"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         known = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
-        warn([*(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ()), *in_radians(self.alpha)])
+        warn(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ())
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
@@ -374,7 +373,7 @@ class Scene:
     @property
     def A(self) -> float:
         """Excitation amplitude A = Ω0² a0 / (μ g cos α)."""
-        return OfScene(amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g), self.B)
+        return amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g)
 
     @property
     def B(self) -> float:

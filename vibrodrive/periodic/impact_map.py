@@ -26,7 +26,6 @@ from vibrodrive.model.keywords import takes
 from vibrodrive.model.names import Machine
 from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.plan import plan_motion
-from vibrodrive.model.slips import forgotten, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
@@ -245,6 +244,4 @@ def impact_map(
     ['REST UP DOWN UP DOWN IMPACT', 'UP DOWN IMPACT']
     """
     plan = plan_motion(written)
-    found = ImpactMap(plan.scalars["A"], plan.scalars["B"])
-    warn(forgotten(A, plan.scalars.get("B")))
-    return found
+    return ImpactMap(plan.scalars["A"], plan.scalars["B"])

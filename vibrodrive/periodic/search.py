@@ -39,7 +39,7 @@ from vibrodrive.model.names import SCENE, Machine
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import plan_motion
-from vibrodrive.model.slips import forgotten, names_scene, slip, warn
+from vibrodrive.model.slips import names_scene, slip, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.fixed_points import fixed_points
 from vibrodrive.periodic.impact_map import ImpactMap, spell, states
@@ -168,7 +168,7 @@ def orbits(
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: A <= 1 + B, or an A that is above 100 and above 100 B.
+        if A and B are probably swapped, or the quantities of a scene not in SI units.
 
     Examples
     --------
@@ -183,8 +183,8 @@ def orbits(
     plan = plan_motion(written)
     system, machine = ImpactMap(plan.scalars["A"], plan.scalars["B"]), scene_of(plan.scalars)
     limit = check_period("max_period", max_period)
-    judged = slip(plan.ends(), plan.scalars) if A is not None or names_scene(written, plan) else []
-    warn([*judged, *forgotten(A, plan.scalars.get("B"))])
+    if A is not None or names_scene(written, plan):
+        warn(slip(plan.ends(), plan.scalars))
     return [replace(orbit, scene=machine) for orbit in orbits_of(system, limit)]
 
 

@@ -34,7 +34,7 @@ from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import How
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
-from vibrodrive.model.slips import forgotten, unlikely, warn
+from vibrodrive.model.slips import names_scene, unlikely, warn
 from vibrodrive.stability.always import Always, find_always
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
@@ -246,8 +246,7 @@ def limit(
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: those of `simulate`; A <= 1 + B, at which the mass never leaves the
-        obstacle; or an A that is above 100 and above 100 B.
+        for values that are probably a mistake: those of `simulate`.
 
     Examples
     --------
@@ -265,7 +264,7 @@ def limit(
     refuse_axes(plan.axes, ' (for axes use `sweep` with record = "limit")')
     refuse_idle(plan, written)
     search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads))
-    warn([*unlikely(plan, of_scene=True), *forgotten(A, plan.scalars.get("B"))])
+    warn(unlikely(plan, names_scene(written, plan)))
     with above("the progress of a call")("limit"):
         ((_, found),) = search.run([0])
     if found.status == Status.TOO_SHORT:
