@@ -332,6 +332,11 @@ def test_dry_run_writes_nothing_and_estimates_size_and_time(run):
     assert (words["time"].startswith("about "), words["time"].endswith("to load the kernels")) == (True, True)
     run("sweep", "small.toml", "-o", "t.h5", *options)
     assert float(words["file"].split()[0]) == pytest.approx(Path("t.h5").stat().st_size / 1e6, rel=0.02)
+    several = {"limit": "each point needs a search with several motions", "failures": "the points are computed one by"}
+    for record, why in several.items():
+        step = ("--method", "fixed", "--set", "dtau=0.1") if record == "failures" else ()
+        out = run("sweep", "small.toml", "--dry-run", "--set", f"record={record}", "--set", "eps=0.0", *step)[1]
+        assert f"time     unknown, because {why}" in out
 
 
 @pytest.mark.jit
