@@ -242,10 +242,7 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
 def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> None:
     """Add the quantities in [physical] to the arguments, checked, and refuse a scene that is not complete."""
     for key, value in table.items():
-        try:
-            arguments[key] = check_scene(key, value)
-        except (TypeError, ValueError) as error:
-            raise type(error)(f"physical.{error}") from None
+        arguments[key] = check_scene(key, value, f"physical.{key}")
     known = arguments | arguments.get("points", {})
     refuse_incomplete(known, [key for key, value in known.items() if isinstance(value, np.ndarray)], "physical")
 

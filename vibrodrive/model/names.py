@@ -63,6 +63,10 @@ class Name(NamedTuple):
     scale: float = 1.0
     note: str = ""
 
+    def allows(self, value: float) -> bool:
+        """Return whether a value is in the range."""
+        return self.low < value <= self.high or (value == self.low and not self.open_low)
+
     @property
     def allowed(self) -> str:
         """Allowed values of a parameter as text."""

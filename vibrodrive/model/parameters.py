@@ -189,12 +189,15 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
     return array.astype(np.float64, copy=False)
 
 
-def check(name: str, value: object) -> float:
-    """Cast one argument to float64. Raises TypeError if it is not a real number, ValueError if it is out of range."""
-    p = PARAMETERS[name]
-    x = float(value) if isinstance(value, float) else real_number(name, value, p.allowed)
-    if not (p.low <= x <= p.high) or (p.open_low and x == p.low):
-        raise ValueError(bad(name, value.item() if hasattr(value, "item") else value, p.allowed))
+def check(name: str, value: object, place: str = "") -> float:
+    """Cast one argument to float64. Raises TypeError if it is not a real number, ValueError if it is out of range.
+
+    Messages call it `place`, such as "A[3]" or "physical.mu", or by its name.
+    """
+    row, place = PARAMETERS[name], place or name
+    x = float(value) if isinstance(value, float) else real_number(place, value, row.allowed)
+    if not row.allows(x):
+        raise ValueError(bad(place, value.item() if hasattr(value, "item") else value, row.allowed))
     return x + 0.0  # -0.0 becomes 0.0
 
 

@@ -25,20 +25,17 @@ TINY = 5e-324
 """The smallest positive number. It replaces a positive result that underflows to 0."""
 
 
-def check_scene(key: str, value: object, at: str = "") -> float:
-    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`, where `at`
-    follows the key."""
-    if key == "alpha":
-        allowed = "an angle in degrees >= 0 and < 90"
-        x = real_number(key + at, value, allowed)
-        if not 0 <= x < 90:
-            raise ValueError(bad(key + at, value, allowed))
-        return x + 0.0  # -0.0 becomes 0.0
-    allowed = f"a finite number {'>=' if key == 'a0' else '>'} 0"
-    x = real_number(key + at, value, allowed)
-    if not 0.0 < x < math.inf and not (key == "a0" and x == 0.0):
-        raise ValueError(bad(key + at, value, allowed))
-    return x
+def check_scene(key: str, value: object, place: str = "") -> float:
+    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`.
+
+    Messages call it `place`, or by its key.
+    """
+    place, least = place or key, key in ("a0", "alpha")  # which may be 0
+    allowed = "an angle in degrees >= 0 and < 90" if key == "alpha" else f"a finite number {'>=' if least else '>'} 0"
+    x = real_number(place, value, allowed)
+    if not 0.0 < x < (90.0 if key == "alpha" else math.inf) and not (least and x == 0.0):
+        raise ValueError(bad(place, value, allowed))
+    return x + 0.0  # -0.0 becomes 0.0
 
 
 PACES = {"omega0", "frequency"}  # a scene has exactly one of them
