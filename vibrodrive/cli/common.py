@@ -184,7 +184,10 @@ def stoppable(file: Path) -> Iterator[Callable[[], object]]:
     ear, mouth = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of threads, such as those of NumPy: the child needs none
-        child = os.fork()
+        try:
+            child = os.fork()
+        except OSError:  # no further process can be started
+            child = -1
     if not child:
         try:
             os.setsid()  # Ctrl-C and Ctrl-\ are meant for the reader
@@ -200,7 +203,8 @@ def stoppable(file: Path) -> Iterator[Callable[[], object]]:
             os._exit(0)
     os.close(ear)
     try:
-        yield lambda: os.write(mouth, b".")
+        yield lambda: child > 0 and os.write(mouth, b".")
     finally:
         os.close(mouth)
-        os.waitpid(child, 0)
+        if child > 0:
+            os.waitpid(child, 0)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import TracebackType
@@ -17,6 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from vibrodrive.batch.parallel import Pool
 from vibrodrive.batch.records import Arrays
 from vibrodrive.batch.sweep import fill
 from vibrodrive.batch.trajectory import Trajectory, follow, main_impacts
@@ -95,7 +95,7 @@ class Evaluator:
         self._column = COLUMNS.index(disturbance)
         self._threads = threads
         self._halt = halt
-        self._ahead = ThreadPoolExecutor(1, thread_name_prefix="limits")
+        self._ahead = Pool(1, thread_name_prefix="limits")
 
     def __enter__(self) -> Evaluator:
         return self
@@ -144,7 +144,7 @@ class Evaluator:
 
     def _single_motions(self, points: np.ndarray) -> Iterator[Motion]:
         """Yield the motions at these points with all their switches, in order. At most SINGLE of them are in memory."""
-        with ThreadPoolExecutor(self._threads) as pool:
+        with Pool(self._threads) as pool:
             for at in range(0, len(points), SINGLE):
                 yield from pool.map(self._compute_single, points[at : at + SINGLE])
 

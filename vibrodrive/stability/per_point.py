@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Callable, Collection, Generator, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import replace
 from pickle import PicklingError
 from unicodedata import normalize
@@ -16,6 +16,7 @@ from unicodedata import normalize
 import numpy as np
 
 from vibrodrive.batch import sweep
+from vibrodrive.batch.parallel import Pool
 from vibrodrive.batch.trajectory import Trajectory, follow
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
@@ -111,7 +112,7 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
     if together:
         plain = sweep.compute(replace(plan, record=together, stored=None), start, stop, threads, halt)
         block = plain._replace(records={**block.records, **plain.records})
-    with ThreadPoolExecutor(min(threads, n)) as pool:
+    with Pool(min(threads, n)) as pool:
         raised = list(pool.map(lambda at: _take_numbers(plan, block, at, halt), range(n)))
     return block._replace(raised=tuple(one for one in raised if one is not None))
 
