@@ -12,6 +12,7 @@ import stat
 import time
 import traceback
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,11 +20,14 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import Busy, Damaged, NoResult, Unwritable, VibrodriveError
-from vibrodrive.model.names import AXES, Settings
+from vibrodrive.model.choices import Method
+from vibrodrive.model.names import AXES, NAMES, Settings
 from vibrodrive.model.own import Own
-from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.quantities import Quantity
+from vibrodrive.model.parameters import check, check_count, has_control
+from vibrodrive.model.plan import POINT, Plan, make_plan
+from vibrodrive.model.quantities import SCALES, Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
+from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, chunk_of, coordinates, digest, variables_of
@@ -233,7 +237,10 @@ def of_another_version(file: h5py.File, what: str) -> NoResult:
 
 def versions_of(file: h5py.File) -> dict[str, str]:
     """Return the versions of the program and of its libraries that have laid out an open file."""
-    return dict(json.loads(attribute(file, "versions")))
+    versions: dict[str, str] = _parsed(file, "versions", dict)
+    if "vibrodrive" not in versions:
+        raise damaged(file.filename, "versions: without that of the program")
+    return versions
 
 
 @contextlib.contextmanager
@@ -255,40 +262,105 @@ def identity(file: h5py.File) -> tuple[object, ...]:
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     check_kind(file)
-    path = file.filename
-    with interpreting(path):
+    with interpreting(file.filename):
         for name, what in (("config", "configuration"), ("plan", "plan")):
-            if digest(attribute(file, name)) != attribute(file, f"{name}_sha256"):
+            if digest(_text(file, name)) != attribute(file, f"{name}_sha256"):
                 raise _altered(file, f"the SHA-256 of the {what} differs from the stored SHA-256")
-        outline = json.loads(attribute(file, "plan"))
-        record = _record(file, outline)
-        stored = _stored(file, outline, quantities(record))
-        axes, together = ({name: _values(file, name) for name in outline.get(part, {})} for part in ("axes", "points"))
-        for name, sha in layout.digests(axes | together).items():
-            if sha != (outline["axes"] | outline.get("points", {}))[name]:
-                raise _altered(file, f"axis {name}: changed after it was written")
-        scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
-        tiling = tuple(outline.get("tiling") or _variable(file, "status").chunks or ()) if axes else ()
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling or None, record, together, stored)
-        config, overrides, title = (attribute(file, name) for name in ("config", "overrides", "title"))
-        origin = Origin(config, tuple(json.loads(overrides)), title)
+        try:
+            plan = _plan(file, _parsed(file, "plan", dict))
+        except VibrodriveError:
+            raise
+        except NO_PLAN as error:
+            raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
+        origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides", list)), _text(file, "title"))
         return Header(plan, origin, versions_of(file), how_rewritten(file, plan))
 
 
+NO_PLAN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""Exceptions of values that are no plan, of another type or out of range."""
+
+
+def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
+    """Return the plan of a file, checked like the arguments of a call. Raises NoResult and the exceptions NO_PLAN."""
+    record, axes, points = _record(file, outline), outline["axes"], outline.get("points", {})
+    stored = _stored(file, outline, quantities(record))
+    lengths = dict(zip(axes, _variable(file, "status").shape, strict=True)) if axes else {}
+    lengths |= {name: lengths[POINT] for name in points}
+    values = {name: _values(file, name, n) for name, n in lengths.items()}
+    for name, sha in layout.digests(values).items():
+        if sha != (axes | points)[name]:
+            raise _altered(file, f"axis {name}: changed after it was written")
+    given = dict(outline["scalars"])
+    follows = [name for name, of in (("A", "a0"), ("B", "alpha")) if name in given and of in {*given, *values}]
+    exact = {name: check(name, given.pop(name)) for name in follows}  # as on the machine that wrote the file
+    if unknown := [name for name, value in given.items() if value is None and name != "dtau"]:
+        raise ValueError(f"{unknown[0]} = None")
+    given |= {name: array for name, array in values.items() if name not in (POINT, *points)}
+    arguments = {"points" if name == POINT else name: given.get(name) for name in [*axes, *given]}
+    arguments |= {"points": {name: values[name] for name in points}} if points else {}
+    settings = outline["settings"] | {"method": Method(outline["settings"]["method"])}
+    plan = make_plan(arguments | settings | {"record": record})
+    tiling = outline.get("tiling") or _variable(file, "status").chunks if axes else ()
+    tiling = tuple(check_count("tiling", n, 1) for n in tiling)
+    cut = next((k for k, n in enumerate(tiling) if n > 1), len(tiling) - 1)
+    whole = all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True)))
+    if not whole:
+        raise ValueError(f"tiling = {tiling} of {plan.shape}")
+    return replace(plan, scalars=plan.scalars | exact, tiling=tiling or None, stored=stored)
+
+
+def _text(file: h5py.File, name: str) -> str:
+    """Return a text of the file. Raises Damaged for another value, and for characters that control a terminal."""
+    text = attribute(file, name)
+    if not isinstance(text, str) or _controls(text):
+        raise damaged(file.filename, f"{name}: not a text without control characters")
+    return text
+
+
+def _controls(text: str) -> bool:
+    """Return whether a text has control characters other than those of its lines."""
+    return has_control(text.translate(dict.fromkeys(map(ord, "\t\r\n"))))
+
+
+def _parsed(file: h5py.File, name: str, kind: type) -> Any:
+    """Return a value of type `kind` that the file contains as JSON. Raises Damaged as `_text`."""
+    value = json.loads(_text(file, name))
+    if not isinstance(value, kind) or any(map(_controls, _texts(value))):
+        raise damaged(file.filename, f"{name}: not a {kind.__name__} without control characters")
+    return value
+
+
+def _texts(value: object) -> Iterator[str]:
+    """Yield all texts in a value of JSON."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, list | dict):
+        for each in value if isinstance(value, list) else itertools.chain(*value.items()):
+            yield from _texts(each)
+
+
 def _variable(file: h5py.File, name: str) -> h5py.Dataset:
-    """Return a variable. Raises NoResult if the file has none of this name, and Damaged if its header is damaged."""
-    try:
-        if isinstance(data := file[name], h5py.Dataset):
-            return data
-    except KeyError:
-        if name not in [*file]:  # and not a damaged header
-            raise rewritten(file.filename, f"without the variable {name}") from None
-    raise damaged(file.filename, f"{name}: no variable")
+    """Return a variable. Raises NoResult if the file has none of this name, and Damaged if its header is damaged.
+
+    Links and variables that lead to other files are not followed.
+    """
+    link = file.get(name, getlink=True)
+    if link is None:
+        raise rewritten(file.filename, f"without the variable {name}")
+    data = None
+    with contextlib.suppress(KeyError):  # its header is damaged
+        data = file[name] if isinstance(link, h5py.HardLink) else None
+    if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
+        raise damaged(file.filename, f"{name}: no variable of this file")
+    return data
 
 
-def _values(file: h5py.File, name: str) -> np.ndarray:
-    """Return the values of a coordinate. Raises as `_variable`."""
+def _values(file: h5py.File, name: str, length: int) -> np.ndarray:
+    """Return the values of a coordinate. Raises as `_variable`, for another length, and TooLarge."""
     data = _variable(file, name)
+    if data.shape != (length,):
+        raise _altered(file, f"{name}: wrong shape")
+    refuse_large_reading(f"{file.filename}: {name}", data.nbytes)
     if not is_readable(data):
         raise damaged(file.filename, f"axis {name}: {BAD_INDEX}")
     return np.asarray(data[...])
@@ -361,7 +433,11 @@ def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
         if (one := read_record(text)) is None:
             raise of_another_version(file, f"record {text!r}: unknown")
         if isinstance(one, Own) and one in outline.get("rows", {}):
-            one = one.with_rows({name: tuple(row) for name, row in outline["rows"][one].items()})
+            rows = {name: tuple(row) for name, row in outline["rows"][one].items()}
+            for unit, scales, label in rows.values():
+                if not isinstance(unit + label, str) or scales not in ("", *SCALES):
+                    raise ValueError(f"rows of {one}")
+            one = one.with_rows(rows)
         record.append(one)
     return tuple(record)
 
@@ -371,11 +447,14 @@ def _stored(file: h5py.File, outline: dict[str, Any], of_record: tuple[Quantity,
     known = {q.name: q for q in of_record}
     types = outline.get("quantities", {})
     for what, names, ours in (
-        ("setting", outline["settings"], vars(Settings())), ("axis", outline["axes"], (*AXES, POINT)),
-        ("quantity", types, known),
+        ("setting", outline["settings"], vars(Settings())), ("parameter", outline["scalars"], NAMES),
+        ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, known),
     ):  # fmt: skip
         if unknown := [name for name in names if name not in ours]:
             raise of_another_version(file, f"{what} {unknown[0]!r}: unknown")
+    for name, dtype in types.items():
+        if np.dtype(dtype).kind not in "if":
+            raise ValueError(f"type of {name}")
     return tuple(q._replace(dtype=types[name]) for name, q in known.items() if name in types)
 
 
@@ -389,7 +468,7 @@ def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
     for kind, written in (("coordinate", coordinates(plan)), ("attribute", attributes)):
         for name, value in written.items():
             try:
-                stored = _values(file, name) if kind == "coordinate" else attribute(file, name)
+                stored = _values(file, name, len(value)) if kind == "coordinate" else attribute(file, name)
                 whole = np.array_equal(stored, value)  # which hides errors of reading
             except BROKEN:
                 whole = False

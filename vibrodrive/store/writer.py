@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Busy, Damaged, Unwritable
+from vibrodrive.errors import Busy, Damaged, Unwritable, VibrodriveError
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import SECTIONS
 from vibrodrive.model.size import refuse_large_file
@@ -144,7 +144,10 @@ class Writer:
         if not self._file:  # an h5py.File is false once it is closed
             return
         self._commit()
-        self._file.close()
+        try:
+            self._file.close()
+        except RuntimeError as error:
+            raise unwritable(error, self.path) from None
         try:
             if sync:
                 self._lock.sync()
@@ -266,7 +269,8 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool, progress: P
                 file.close()
         if lock is not None:
             lock.release()
-        raise unwritable(error, path) if isinstance(error, OSError) else error from None
+        refused = isinstance(error, OSError | RuntimeError) and not isinstance(error, VibrodriveError)
+        raise unwritable(error, path) if refused else error from None
     finally:
         if old is not None:
             old.release()
