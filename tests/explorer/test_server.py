@@ -2,6 +2,7 @@
 
 import asyncio
 import base64
+import gc
 import io
 import json
 import os
@@ -15,6 +16,7 @@ import urllib.error
 import urllib.request
 from contextlib import closing
 from http.client import HTTPConnection
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,11 +24,12 @@ from PIL import Image
 
 pytest.importorskip("tornado")
 
-from tornado.websocket import websocket_connect
+from tornado.websocket import WebSocketClosedError, websocket_connect
 
 import vibrodrive as vd
 from tests.support.process import python
 from vibrodrive.cli.explore import explore
+from vibrodrive.explorer.session import Session
 
 pytestmark = pytest.mark.jit
 
@@ -149,6 +152,25 @@ def test_each_message_is_answered_or_refused_in_one_line(explorer):
 
     wrong = ["", "[]", '{"seq": 1}', '{"seq": "x"}', '{"seq": 1, "address": "y=9"}']
     asyncio.run(ask(*wrong, '{"seq": 1, "view": {"low": "<b>"}}'))
+
+
+def test_page_that_closes_while_it_is_sent_a_picture_is_no_error():
+    """tornado reports it in the future of the message, which asyncio prints if nobody looks at it."""
+    errors = []
+
+    async def send():
+        asyncio.get_running_loop().set_exception_handler(lambda loop, told: errors.append(told))
+        page = SimpleNamespace(write_message=lambda *content, binary: asyncio.ensure_future(closed()))
+        Session._write(page, "{}")
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        gc.collect()
+
+    async def closed():
+        raise WebSocketClosedError
+
+    asyncio.run(send())
+    assert errors == []
 
 
 @pytest.mark.parametrize("body", ["Content-Length: 90000000\r\n\r\n", "Transfer-Encoding: chunked\r\n\r\n55d4a80\r\n"])

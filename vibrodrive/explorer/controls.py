@@ -75,7 +75,9 @@ def title_of(view: View) -> tuple[str, str]:
     named = symbol(shown, si=view.scene == SI)
     title = QUANTITIES[shown].title or named[0].upper() + named[1:]
     title += ", against " + " and ".join(f"{WORDS[name]} ({_letter(name)})" for name in view.axes)
-    given = [name for name in view.machine if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
+    away = {"g"} if view.g == View.g else set()
+    away |= {"a0"} if "A" in view.axes else set()  # A then replaces it
+    given = [name for name in view.machine if name not in away] if view.scene == SI else ["A", "B"]
     given += ["eps"]
     given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
     given += ["dtau"] if view.method != "certified" else []
@@ -87,6 +89,8 @@ def title_of(view: View) -> tuple[str, str]:
         for name in given
         if name not in view.axes
     ]
+    hertz = f" ({view.omega0 / names.TURN:.6g} Hz)"
+    values = [value + hertz if value.startswith(_letter("omega0")) else value for value in values]
     periods = f"periods {view.transient + 1} to {view.transient + view.recorded}"
     return title, ", ".join([*(value.replace(" °", "°").rstrip() for value in values), view.method, periods])
 

@@ -114,7 +114,8 @@ class Session(WebSocketHandler):
 
     def _write(self, content: str | bytes) -> None:
         with suppress(WebSocketClosedError):
-            self.write_message(content, binary=isinstance(content, bytes))
+            sent = self.write_message(content, binary=isinstance(content, bytes))
+            sent.add_done_callback(lambda sent: sent.cancelled() or sent.exception())  # the page may be closed by then
 
 
 def one_line(error: BaseException) -> str:
