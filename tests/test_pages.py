@@ -111,6 +111,15 @@ def _parse(line, name, *arguments):
             assert (ROOT / word).exists(), line
 
 
+def test_pages_write_different_files():
+    """All pages can then run one after another in one folder."""
+    written = {}
+    for page in PAGES:
+        for cell in blocks(page.read_text(), "{code-cell}"):
+            for name in re.findall(r"(?:-o |path=\"|%%writefile |vibrodrive init )([\w.]+)", cell):
+                assert written.setdefault(name.removesuffix(".toml"), page) == page, name
+
+
 def test_every_command_is_in_the_table():
     shown = {re.match(r"vibrodrive (\w+)", line)[1] for line in typed((DOCS / "commands.md").read_text())}
     assert shown >= {name for name, command in cli.commands.items() if not command.hidden}
