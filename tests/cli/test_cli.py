@@ -9,6 +9,7 @@ import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -211,7 +212,7 @@ def test_damaged_blocks_and_another_configuration_in_a_file_are_reported(run, qu
     assert (code, "A is 3.0 in the file and 3.1 in the configuration" in err) == (1, True)
 
 
-def test_info_shows_an_unfinished_file_and_writes_json(run):
+def test_info_shows_an_unfinished_file_and_writes_json(run, monkeypatch):
     """Unknown numbers are written as null, because JSON has no NaN."""
     text = "[sweep]\nA = {start = 1, stop = 2, num = 3000}\n[run]\ntransient = 0\nperiods = 1\n"
     fake.write("s.h5", text, Origin(text, (), "Half a sweep"), [1])
@@ -227,6 +228,8 @@ def test_info_shows_an_unfinished_file_and_writes_json(run):
     words = ("Half a sweep", "33.3 %", "1 of 3", "A = 1 to 2, 3000 values", "NOT_COMPUTED: 2000 points")
     assert [w for w in words if w not in run("info", "s.h5")[1]] == []
     assert run("info", "--check", "s.h5")[2] == "incomplete; the computed part is undamaged\n"
+    monkeypatch.setattr(Path, "stat", lambda path: SimpleNamespace(st_size=1, st_mtime=253402300800.5))
+    assert run("info", "s.h5")[1].endswith("written   10000-01-01T00:00:00+00:00\n")
 
 
 SUMMARY = (
@@ -360,7 +363,7 @@ def test_trajectory_draws_one_motion_and_writes_its_switches(run):
     Path("small.png").write_text("the diagram of a sweep")
     code, out, err = run("trajectory", "small.toml", *options)
     assert code == 0
-    assert out.splitlines()[3].startswith("period 2; impacts per excitation period: 0.5")
+    assert out.splitlines()[2].startswith("period 2; impacts per excitation period: 0.5")
     assert Path("small_trajectory.png").read_bytes()[:4] == b"\x89PNG"
     assert Path("small.png").read_text() == "the diagram of a sweep"
     switches = vd.simulate(A=3.04, transient=50, periods=6).switches

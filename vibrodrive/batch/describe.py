@@ -216,7 +216,9 @@ def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Pla
             f"grid of step Δτ = {step:.6g}: switches are late by up to one step; two switches in a step may be missed"
         )
     closest = f"margin {margin:.3g}: smallest distance of a decision from the opposite decision, in H, ξ or ξ'"
-    said = [f"{status.name}: {advice}", "no decision" if math.isinf(margin) else closest]
+    closest = "no decision" if math.isinf(margin) else closest
+    plain = advice == Status.OK.advice  # it need not be said again of each motion
+    said = [f"OK, {closest}"] if plain else [f"{status.name}: {advice}", closest]
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]

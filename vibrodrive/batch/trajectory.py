@@ -24,7 +24,7 @@ from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import documented
 from vibrodrive.model.keywords import takes
 from vibrodrive.model.names import Point
-from vibrodrive.model.parameters import COLUMNS, check_count, with_sentences
+from vibrodrive.model.parameters import COLUMNS, check_count, unknown, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import row_of
@@ -45,6 +45,18 @@ SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 
 MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("row", "i8")])
 """Row of `Trajectory.impacts`; `row` is the index of the impact in `Trajectory.switches`."""
+
+
+class Rows(np.ndarray):
+    """Switches or impacts. An unknown field is refused with the names of the fields."""
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        if key not in (names := self.dtype.names or (key,)):
+            hint = ". to_dataframe() has tau" if key == "tau" else ""
+            raise ValueError(unknown("field", key, names) + hint)
+        return np.asarray(self).__getitem__(key)
 
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
@@ -309,7 +321,7 @@ class Trajectory:
         Examples
         --------
         >>> import vibrodrive as vd
-        >>> print("\\n".join(vd.simulate(1.5, transient=10, periods=1).describe().splitlines()[3:]))
+        >>> print("\\n".join(vd.simulate(1.5, transient=10, periods=1).describe().splitlines()[2:]))
         period 1; impacts per excitation period: 1
         states: U S D I R (Up, Down, Stick, Rest, Impact)
         mean impact speed 0.699856, largest 0.699856
@@ -463,8 +475,8 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
     known = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
     found = Trajectory(
-        rows[1:], section, main_impacts(a.impacts[0]), Status(int(a.status[0])), float(a.margin[0]), bounds,
-        switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
+        rows.view(Rows)[1:], section, main_impacts(a.impacts[0]).view(Rows), Status(int(a.status[0])),
+        float(a.margin[0]), bounds, switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
     )  # fmt: skip
     if kept:
         memory.give_back(a)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from datetime import UTC, datetime
 from pathlib import Path
 
 import click
@@ -33,6 +32,8 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
             raise click.UsageError("--csv: must be given without --check and --json")
         _print_table(file)
         return
+    import numpy as np
+
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import contradictions, look, verify
@@ -49,7 +50,7 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
         finally:
             show.clear()
     size, versions = file.stat().st_size, found.header.versions
-    written = datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="seconds")
+    written = f"{np.datetime64(int(file.stat().st_mtime), 's')}+00:00"  # also in the year 10000
     title, faults = found.header.origin.title, found.complaints()
     if check:
         faults += contradictions(found.header)

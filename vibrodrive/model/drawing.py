@@ -233,6 +233,9 @@ def choose_configured(swept: Any, figure: dict[str, Any], options: dict[str, Any
     """
     configured = {key: value for key, value in figure.items() if swept.axes and key not in LOOK}
     wanted = merge_options(configured, options)
+    if wanted.get("units") == SI and not has_units({**swept.scalars, **swept.varied}):
+        key = "--units" if "units" in options else "figure.units"
+        _refuse(key, SI, "left out, because this sweep has no scene in SI units")
     if wanted.pop("units", SI) == DIMENSIONLESS and hasattr(swept, "dimensionless"):
         swept = swept.dimensionless()
     try:

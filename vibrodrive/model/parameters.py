@@ -61,7 +61,8 @@ def unknown(key: str, name: object, known: Iterable[str]) -> str:
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return ". Did you mean NAME?" for the known name that is most similar or has this word, "" without one."""
     folded, told = {one.lower(): one for one in known}, name.lower() if isinstance(name, str) else ""
-    near = difflib.get_close_matches(told, folded, 1) or [one for one in folded if told in one.split("_")]
+    near = difflib.get_close_matches(told, [one for one in folded if one == told or len(one) > 2], 1, 0.65)
+    near = near or [one for one in folded if told in one.split("_") or (len(told) > 2 and one.startswith(told))]
     return f". Did you mean {folded[near[0]]}?" if near else ""
 
 

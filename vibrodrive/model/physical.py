@@ -324,6 +324,7 @@ class Scene:
         if frequency is not None and omega0 is not None:
             raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
         pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
+        refuse_incomplete([name for name, value in (("mu", mu), ("alpha", alpha)) if value is not None] + [*pace], ())
         self._take({"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         known = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
         warn(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ())

@@ -302,10 +302,10 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
             scalars = {name: default for name, default in scalars.items() if name not in together}
             axes[POINT] = np.arange(len(next(iter(together.values()))))
     given = {*scalars, *axes, *together}
-    if given.isdisjoint(("A", "a0")):
-        raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     if not given.isdisjoint(SCENE):
         _follow_scene({**axes, **together}, scalars, {**arguments, **together})
+    if given.isdisjoint(("A", "a0")):
+        raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     for one in record:
         if one.periods is not None:
             chosen.setdefault("periods", one.periods)

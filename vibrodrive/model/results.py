@@ -339,7 +339,8 @@ class Results:
         ValueError: A = 2.1: must be one of the 3 values of this axis; method="nearest" would select 2.0
         """
         if method is not None and not (isinstance(method, str) and method == "nearest"):
-            raise ValueError(bad("method", method, '"nearest", or left out'))
+            named = f", or a value by the name of its axis, such as {next(iter(self.axes), 'A')}={method!r}"
+            raise ValueError(bad("method", method, '"nearest"' + ("" if values else named)))
         reach = _reach(method, tolerance)
         index: list[Any] = [slice(None)] * len(self.axes)
         axes, scalars, points = dict(self.axes), dict(self.scalars), dict(self.points)
