@@ -169,9 +169,9 @@ def _shade(
     with the colour in `Painted.apart`, and -1 for a point without a value.
     """
     finite = values[np.isfinite(values) & ~rests]
-    shades, colour, outside = look.shades, APART, rests
+    shades, outside = look.shades, rests
     if row.shown == SIGNED:
-        shades, colour = look.signed, look.nil
+        shades = look.signed
         most = max(_ends(np.abs(finite))[1], 0.0) or 1.0
         norm = Normalize(*(limits or (-most, most)))
     else:
@@ -187,7 +187,7 @@ def _shade(
     kind[inside] = np.minimum(np.asarray(norm(values[inside]), float) * SHADES, SHADES - 1).astype(int)
     kind[below], kind[above], kind[outside] = SHADES, SHADES + 1, SHADES + 2
     extend = (("neither", "max"), ("min", "both"))[int(below.any())][int(above.any())]
-    apart = [(name, colour)] if outside.any() else []
+    apart = [(name, APART)] if outside.any() else []
     return kind, norm, shades(np.linspace(0, 1, SHADES)), apart, extend
 
 
