@@ -14,7 +14,7 @@ from matplotlib.colors import to_hex, to_rgba_array
 import vibrodrive as vd
 from tests.figures import made
 from tests.support import fake
-from vibrodrive.figures.colours import APART, MANY, paint
+from vibrodrive.figures.colours import APART, MANY, SHADES, paint
 from vibrodrive.figures.image import borders_of
 from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import map_figure
@@ -194,6 +194,41 @@ def test_few_extreme_values_do_not_set_the_scale(quantity):
     assert 1.99 < painted.norm.vmax < 2.0
     assert painted.extend == "both"
     assert paint(QUANTITIES[quantity], values[1:], np.full(MANY - 1, Status.OK), None).norm.vmax == 60.0
+
+
+BULK, FEW = 2 * MANY, 8  # 0.4 % of the values
+
+
+@pytest.mark.parametrize(
+    ("bulk", "few", "cut"),
+    [
+        (np.linspace(1.0, 2.0, BULK), np.linspace(2.0, 2.9, FEW), False),
+        (np.linspace(1.0, 2.0, BULK), np.linspace(2.0, 3.1, FEW), True),
+        (np.linspace(1.0, 2.0, BULK), np.linspace(0.1, 1.0, FEW), False),
+        (np.linspace(1.0, 2.0, BULK), np.linspace(-0.1, 1.0, FEW), True),
+        (np.geomspace(1.0, 1e3, BULK), np.geomspace(1e3, 0.9e5, FEW), False),
+        (np.geomspace(1.0, 1e3, BULK), np.geomspace(1.1e-2, 1.0, FEW), False),
+        (np.geomspace(1.0, 1e3, BULK), np.geomspace(1e-3, 1.0, FEW), True),
+        (np.full(BULK, 1.0), np.linspace(1.0, 9.0, FEW), False),
+        (np.full(BULK, 1.0), np.linspace(0.1, 1.0, FEW), False),
+    ],
+)
+def test_extreme_is_out_of_the_scale_only_where_it_would_hide_the_others(bulk, few, cut):
+    values = np.append(bulk, few)
+    painted = paint(QUANTITIES["energy"], values, np.full(values.size, Status.OK), None)
+    end = "max" if few.max() > bulk.max() else "min"
+    assert painted.extend == (end if cut else "neither")
+    assert painted.counts[SHADES:].sum() <= 2 * FEW
+    assert cut or {painted.norm.vmin, painted.norm.vmax} == {values.min(), values.max()}
+
+
+def test_extremes_are_stated_with_their_points(plane):
+    plane.energy = np.array([[0.5, 1e-20], [0.5, 1.0], [60.0, np.nan]])
+    plane.status[0, 1] = Status.NEVER_LEAVES
+    fig = map_figure(plane, "energy", x="B", limits=(0.6, 2.0))
+    assert "least $0.5$ at 2 points, largest $60$ at $A = 3$, $B = 0.1$," in note(fig)
+    plane.energy[:] = 1.0
+    assert "largest" not in note(map_figure(plane, "energy")), "one value has no place"
 
 
 def test_exponent_has_its_zero_in_the_middle(plane):

@@ -5,6 +5,7 @@ periods between main impacts) have classes. Points outside the scale have separa
 without a value of the quantity, and values beyond the ends of the scale. Points that are not computed have no colour.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,9 +30,9 @@ from vibrodrive.model.statuses import as_status
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512  # number of shades of a scale
 SCALED = 0.005, 0.995
-"""Quantiles of the values at the ends of a scale. Otherwise a few extreme values would take up most of the shades."""
+"""Quantiles of the values between which nearly all lie. They are ends of a scale if the few others would hide these."""
 
-MANY = 1000  # smallest number of values for SCALED; with fewer values the ends are the least and the largest value
+MANY = 1000  # smallest number of values for SCALED; with fewer values all of them are on the scale
 DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9
 """Smallest lower end of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values
@@ -172,7 +173,7 @@ def _shade(
     shades, outside = look.shades, rests
     if row.shown == SIGNED:
         shades = look.signed
-        most = max(_ends(np.abs(finite))[1], 0.0) or 1.0
+        most = _ends(np.abs(finite))[1] or 1.0
         norm = Normalize(*(limits or (-most, most)))
     else:
         norm = _scale(finite, limits)
@@ -191,26 +192,35 @@ def _shade(
     return kind, norm, shades(np.linspace(0, 1, SHADES)), apart, extend
 
 
-def _ends(values: np.ndarray) -> tuple[float, float]:
-    """Return the ends of a scale for these values, (inf, -inf) without values."""
-    if values.size >= MANY:
-        low, high = np.quantile(values, SCALED)
-        return float(low), float(high)
-    return float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
+def _nearly_all(values: np.ndarray) -> tuple[float, float]:
+    """Return the range of nearly all of these values, one or more."""
+    low, high = np.quantile(values, SCALED) if values.size >= MANY else (values.min(), values.max())
+    return float(low), float(high)
+
+
+def _ends(values: np.ndarray, logarithmic: bool = False) -> tuple[float, float]:
+    """Return the ends of a scale for these values, by default the least and the largest one.
+
+    The few values beyond the range of nearly all are left out at an end where they would hide the others, that is, take
+    up more of the scale than these or, if it is logarithmic, more than DECADES.
+    """
+    if not values.size:
+        return 0.0, 1.0
+    ends = float(values.min()), float(values.max())
+    inner = _nearly_all(values)
+    low, first, last, high = (math.log10(end) if logarithmic else end for end in (ends[0], *inner, ends[1]))
+    room = DECADES if logarithmic else last - first
+    return inner[0] if first - low > room > 0.0 else ends[0], inner[1] if high - last > room > 0.0 else ends[1]
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
     """Return a scale with the ends `limits` or, if they are None, with the ends of `_ends`.
 
-    The scale is logarithmic if both ends are positive and it spans more than DECADES decades.
+    The scale is logarithmic if both ends, or nearly all values, are positive and span more than DECADES decades.
     """
-    positive = finite[finite > 0]
-    low, high = ends = limits or _ends(finite)
-    if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has a separate colour
-        low = max(_ends(positive)[0], LEAST * high)
-    if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
-        return LogNorm(low, high)
-    low, high = ends
-    if limits is None:
-        low, high = (low, high) if low < high else (low - 0.5, low + 0.5) if finite.size else (0.0, 1.0)
-    return Normalize(low, high)
+    positive = np.maximum(finite[finite > 0], LEAST * finite.max(initial=0.0))  # 0 has a separate colour
+    span = limits or (_nearly_all(positive) if positive.size and _nearly_all(finite)[0] >= 0 else (0.0, 1.0))
+    if span[0] > 0 and math.log10(span[1] / span[0]) > DECADES:
+        return LogNorm(*(limits or _ends(positive, logarithmic=True)))
+    low, high = limits or _ends(finite)
+    return Normalize(low, high) if low < high else Normalize(low - 0.5, low + 0.5)

@@ -22,11 +22,12 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
 from vibrodrive.figures.image import RarestImage, draw_cells, is_geometric, keep_range
 from vibrodrive.figures.looks import HATCHED
-from vibrodrive.figures.plane import NUMBERED, draw_lines, placed, read_lines
+from vibrodrive.figures.plane import NUMBERED, SAME, draw_lines, placed, read_lines
 from vibrodrive.figures.sheet import Sheet, drawn_on, fit_label, in_short_lines
-from vibrodrive.figures.texts import as_shown, conditions_of, rest_phrases, status_phrases
+from vibrodrive.figures.texts import as_shown, conditions_of, number, place_of, rest_phrases, status_phrases
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import UNSEEN
+from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import MAP, Drawing, Style, Width, check_swept, choose_drawing, documented
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
@@ -80,9 +81,10 @@ def map_figure(
         of the map must be A and B, or axes of a scene that determine A and B. Limits over one axis, also of a result
         file, need a map over this axis and ε or Δτ.
     limits : (float, float), optional
-        range of the colours of a continuous quantity, with a scene in SI units; by default the range of all values or,
-        if there are at least 1000 values, of 99 % of them. Values below and above the range have their own colours,
-        which the ends of the colour bar show.
+        range of the colours of a continuous quantity, with a scene in SI units; by default the range of all values,
+        without the lowest or highest 0.5 % of at least 1000 values if these would hide the others. Values below and
+        above the range have their own colours, which the ends of the colour bar show. The text above the map gives the
+        least and the largest value and their points.
     undisturbed : int array, optional
         `gaps` of the undisturbed motions for "kept"; by default they are computed. The dimensions of the array are the
         axes of the sweep; along ε and Δτ its length is 1.
@@ -127,6 +129,7 @@ def draw_map(
     painted = paint(row, values, status, unit.ends(limits), sheet.look)
     said = conditions_of(results, (x, y), section=row in LAST)
     more = rest_phrases(values, status) if row is LAST[1] else []
+    more += [] if row.classes else _extremes(results, values, painted, [n for n in names if n in (x, y)])
     more += [*(painted.phrases() if y is None or (row.classes and row.special) else []), *status_phrases(status)]
     lines = placed(over, results, x, y)
     numbered = any(line.period for line in lines)
@@ -153,6 +156,20 @@ def draw_map(
     blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
     sheet.keys += outside + blank if y is not None else []
     return fig
+
+
+def _extremes(results: Any, values: np.ndarray, painted: Painted, names: Sequence[str]) -> list[str]:
+    """Return the least and the largest value on the scale and beyond it as phrases, each with its point of the axes
+    `names` or, if several points have it, with their number."""
+    kind = painted.cells.filled(-1)
+    points = np.argwhere((kind >= 0) & (kind < painted.first_apart))
+    shown, said = values[tuple(points.T)], []
+    for word, value in (("least", shown.min()), ("largest", shown.max())) if shown.size else ():
+        alike = points[np.isclose(shown, value, SAME, 0.0)]
+        place = place_of(results, dict(zip(names, alike[0].tolist(), strict=True)))
+        place = place if len(alike) == 1 else counted(len(alike), "point")
+        said += [f"{word} ${number(float(f'{value:.4g}'))}$ at {place}"] * (len(alike) < len(shown))
+    return said
 
 
 def recorded(results: Any, row: Quantity) -> np.ndarray:
