@@ -58,7 +58,7 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
             np.repeat(as_shown(x, swept), there.shape[-1]), there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots
         )
         seen = [there]
-        for branch in found.branches():
+        for branch in found.denser().branches():
             drawn: dict[str, Any] = {"color": sheet.look.main, "ls": "-", "lw": 1.1, "label": "stable orbit"}
             if branch.unstable:
                 drawn = {"color": sheet.look.other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}

@@ -14,13 +14,16 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.physical import Scene
 from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, Search, in_scene
-from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
+from vibrodrive.periodic.continuation import DOUBLING, FOLD, GRAZING, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
 # distances in A of additional values of A from a bifurcation, in units of `scale_of`
 BESIDE = 1e-9
-ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a period doubling or fold, near which branches change like a square root
+ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at the bifurcations ROOTS, near which branches change like a square root
+ROOTS = (DOUBLING, FOLD, GRAZING)
+
+CURVE = 250  # least number of values of A over the whole range for branches that look like curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +51,19 @@ class Family:
     max_period: int
     orbits: list[list[Orbit]]
     bifurcations: list[Bifurcation]
+
+    def denser(self) -> Family:
+        """Return a family with further orbits where its values of A are too far apart for a drawing.
+
+        They are closer together at the ends of a gap, because a branch may be steep beside a bifurcation.
+        """
+        step = (self.A[-1] - self.A[0]) / CURVE
+        rows = [*zip(self.A.tolist(), self.orbits, strict=True)]
+        for a, b in itertools.pairwise(self.A.tolist()):
+            share = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, math.ceil((b - a) / step) + 1)[1:-1])
+            rows += [(at, orbits_of(ImpactMap(at, self.B), self.max_period)) for at in (a + (b - a) * share).tolist()]
+        rows.sort(key=lambda row: row[0])
+        return replace(self, A=np.array([at for at, _ in rows]), orbits=[there for _, there in rows])
 
     def branches(self) -> Iterator[Branch]:
         """Yield the branches. A branch joins orbits that have the same name and kind at successive values of A."""
@@ -85,7 +101,7 @@ def family(
     sides = [
         b.A + sign * d * scale_of(b.A)
         for b in found
-        for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD) else ()))
+        for d in (BESIDE, *(ROOT if b.kind in ROOTS else ()))
         for sign in (-1, 1)
     ]
     values = np.union1d(grid, [a for a in sides if low <= a <= high])
