@@ -311,6 +311,10 @@ def test_no_point_over_one_axis_is_left_out(quantity, values, told):
     for line in ax.lines[1:]:
         edge = line.get_transform() == ax.get_xaxis_transform()
         assert not edge or line.get_label() in key(figure)
+    if quantity == "period":
+        level = dict(zip(ax.get_yticks(), (text.get_text() for text in ax.get_yticklabels()), strict=True))
+        named = [level[y] for y in ax.lines[0].get_ydata()[:-1]]
+        assert named == ["1", "1", "2", "record too short", "record too short", "rests", "none up to 64"]
 
 
 def test_only_neighbours_of_one_orbit_are_joined():

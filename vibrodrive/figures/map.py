@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
+from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.image import RarestImage, draw_cells, is_geometric, keep_range
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, SAME, draw_lines, placed, read_lines
@@ -195,37 +195,43 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
 
 
 def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
-    """Draw marks over the only axis. Each class has a separate level. A quantity without classes has a scale, and
-    arrows show the values beyond its ends. Points outside the scale have marks at the edge, so that none is missing."""
+    """Draw marks over the only axis. Each class, and each group of points without a class, has a separate level."""
     order = np.argsort(x, kind="stable")
-    x, values = x[order], values[order]
-    kind, n = painted.cells[order].filled(-1), len(painted.labels)
+    x, values, kind = x[order], values[order], painted.cells[order].filled(-1)
     dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": sheet.look.main}
-    shown = kind < (n or SHADES)
-    ax.plot(x, np.where((kind >= 0) & shown, kind if n else values, np.nan), ".", **dots)
-    if n:
-        ax.set_yticks(range(n), _broken(painted.labels))
-        ax.set_ylim(-0.5, n - 0.5)
+    if painted.labels:
+        ax.plot(x, np.where(kind >= 0, kind, np.nan), ".", **dots)
+        levels = [*painted.labels, *(name for name, _ in painted.apart)]
+        ax.set_yticks(range(len(levels)), _broken(levels))
+        ax.set_ylim(-0.5, len(levels) - 0.5)
     else:
-        if isinstance(painted.norm, LogNorm):
-            ax.set_yscale("log")
-        low, high = painted.norm.vmin, painted.norm.vmax
-        beyond: Any = ((SHADES, "v", low, "below the range"), (SHADES + 1, "^", high, "above the range"))
-        for number, mark, end, name in beyond:
-            if (kind == number).any():
-                there = np.where(kind == number, end, np.nan)
-                ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
-                ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
-    for number, (name, _) in enumerate(painted.apart, painted.first_apart):
-        there, low = kind == number, not n and bool((values[kind == number] <= 0).all())
-        mark = "v" if low else "^" if np.isposinf(values[there]).all() else "." if name == RESTS else "x"
-        thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": sheet.look.support, "mfc": "none", "label": name}
-        at = np.full(there.sum(), 0.025 if low else 0.975)
-        ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)
+        ax.plot(x, np.where((kind >= 0) & (kind < SHADES), values, np.nan), ".", **dots)
+        _draw_beyond(sheet, ax, painted, values, x, kind)
     if is_geometric(x):
         ax.set_xscale("log")
     keep_range(ax, x)
     sheet.label(ax, None, label)
+
+
+def _draw_beyond(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, kind: np.ndarray) -> None:
+    """Set the scale of the ordinate, and draw arrows for the values beyond its ends. Points outside the scale have
+    marks at the edge, so that none is missing."""
+    if isinstance(painted.norm, LogNorm):
+        ax.set_yscale("log")
+    low, high = painted.norm.vmin, painted.norm.vmax
+    beyond: Any = ((SHADES, "v", low, "below the range"), (SHADES + 1, "^", high, "above the range"))
+    for k, mark, end, name in beyond:
+        if (kind == k).any():
+            there = np.where(kind == k, end, np.nan)
+            ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
+            ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
+    for k, (name, _) in enumerate(painted.apart, painted.first_apart):
+        there = kind == k
+        below = bool((values[there] <= 0).all())
+        mark = "v" if below else "^" if np.isposinf(values[there]).all() else "x"
+        thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": sheet.look.support, "mfc": "none", "label": name}
+        at = np.full(there.sum(), 0.025 if below else 0.975)
+        ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)
 
 
 def _broken(labels: Sequence[str]) -> list[str]:
