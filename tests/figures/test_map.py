@@ -510,6 +510,10 @@ def test_limits_over_one_axis_are_bands_of_velocities():
     same = {"A": [1.5, 1.0, 2.0]}
     certified, fixed = limits_over([1e-3, 1e-4, np.inf], **same), limits_over([0.2, 0.1, 0.3], **same, method="fixed")
     assert vd.plot.limits(certified).axes[0].get_xlim() == (1.0, 2.0), "where a limit is missing, too"
+    several = limits_over([1e-3] * 1000, A=np.linspace(1.0, 2.0, 1000))
+    several.orbit_period[:] = [1] * 400 + [2, 3, 4] + [5] * 197 + [6, 0, 7] + [8] * 397
+    texts = [text.get_text() for text in vd.plot.limits(several).axes[0].texts]
+    assert texts == ["$n = 1$", *"234", "$n = 5$", *"67", "$n = 8$"]
     ax = (fig := vd.plot.limits([certified, fixed])).axes[0]
     first, last = ax.lines[:2]
     assert first.get_xdata().tolist() == [1.0, 1.5, 2.0]

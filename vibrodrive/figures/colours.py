@@ -170,6 +170,7 @@ def _shade(
     with the colour in `Painted.apart`, and -1 for a point without a value.
     """
     finite = values[np.isfinite(values) & ~rests]
+    finite = finite if finite.size else np.array([0.0, 1.0])
     shades, outside = look.shades, rests
     if row.shown == SIGNED:
         shades = look.signed
@@ -192,25 +193,19 @@ def _shade(
     return kind, norm, shades(np.linspace(0, 1, SHADES)), apart, extend
 
 
-def _nearly_all(values: np.ndarray) -> tuple[float, float]:
-    """Return the range of nearly all of these values, one or more."""
-    low, high = np.quantile(values, SCALED) if values.size >= MANY else (values.min(), values.max())
-    return float(low), float(high)
+def _quantiles(values: np.ndarray) -> list[float]:
+    """Return the least value, the ends of the range of nearly all values, and the largest value."""
+    return np.quantile(values, (0.0, *(SCALED if values.size >= MANY else (0.0, 1.0)), 1.0)).tolist()
 
 
 def _ends(values: np.ndarray, logarithmic: bool = False) -> tuple[float, float]:
-    """Return the ends of a scale for these values, by default the least and the largest one.
-
-    The few values beyond the range of nearly all are left out at an end where they would hide the others, that is, take
-    up more of the scale than these or, if it is logarithmic, more than DECADES.
-    """
-    if not values.size:
-        return 0.0, 1.0
-    ends = float(values.min()), float(values.max())
-    inner = _nearly_all(values)
-    low, first, last, high = (math.log10(end) if logarithmic else end for end in (ends[0], *inner, ends[1]))
-    room = DECADES if logarithmic else last - first
-    return inner[0] if first - low > room > 0.0 else ends[0], inner[1] if high - last > room > 0.0 else ends[1]
+    """Return the least and the largest value or, where the few values beyond the range of nearly all would hide these,
+    the end of this range: if they take up more of a scale than these or, if it is logarithmic, more than DECADES."""
+    low, first, last, high = _quantiles(values)
+    along, room = (math.log10, DECADES) if logarithmic else (float, last - first)
+    return first if along(first) - along(low) > room > 0.0 else low, last if along(high) - along(
+        last
+    ) > room > 0.0 else high
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
@@ -218,9 +213,10 @@ def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
 
     The scale is logarithmic if both ends, or nearly all values, are positive and span more than DECADES decades.
     """
-    positive = np.maximum(finite[finite > 0], LEAST * finite.max(initial=0.0))  # 0 has a separate colour
-    span = limits or (_nearly_all(positive) if positive.size and _nearly_all(finite)[0] >= 0 else (0.0, 1.0))
-    if span[0] > 0 and math.log10(span[1] / span[0]) > DECADES:
+    positive = np.maximum(finite[finite > 0], LEAST * finite.max())  # on a logarithmic scale 0 has a separate colour
+    nearly_all = _quantiles(positive)[1:3] if positive.size and _quantiles(finite)[1] >= 0 else (0.0, 1.0)
+    low, high = limits or nearly_all
+    if low > 0 and math.log10(high / low) > DECADES:
         return LogNorm(*(limits or _ends(positive, logarithmic=True)))
     low, high = limits or _ends(finite)
     return Normalize(low, high) if low < high else Normalize(low - 0.5, low + 0.5)

@@ -162,8 +162,8 @@ def _extremes(results: Any, values: np.ndarray, painted: Painted, names: Sequenc
     """Return the least and the largest value on the scale and beyond it as phrases, each with its point of the axes
     `names` or, if several points have it, with their number."""
     kind = painted.cells.filled(-1)
-    points = np.argwhere((kind >= 0) & (kind < painted.first_apart))
-    shown, said = values[tuple(points.T)], []
+    points, said = np.argwhere((kind >= 0) & (kind < painted.first_apart)), []
+    shown = values[tuple(points.T)]
     for word, value in (("least", shown.min()), ("largest", shown.max())) if shown.size else ():
         alike = points[np.isclose(shown, value, SAME, 0.0)]
         place = place_of(results, dict(zip(names, alike[0].tolist(), strict=True)))
@@ -195,43 +195,35 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
 
 
 def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
-    """Draw marks over the only axis. Each class, and each group of points without a class, has a separate level."""
+    """Draw marks over the only axis. Each class, and each group without a class, has a separate level. A quantity
+    without classes has a scale, arrows for values beyond its ends, and marks at the edge for points outside it."""
     order = np.argsort(x, kind="stable")
     x, values, kind = x[order], values[order], painted.cells[order].filled(-1)
-    dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": sheet.look.main}
-    if painted.labels:
-        ax.plot(x, np.where(kind >= 0, kind, np.nan), ".", **dots)
-        levels = [*painted.labels, *(name for name, _ in painted.apart)]
+    levels = [*painted.labels, *(name for name, _ in painted.apart)] if painted.labels else []
+    shown = np.where((kind >= 0) & (kind < (len(levels) or SHADES)), kind if levels else values, np.nan)
+    ax.plot(x, shown, ".", ms=3, mew=0, color=sheet.look.main)
+    if levels:
         ax.set_yticks(range(len(levels)), _broken(levels))
         ax.set_ylim(-0.5, len(levels) - 0.5)
-    else:
-        ax.plot(x, np.where((kind >= 0) & (kind < SHADES), values, np.nan), ".", **dots)
-        _draw_beyond(sheet, ax, painted, values, x, kind)
+    elif isinstance(painted.norm, LogNorm):
+        ax.set_yscale("log")
+    beyond: Any = (("bottom", "v", "below", painted.norm.vmin), ("top", "^", "above", painted.norm.vmax))
+    for k, (end, mark, side, value) in enumerate(beyond if not levels else (), SHADES):
+        if (kind == k).any():
+            there, name = np.where(kind == k, value, np.nan), f"{side} the range"
+            ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
+            ax.set_ylim(**{end: value})
+    for k, (name, _) in enumerate(painted.apart if not levels else (), SHADES + len(beyond)):
+        there = kind == k
+        low = bool((values[there] <= 0).all())
+        mark = "v" if low else "^" if np.isposinf(values[there]).all() else "x"
+        thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": sheet.look.support, "mfc": "none", "label": name}
+        at = np.full(there.sum(), 0.025 if low else 0.975)
+        ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)
     if is_geometric(x):
         ax.set_xscale("log")
     keep_range(ax, x)
     sheet.label(ax, None, label)
-
-
-def _draw_beyond(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, kind: np.ndarray) -> None:
-    """Set the scale of the ordinate, and draw arrows for the values beyond its ends. Points outside the scale have
-    marks at the edge, so that none is missing."""
-    if isinstance(painted.norm, LogNorm):
-        ax.set_yscale("log")
-    low, high = painted.norm.vmin, painted.norm.vmax
-    beyond: Any = ((SHADES, "v", low, "below the range"), (SHADES + 1, "^", high, "above the range"))
-    for k, mark, end, name in beyond:
-        if (kind == k).any():
-            there = np.where(kind == k, end, np.nan)
-            ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
-            ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
-    for k, (name, _) in enumerate(painted.apart, painted.first_apart):
-        there = kind == k
-        below = bool((values[there] <= 0).all())
-        mark = "v" if below else "^" if np.isposinf(values[there]).all() else "x"
-        thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": sheet.look.support, "mfc": "none", "label": name}
-        at = np.full(there.sum(), 0.025 if below else 0.975)
-        ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)
 
 
 def _broken(labels: Sequence[str]) -> list[str]:

@@ -53,17 +53,13 @@ class Family:
     bifurcations: list[Bifurcation]
 
     def denser(self) -> Family:
-        """Return a family with further orbits where its values of A are too far apart for a drawing.
-
-        They are closer together at the ends of a gap, because a branch may be steep beside a bifurcation.
-        """
-        step = (self.A[-1] - self.A[0]) / CURVE
-        rows = [*zip(self.A.tolist(), self.orbits, strict=True)]
-        for a, b in itertools.pairwise(self.A.tolist()):
+        """Return a family with further orbits where values of A are too far apart for a drawing, most of them at the
+        ends of a gap, because a branch may be steep beside a bifurcation."""
+        there, step = dict(zip(self.A.tolist(), self.orbits, strict=True)), np.ptp(self.A) / CURVE
+        for a, b in itertools.pairwise([*there]):
             share = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, math.ceil((b - a) / step) + 1)[1:-1])
-            rows += [(at, orbits_of(ImpactMap(at, self.B), self.max_period)) for at in (a + (b - a) * share).tolist()]
-        rows.sort(key=lambda row: row[0])
-        return replace(self, A=np.array([at for at, _ in rows]), orbits=[there for _, there in rows])
+            there |= {at: orbits_of(ImpactMap(at, self.B), self.max_period) for at in (a + (b - a) * share).tolist()}
+        return replace(self, A=np.array(sorted(there)), orbits=[there[at] for at in sorted(there)])
 
     def branches(self) -> Iterator[Branch]:
         """Yield the branches. A branch joins orbits that have the same name and kind at successive values of A."""
