@@ -14,17 +14,7 @@ from matplotlib.colors import LogNorm, Normalize, to_rgba
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.choices import LONGEST, Status
 from vibrodrive.model.described import counted
-from vibrodrive.model.quantities import (
-    CODES,
-    CYCLES,
-    MARGIN,
-    PERIODS,
-    SIGNED,
-    STATUS,
-    STATUSES,
-    STRUCTURE,
-    Quantity,
-)
+from vibrodrive.model.quantities import CODES, CYCLES, MARGIN, PERIODS, SIGNED, STATUS, STATUSES, STRUCTURE, Quantity
 from vibrodrive.model.statuses import as_status
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades

@@ -88,9 +88,8 @@ def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
     along = as_shown(x, values[order])
     for number, one in enumerate(several):
         first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
-        _draw(
-            sheet, ax, along, (first, last), number, f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}"
-        )
+        name = f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}"
+        _draw(sheet, ax, along, (first, last), number, name)
     ax.margins(x=0.0)
     keep_range(ax, along)
     rows = _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])

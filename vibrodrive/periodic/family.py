@@ -20,9 +20,7 @@ from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
 # distances in A of additional values of A from a bifurcation, in units of `scale_of`
 BESIDE = 1e-9
-ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at the bifurcations ROOTS, near which branches change like a square root
-ROOTS = (DOUBLING, FOLD, GRAZING)
-
+ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # where branches change like a square root: DOUBLING, FOLD, GRAZING
 CURVE = 250  # least number of values of A over the whole range for branches that look like curves
 
 
@@ -97,7 +95,7 @@ def family(
     sides = [
         b.A + sign * d * scale_of(b.A)
         for b in found
-        for d in (BESIDE, *(ROOT if b.kind in ROOTS else ()))
+        for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD, GRAZING) else ()))
         for sign in (-1, 1)
     ]
     values = np.union1d(grid, [a for a in sides if low <= a <= high])
