@@ -16,7 +16,7 @@ from vibrodrive.explorer.image import (
     pictures,
     values_of,
 )
-from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, words
+from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, words
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Level, Pace, Part, Work
 from vibrodrive.jit.slices import Halt, Halted
@@ -128,13 +128,24 @@ def test_curve_is_the_motion_with_its_states(eps):
 
 
 @pytest.mark.jit
-def test_description_is_that_of_the_motion_and_names_no_hash():
-    view = View.read({"at": 3.1842, "low": 3.18, "high": 3.19, "transient": 2000, "periods": 250})
-    plan = view.motion_plan()
-    told = words(motion_at(plan, Halt()), plan, view, Halt())
-    lines = vd.simulate(3.1842, section_phase=view.section_phase, transient=2000).describe().splitlines()[1:]
-    assert (told["details"], told["period"]) == (lines, 8)
-    assert "states: a cycle of more than 12" in lines
+@pytest.mark.parametrize(
+    ("more", "period"),
+    [
+        ({"at": 3.1842, "low": 3.18, "high": 3.19, "transient": 2000, "periods": 250}, 8),
+        ({"at": 3.04, "eps": 1.5e-5}, 0),
+        ({"at": 3.04, "method": "fixed", "dtau": 0.0353, "periods": 40}, 0),
+        ({"at": 2.703, "eps": 0.002}, 0),  # its first twelve periods have another status
+    ],
+)
+def test_description_is_that_of_the_record_which_the_page_names_without_a_hash(more, period):
+    view = View.read(more)
+    told = words(view.motion_plan(), view, Halt())
+    disturbed = {name: more[name] for name in ("eps", "dtau", "method") if name in more}
+    record = {"section_phase": view.section_phase, "transient": view.transient, "periods": view.recorded}
+    motion = vd.simulate(view.at, **disturbed, **record)
+    assert (told["details"], told["period"]) == (motion.describe().splitlines()[1:], period)
+    assert told["status"] == motion.status.name
+    assert period != 8 or "states: a cycle of more than 12" in told["details"]
 
 
 @pytest.mark.jit

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.batch import describe, trajectory
+from vibrodrive.batch import describe, sweep, trajectory
 from vibrodrive.explorer.view import SI, View
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, records
@@ -50,14 +50,15 @@ def curve_of(motion: trajectory.Trajectory) -> dict[str, np.ndarray]:
     return {**found, "state": states[np.searchsorted(ends, middles, "right")].astype(np.int8)}
 
 
-def words(motion: trajectory.Trajectory, plan: Plan, view: View, halt: Halt) -> dict[str, Any]:
-    """Return the status and the period of a motion, and the lines of its description, as those of `describe`."""
-    found, a = describe.long_summary(plan, halt), motion.arguments
-    lines = describe.sentences(motion.status, motion.margin, found, plan)
+def words(plan: Plan, view: View, halt: Halt) -> dict[str, Any]:
+    """Return the status and the period of the record of a plan, and the lines that `simulate` describes it with."""
+    record = sweep.compute(replace(plan, record=(records.ERROR,)), 0, 1, halt=halt)  # `simulate` bounds the error, too
+    status, found = choices.Status(int(record.status[0])), describe.long_summary(plan, halt)
+    lines = describe.sentences(status, float(record.margin[0]), found, plan)
     if view.scene == SI:
-        lines.insert(0, f"A = {a['A']:.6g}, B = {a['B']:.6g}")
-    phase = a["tau0"] % (2.0 * math.pi)
-    return {"status": motion.status.name, "period": found["period"], "phase": phase, "details": lines}
+        lines.insert(0, f"A = {plan.scalars['A']:.6g}, B = {plan.scalars['B']:.6g}")
+    phase = plan.scalars["tau0"] % (2.0 * math.pi)
+    return {"status": status.name, "period": found["period"], "phase": phase, "details": lines}
 
 
 def limit_plans(plan: Plan) -> dict[str, Plan]:

@@ -83,14 +83,13 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     if str(plan) == session.moving:
         session.later(partial(session.news, done))
         return
-    motion = motion_at(plan, halt)
-    told = words(motion, plan, view, halt)
+    told = words(plan, view, halt)
     limits = {name: session.engine.limits.get(str(of)) for name, of in limit_plans(plan).items()}
-    curves, orbit = curve_of(motion), undisturbed(plan)
+    curves, orbit = curve_of(motion_at(plan, halt)), undisturbed(plan)
     if orbit != plan:
         curves |= {f"orbit_{name}": array for name, array in curve_of(motion_at(orbit, halt)).items()}
     session.later(partial(session.send, "motion", {**done, **told, "limits": limits}, curves))
-    session.moving, session.rests = str(plan), motion.status == choices.Status.NEVER_LEAVES
+    session.moving, session.rests = str(plan), told["status"] == choices.Status.NEVER_LEAVES.name
 
 
 def show_limits(session: Session, plan: Plan, halt: Halt) -> None:
