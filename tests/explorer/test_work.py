@@ -2,6 +2,7 @@
 
 import math
 from threading import Timer
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,8 +18,9 @@ from vibrodrive.explorer.image import (
     values_of,
 )
 from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, words
+from vibrodrive.explorer.tasks import answer
 from vibrodrive.explorer.view import View
-from vibrodrive.explorer.work import Level, Pace, Part, Work
+from vibrodrive.explorer.work import Level, Pace, Part, Work, coarse_first
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import config
 from vibrodrive.model.states import LASTING
@@ -160,3 +162,49 @@ def test_limits_are_those_of_limit_and_end_when_they_are_halted():
     Timer(0.2, halt.call).start()
     with pytest.raises(Halted):
         limit_at(limit_plans(View.read({"at": 2.2}).motion_plan())["eps"], halt)
+
+
+@pytest.mark.jit
+def test_slow_map_finds_the_limit_of_its_motion_first_and_tells_how_long_it_takes(monkeypatch):
+    monkeypatch.setattr("vibrodrive.explorer.tasks.SOON", 0.0)  # every picture is slow
+    monkeypatch.setattr("vibrodrive.explorer.work.LEVEL_SECONDS", 1e-9)
+    told = []
+    session = SimpleNamespace(
+        work=None, made_from=[], asked=1, painted=0, unpainted=0, pixels=(9, 9), moving="", rests=False,
+        later=lambda change: change(), news=told.append, send=lambda kind, head, arrays: told.append(head),
+        engine=SimpleNamespace(
+            threads=1, pace=Pace(), limits={}, make_room=print, worker=SimpleNamespace(pause=lambda *_: None)
+        ),
+    )  # fmt: skip
+    session.view = view = View.read(
+        {"mode": "map", "columns": 33, "rows": 9, "periods": 66, "transient": 20, "eps": 2e-4, "at": 3.04, "at_y": 0.1}
+    )
+    answer(session, view, 1, 1, Halt())
+    pictures = [head for head in told if "complete" in head]
+    (limits,) = (news for news in told if "limits" in news and "done" not in news)
+    assert float(limits["limits"]["eps"]["k2"]) == vd.limit(3.04).k2
+    assert told.index(pictures[0]) < told.index(limits) < told.index(pictures[-1])
+    assert [head["complete"] for head in pictures] == [False] * (len(pictures) - 1) + [True]
+    assert pictures[-2]["left"] > pictures[-1]["left"] == 0.0
+
+
+@pytest.mark.jit
+def test_time_that_is_left_is_that_of_the_missing_points_at_the_mean_rate_of_the_others(monkeypatch):
+    now = iter(range(10**6))
+    monkeypatch.setattr("vibrodrive.explorer.work.perf_counter", lambda: float(next(now)))  # each level takes seconds
+    work = Work([View.read({"columns": 300, "transient": 3, "periods": 5}).plan()], 1)
+    seen = [(level.share, level.left, work.seconds) for level in work.levels(paced(1e4), Halt())]
+    assert len(seen) > 3
+    for share, left, taken in seen[1:]:
+        assert left == pytest.approx(taken * (1.0 - share) / share)
+
+
+@pytest.mark.parametrize("shape", [(300,), (40, 30)])
+def test_each_grid_is_computed_in_a_mixed_order_after_all_coarser_ones(shape):
+    order, counts = coarse_first(shape)
+    assert sorted(order) == [*range(math.prod(shape))]
+    for count, stride in zip(counts, (16, 8, 4, 2, 1)[-len(counts) :], strict=True):
+        grid = np.arange(math.prod(shape)).reshape(shape)[(slice(None, None, stride),) * len(shape)]
+        assert {*order[:count]} == {*grid.ravel()}
+    last = order[counts[-2] :] / math.prod(shape)
+    assert abs(last[: len(last) // 2].mean() - 0.5) < 0.1, "the first half is everywhere"

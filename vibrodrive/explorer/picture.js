@@ -265,7 +265,7 @@ const paint = (head, {image, palette}) => {
     page.whole = head.complete ? head.seq : 0; settle();
   }, 0));
 };
-const caption = ({title, conditions, key, count, done, complete, counts, empty}) => {
+const caption = ({title, conditions, key, count, done, left, complete, counts, empty}) => {
   say(title, "title");
   document.title = `${title} – vibrodrive`;
   say(conditions, "conditions");
@@ -276,7 +276,8 @@ const caption = ({title, conditions, key, count, done, complete, counts, empty})
   const bar = key.scale.length ? `<span class="bar"><i style="--scale: ${key.scale}"></i>${numbers.join("")}</span>` : "";
   say(bar + swatches.join(""), "key");
   const odds = Object.entries(counts).map(([words, n]) => `${n} ${words}`);
-  const text = complete ? [`${count} motions`, ...odds].join(" · ") : `coarse, ${Math.round(100 * done)} % of ${count} motions`;
+  const more = left < 2 ? "" : `, about ${left < 90 ? `${Math.ceil(left)} s` : `${Math.ceil(left / 60)} min`} more`;
+  const text = complete ? [`${count} motions`, ...odds].join(" · ") : `coarse, ${Math.round(100 * done)} % of ${count} motions${more}`;
   say((empty ? "no value in this window: press F · " : "") + text, "status");
 };
 

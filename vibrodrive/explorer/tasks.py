@@ -21,8 +21,8 @@ from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Work
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, size
-from vibrodrive.model.plan import Plan
 
+SOON = 1.0  # seconds; a picture that takes longer waits for the limits
 REST_SECONDS = 0.12  # pause between the first picture and finer pictures; a moving mouse sends the next request earlier
 
 
@@ -51,24 +51,27 @@ def answer(session: Session, view: View, seq: int, asked: int, halt: Halt) -> No
         show_motion(session, view, seq, halt)
     if session.painted != asked:
         show_picture(session, view, seq, asked, halt)
-    if not session.rests:
-        show_limits(session, view.motion_plan(), halt)
+    show_limits(session, view, halt)
 
 
 def show_picture(session: Session, view: View, seq: int, asked: int, halt: Halt) -> None:
-    """Draw the diagram or map of a view, first coarse, then with its motion, then finer."""
+    """Draw the diagram or map of a view, first coarse, then with its motion, then finer. Before a slow rest come the
+    limits of this motion."""
     for count, level in enumerate(work_of(session, view).levels(session.engine.pace, halt)):
         if count == 0 or level.complete or not session.unpainted:  # no finer picture while another is not yet sent
             head, arrays = picture_of(view, level, session.pixels[1])
             title, conditions = title_of(view)
             head |= {"seq": asked, "address": session.view.address(), "title": title, "conditions": conditions}
-            head |= {"complete": level.complete, "done": level.share, "count": level.sweep.done.size}
+            head |= {"complete": level.complete, "done": level.share, "left": level.left}
+            head["count"] = level.sweep.done.size
             session.unpainted += 1
             session.later(partial(_paint, session, head, arrays))
         if count == 0 and seq == asked:
             show_motion(session, view, seq, halt)
         if count == 0 and not level.complete:
             session.engine.worker.pause(halt, REST_SECONDS)
+        if level.left > SOON:
+            show_limits(session, view, halt)
     session.painted = asked
 
 
@@ -92,10 +95,10 @@ def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
     session.moving, session.rests = str(plan), told["status"] == choices.Status.NEVER_LEAVES.name
 
 
-def show_limits(session: Session, plan: Plan, halt: Halt) -> None:
-    """Find the limits k₂ of a motion that are not yet known, and send them one by one."""
-    known = session.engine.limits
-    for name, of in limit_plans(plan).items():
+def show_limits(session: Session, view: View, halt: Halt) -> None:
+    """Find the limits k₂ of the motion of a view that are not yet known, and send them one by one."""
+    known, plans = session.engine.limits, {} if session.rests else limit_plans(view.motion_plan())
+    for name, of in plans.items():
         if (key := str(of)) not in known:
             if len(known) == KEPT:
                 del known[next(iter(known))]  # the oldest entry
