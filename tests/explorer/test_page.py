@@ -311,6 +311,22 @@ def test_last_picture_of_a_view_is_shown_until_the_first_is_computed(tab, explor
     assert not tab.ask(shown_again), "another view"
 
 
+def test_page_works_where_the_browser_keeps_nothing(tab, explorer):
+    refused = "Object.defineProperty(window, name, {get() { throw 1; }})"
+    refused = f"for (const name of ['localStorage', 'sessionStorage']) {refused}"
+    page = tab.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": refused})
+    try:
+        tab.open(explorer.address + SMALL)
+        assert tab.ask("(() => { try { return localStorage; } catch { return 'refused'; } })()") == "refused"
+        press_key(tab, "2")
+        tab.settle("page.view.low === 3")
+        assert text(tab, "story").startswith("A ripple")
+        tab.driver.execute_script("document.querySelector('#more summary').click()")
+        tab.until("!!page.limits.eps", "the limit")
+    finally:
+        tab.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", page)
+
+
 def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0&high=3.25")
     left, top, width, height = tab.frame()
@@ -649,6 +665,11 @@ def test_text_of_a_view_stays_after_a_reload_and_the_undisturbed_orbit_lies_behi
     )
     tab.driver.refresh()
     tab.settle()
+    assert text(tab, "story").startswith("A ripple")
+    tab.open(explorer.address)
+    assert text(tab, "story").startswith("All of it"), "the printed address begins anew"
+    tab.driver.back()
+    tab.settle("page.view.low === 3")
     assert text(tab, "story").startswith("A ripple")
     tab.choose("B", "0.11")
     assert text(tab, "story").startswith("A mass slides")

@@ -112,7 +112,7 @@ const fit_now = () => {
 known.starts.forEach(({name, address}, k) => {
   const button = make(`<button><kbd>${k + 1}</kbd> ${name}</button>`);
   button.addEventListener("click", () => {
-    sessionStorage.setItem("start", page.start = k); // a page that is loaded again has the same text
+    page.start = known.starts[k];
     page.command({address});
   });
   element("starts").append(button);
@@ -120,16 +120,20 @@ known.starts.forEach(({name, address}, k) => {
 element("starts").append(make("<button id='over'>Start over</button>"));
 press("over", () => start_over());
 const start_over = () => {
-  page.kind = ""; sessionStorage.setItem("start", page.start = 0);
+  Object.assign(page, {kind: "", start: known.starts[0]});
   page.command({reset: true});
 };
-// The text of the start view chosen last, as long as nothing else has changed than what this text invites to move.
+// The text of the start view shown last, as long as nothing else has changed than what this text invites to move, and
+// part of its window is in view; otherwise of one whose window contains the view.
 const story = () => {
-  const {view} = page, {name, text, moves, view: first} = known.starts[page.start];
-  const rest = (one) => JSON.stringify({...one, ...Object.fromEntries([...PLACES, ...WINDOW, ...ENDS, moves].map((free) => [free, 0]))});
-  const apart = (low, high) => view[high] < first[low] || view[low] > first[high];
-  const valid = rest(view) === rest(first) && !apart("low", "high") && !(over_plane() && apart("y_low", "y_high"));
-  return valid ? `<strong>${name}</strong> ${text}` : known.about[over_plane() ? view.mode : view.quantity];
+  const {view} = page, rest = (one, moves) => JSON.stringify({...one, ...Object.fromEntries([...PLACES, ...WINDOW, ...ENDS, moves].map((free) => [free, 0]))});
+  const found = [page.start, ...[...known.starts].reverse()].find((start) => {
+    const {view: first, moves} = start, [one, other] = start === page.start ? ["high", "low"] : ["low", "high"];
+    const inside = (axis) => view[axis + one] >= first[axis + "low"] && view[axis + other] <= first[axis + "high"];
+    return rest(view, moves) === rest(first, moves) && inside("") && (!over_plane() || inside("y_"));
+  });
+  page.start = found ?? page.start;
+  return found ? `<strong>${found.name}</strong> ${found.text}` : known.about[over_plane() ? view.mode : view.quantity];
 };
 
 // Show an error message, beside its field if that is in view, until the next action. All fields return to what was
@@ -227,7 +231,7 @@ const judge = () => {
 };
 const know = (limits) => {
   Object.assign(page.limits, limits);
-  if (page.took > usual) localStorage.setItem("compiled", page.took);
+  if (page.took > usual) kept("compiled", page.took);
   wait("");
 };
 
@@ -247,5 +251,5 @@ window.addEventListener("keydown", (event) => {
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
 });
-element("more").open = localStorage.getItem("more") === "open";
-element("more").addEventListener("toggle", ({target}) => localStorage.setItem("more", target.open ? "open" : ""));
+element("more").open = kept("more") === "open";
+element("more").addEventListener("toggle", ({target}) => kept("more", target.open ? "open" : ""));

@@ -7,6 +7,15 @@ const COMPILES = 30; // s to compile all kernels of the page on two idle cores (
 const REST = 300; // ms without a change after which a view becomes a step of "back"
 const element = (id) => document.getElementById(id);
 const known = JSON.parse(element("known").textContent);
+// Text that the browser keeps under a name until the next visit: "" if there is none, or if it refuses to keep any.
+const kept = (name, text) => {
+  try {
+    if (text !== undefined) localStorage.setItem(name, text);
+    return localStorage.getItem(name) ?? "";
+  } catch {
+    return "";
+  }
+};
 const token = new URLSearchParams(location.search).get("token");
 const page = {
   view: null, // all fields of the view (view.py); texts that the user has typed stay texts
@@ -20,7 +29,7 @@ const page = {
   pressed: false, // a button of the mouse or a finger is down: the ordinate rests
   patience: PATIENCE, seq: 0, since: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
   kind: "", // what the picture shows
-  start: Number(sessionStorage.getItem("start") ?? 0), // number of the start view that was chosen last
+  start: known.starts.at(-1), // start view whose text was shown last
   waits: "", took: 0, // what is said while nothing arrives, and the seconds that kernels have been compiled in all
   asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
   last: "", // the last view requested
@@ -34,7 +43,7 @@ const page = {
 };
 window.explorer = page;
 let socket = null;
-const usual = Number(localStorage.getItem("compiled")) || COMPILES;
+const usual = Number(kept("compiled")) || COMPILES;
 
 const said = {};
 const say = (text, where) => {

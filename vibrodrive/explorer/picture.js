@@ -194,17 +194,11 @@ const clear_picture = () => {
 // picture of the page is there; for the first view of all a picture is supplied (docs/film.py).
 const CAPTION = ["title", "conditions"];
 const place = () => location.search.replace(/token=[^&]*&?/, "") + css("--paper");
-const keep = () => {
-  try {
-    localStorage.setItem("kept", JSON.stringify([place(), page.fitted, canvas.toDataURL(), ...CAPTION.map((id) => said[id])]));
-  } catch { // too large for the browser
-    localStorage.removeItem("kept");
-  }
-};
+const keep = () => kept("kept", JSON.stringify([place(), page.fitted, canvas.toDataURL(), ...CAPTION.map((id) => said[id])]));
 const show_kept = () => {
-  const kept = JSON.parse(localStorage.getItem("kept") ?? "[]"), own = kept[0] === place();
+  const last = JSON.parse(kept("kept") || "[]"), own = last[0] === place();
   const first = JSON.stringify(page.view) === JSON.stringify(known.view) ? known.first : [];
-  const [, fitted, picture, ...caption] = own ? kept : first;
+  const [, fitted, picture, ...caption] = own ? last : first;
   if (!picture) return;
   const dark = !own && matchMedia("(prefers-color-scheme: dark)").matches; // the supplied picture is black on white
   frame.style.background = `linear-gradient(${css("--paper")}a6 0 0), url(${picture}) 0 0 / 100% 100% white`; // pale
