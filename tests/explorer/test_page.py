@@ -444,6 +444,31 @@ def test_dark_page_keeps_the_colours_of_maps(tab, explorer):
         theme("light")
 
 
+def test_high_contrast_shows_tracks_thumbs_choices_and_swatches(tab, explorer):
+    forced = {"features": [{"name": "forced-colors", "value": "active"}]}
+    try:
+        tab.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", forced)
+        tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&compare=difference")
+        pixels = np.array(Image.open(io.BytesIO(tab.driver.get_screenshot_as_png())).convert("RGB"))
+        places = tab.driver.execute_script(
+            "const place = (one, share) => { const b = one.getBoundingClientRect();"
+            "return [b.top + b.height / 2, b.left + share * b.width].map(Math.round); };"
+            "return [...[...document.querySelectorAll('#key i')].map((one) => place(one, 0.5)),"
+            "...['#method :checked + span', '#method input:not(:checked) + span'].map((one) =>"
+            "place(document.querySelector(one), 0.07)), ...[0.01, 0.5, 0.98].map((share) =>"
+            "place(document.querySelector('[data-field=eps] [type=range]'), share))]"
+        )
+        both, fixed, certified, chosen, other, thumb, track, _ = found = [
+            tuple(pixels[at]) for at in map(tuple, places)
+        ]
+        paper = tuple(pixels[2, 2])
+        assert (len({both, fixed, certified, paper}), other) == (4, paper)
+        assert paper not in (chosen, thumb, track)
+        assert thumb != track == found[-1]
+    finally:
+        tab.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
 def test_saved_picture_contains_the_picture_of_the_page(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&compare=difference")
     saved = tab.ask("whole_picture().toDataURL()").partition(",")[2]

@@ -201,7 +201,7 @@ const show_kept = () => {
   const [, fitted, picture, ...caption] = own ? last : first;
   if (!picture) return;
   const dark = !own && matchMedia("(prefers-color-scheme: dark)").matches; // the supplied picture is black on white
-  frame.style.background = `linear-gradient(${css("--paper")}a6 0 0), url(${picture}) 0 0 / 100% 100% white`; // pale
+  frame.style.background = `linear-gradient(color-mix(in srgb, var(--paper) 65%, transparent) 0 0), url(${picture}) 0 0 / 100% 100% white`; // pale
   frame.style.backgroundBlendMode = dark ? "normal, difference" : "normal";
   Object.assign(page, {fitted, kept: setting(page.view, "picture")});
   caption.forEach((text, k) => say(text, CAPTION[k]));
@@ -209,7 +209,10 @@ const show_kept = () => {
 
 // Colours of a diagram: scales of `--ink`, `--down` and `--up` on the paper. The colours of a map come with it.
 const SHADES = 64;
-const rgb = (name) => [1, 3, 5].map((at) => parseInt(css(name).slice(at, at + 2), 16));
+const rgb = (name) => { // of the system, its colours are words
+  context.fillStyle = css(name);
+  return [1, 3, 5].map((at) => parseInt(context.fillStyle.slice(at, at + 2), 16));
+};
 const inks = () => {
   const paper = rgb("--paper"), table = new Uint32Array(3 * SHADES);
   ["--ink", "--down", "--up"].map(rgb).forEach((ink, k) => {
@@ -393,8 +396,10 @@ const whole_picture = () => {
 };
 press("png", () => whole_picture().toBlob((content) => save(`${parameter("y")}_over_${page.view.x}.png`, content)));
 
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  page.inks = null;
-  if (page.data) colour();
-  draw(); draw_motion();
-});
+for (const feature of ["prefers-color-scheme: dark", "forced-colors: active"]) {
+  matchMedia(`(${feature})`).addEventListener("change", () => {
+    page.inks = null;
+    if (page.data) colour();
+    draw(); draw_motion();
+  });
+}
