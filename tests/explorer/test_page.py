@@ -469,6 +469,23 @@ def test_high_contrast_shows_tracks_thumbs_choices_and_swatches(tab, explorer):
         tab.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 
+def test_late_picture_of_an_earlier_kind_is_not_painted(tab, explorer):
+    tab.open(explorer.address + "&mode=map&columns=20&rows=10&transient=50&periods=64")
+    assert tab.driver.title.startswith("Period, against")
+    tab.ask("(window.late = page.data, window.seen = [])")
+    sees = "requestAnimationFrame(look); window.seen.push([page.view.mode, page.data?.map, document.title])"
+    tab.driver.execute_script(f"const page = window.explorer, look = () => {{ {sees} }}; look()")
+    for key, x in (("1", "A"), ("4", "eps")):
+        press_key(tab, key)
+        tab.settle(f"page.view.mode === 'diagram' && page.view.x === '{x}'")
+        tab.ask("paint(window.late, window.late)")
+        assert tab.ask("page.data.map") is False
+    assert tab.driver.title.startswith("Velocity ξ′ of the mass, once per shake, against ripple (ε)")
+    for mode, of_map, title in tab.ask("window.seen"):
+        assert of_map in (None, mode == "map")
+        assert title == "vibrodrive" or title.startswith("Period") == (mode == "map")
+
+
 def test_saved_picture_contains_the_picture_of_the_page(tab, explorer):
     tab.open(explorer.address + SMALL + "&low=3.0&method=fixed&compare=difference")
     saved = tab.ask("whole_picture().toDataURL()").partition(",")[2]

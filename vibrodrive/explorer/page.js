@@ -148,9 +148,11 @@ page.command = (message) => {
   tell({view: page.state(), pixels: page.pixels, ...message});
 };
 
+const kind_of = (view) => ["mode", "x", "y", "quantity", "shade"].map((name) => view[name]).join();
+
 // Take a complete view from the server, and request its picture.
 const apply = (view) => {
-  const kind = ["mode", "x", "y", "quantity", "shade"].map((name) => view[name]).join(), other = kind !== page.kind;
+  const kind = kind_of(view), other = kind !== page.kind;
   Object.assign(page, {view, kind, good: {...view}});
   if (other) clear_picture();
   if (!page.begun) show_kept();

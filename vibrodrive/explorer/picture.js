@@ -187,6 +187,7 @@ const clear_picture = () => {
   frame.style.background = "";
   for (const where of ["key", "status"]) say("", where);
   for (const where of ["title", "conditions"]) say("…", where);
+  document.title = "vibrodrive";
   wait(`computing the ${page.view.mode} …`);
 };
 
@@ -244,12 +245,13 @@ const colour = () => {
   }
 };
 const paint = (head, {image, palette}) => {
-  const answers = page.busy, {began} = page, before = page.data;
+  const answers = page.busy, {began} = page, before = page.data, view = page.sent[head.seq];
+  if (kind_of(view) !== page.kind) return; // a late picture of an earlier kind
   if (head.fit && page.view.bottom === null && !head.map && head.seq === page.asked) {
     const rests = before && (page.pressed || page.played);
     if (!rests) page.fitted = [head.y, head.y + head.dh];
   }
-  page.data = {...head, image, palette, view: page.sent[head.seq]};
+  page.data = {...head, image, palette, view};
   page.kept = ""; frame.style.background = ""; page.patience = PATIENCE; colour(); draw();
   caption(head);
   if (head.seq === page.asked) remember(head.address);
