@@ -13,6 +13,7 @@ import subprocess
 import sys
 from functools import cache
 from time import monotonic, sleep
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -561,6 +562,28 @@ def test_stopped_server_is_reported_until_it_continues(opened):
         server.kill()
         server.communicate()
     opened.complaints()  # discards the messages about the lost connection
+
+
+def test_hidden_page_asks_when_it_is_shown_and_one_that_waits_says_for_whom(tab, explorer):
+    hide = "Object.defineProperty(document, 'hidden', {value: arguments[0], configurable: true})"
+    tab.open(explorer.address + SMALL)
+    tab.driver.execute_script(hide, True)
+    sent = tab.ask("(window.told = [], socket.onclose = connect, socket.close(), page.seq)")
+    tab.until("page.frames.length > 0 && socket.readyState === 1", "the connection")
+    sleep(0.3)
+    assert tab.ask("page.seq") == sent
+    tab.driver.execute_script(hide + "; document.dispatchEvent(new Event('visibilitychange'))", False)
+    tab.until("page.asked > arguments[0] && page.settled".replace("arguments[0]", str(sent)), "its picture")
+    engine = explorer._explorer.engine
+    number = max(engine.pages)
+    engine.pages[-5] = SimpleNamespace(view=read_address("mode=map"), work=None, news=print)
+    try:
+        tab.ask("Object.assign(page.data, {complete: false})")
+        engine._waits(number, -5)
+        words = "waiting for another open page: Period, against how hard it is shaken (A) and slope (B)"
+        tab.until(lambda: text(tab, "status") == words, "for whom it waits")
+    finally:
+        del engine.pages[-5]
 
 
 def test_fingers_move_zoom_and_select(tab, explorer):

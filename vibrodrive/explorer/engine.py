@@ -2,7 +2,8 @@
 
 The worker runs one task at a time, for the page that asked last. A new request replaces the task of its page, and halts
 the running task. If this is the task of another page, it is started again later, and continues from its stored results
-(`Work`). Numba is imported after the first page has been built; while the browser loads it, the worker loads kernels.
+(`Work`). Tasks that last take turns, so that no page waits for the end of another. Numba is imported after the first
+page has been built; while the browser loads it, the worker loads kernels.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from vibrodrive.model.plan import Plan
 WARMING = -1  # belongs to no page, because pages are numbered from 0
 FEWEST = 64  # least number of points of a level (work.py); a kernel computes this number of motions together
 LARGEST = 2 * 10**9  # largest number of bytes of the results of one view
+TURN = 1.0  # seconds of the first turn of a task for which another waits; each further turn is twice as long
 KEPT = 1000  # largest number of known limits, which take some hundred bytes each
 
 
@@ -30,12 +32,12 @@ Task = Callable[[Halt], None]
 class Worker:
     """Worker thread, and the requests that wait for it, by the numbers of their pages."""
 
-    def __init__(self, failed: Callable[[int, BaseException], None]) -> None:
-        self._failed = failed
+    def __init__(self, failed: Callable[[int, BaseException], None], waits: Callable[[int, int], None]) -> None:
+        self._failed, self._waits = failed, waits  # called with a page and its error, or the page for which it waits
         self._waiting: dict[int, Task] = {}  # the newest request is the last
         self._current: tuple[int, Task, Halt] | None = None
         self._changed = threading.Condition()
-        self._closed = False
+        self._closed, self._turn = False, TURN
         self._thread = threading.Thread(target=self._run, name="explorer", daemon=True)
         self._thread.start()
 
@@ -48,7 +50,7 @@ class Worker:
                     self._waiting.setdefault(running, halted)
                     halt.call()
             self._waiting.pop(page, None)
-            self._waiting[page] = task
+            self._waiting[page], self._turn = task, TURN
             self._changed.notify_all()
 
     def cancel(self, page: int) -> None:
@@ -84,12 +86,15 @@ class Worker:
     def _run(self) -> None:
         while (chosen := self._next()) is not None:
             page, task, halt = chosen
+            turn = threading.Timer(self._turn, self._end_turn, chosen)
+            turn.start()
             try:
                 task(halt)
             except Halted:
                 pass
             except BaseException as error:
                 self._failed(page, error)
+            turn.cancel()
 
     def _next(self) -> tuple[int, Task, Halt] | None:
         with self._changed:
@@ -99,7 +104,16 @@ class Worker:
                 return None
             page, task = self._waiting.popitem()
             self._current = page, task, Halt()
-            return self._current
+            for other in self._waiting:
+                self._waits(other, page)
+        return self._current
+
+    def _end_turn(self, page: int, task: Task, halt: Halt) -> None:
+        with self._changed:
+            if self._waiting and not halt.called:
+                self._waiting, self._turn = {page: task, **self._waiting}, 2.0 * self._turn
+                halt.call()
+                self._changed.notify_all()
 
 
 class Pace:
@@ -142,7 +156,7 @@ class Engine:
     def __init__(self, threads: int | None, tasks: Callable[[], Any]) -> None:
         self.threads = threads
         self.tasks = tasks
-        self.worker = Worker(self._failed)
+        self.worker = Worker(self._failed, self._waits)
         self.pace = Pace()
         self.pages: dict[int, Any] = {}
         self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, at most KEPT, by their arguments
@@ -155,6 +169,11 @@ class Engine:
         page = self.pages.get(number)
         if page is not None:
             page.later(partial(page.refuse, error))
+
+    def _waits(self, number: int, other: int) -> None:
+        if {number, other} <= {*self.pages}:
+            page = self.pages[number]
+            page.later(partial(page.wait_for, self.pages[other].view))
 
     def compiling(self) -> float:
         """Return the seconds that this process has compiled, 0 if it does not compile now."""

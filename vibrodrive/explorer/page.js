@@ -72,7 +72,7 @@ const connect = () => {
   socket.binaryType = "arraybuffer";
   socket.onopen = () => {
     page.pinged = 0;
-    if (page.view) return request(true);
+    if (page.view) return document.hidden || request(true); // who looks at another page waits for that one
     apply(known.view);
     if (known.refused) refuse(known.refused);
   };
@@ -103,6 +103,7 @@ const lost = (gone) => {
   if (gone && page.played) end_play();
   if (document.body.classList.toggle("gone", Boolean(gone)) || said.notice === said.gone) say(said.gone = gone, "notice");
 };
+document.addEventListener("visibilitychange", () => document.hidden || request(true));
 setInterval(() => {
   if (document.hidden || !socket || socket.readyState !== 1) return;
   if (page.pinged && performance.now() - page.pinged > SILENCE) lost(GONE);
@@ -163,6 +164,7 @@ const hear = (item) => {
   if (item.refused) refuse(item.refused);
   if (item.toml) save("view.toml", item.toml);
   if (item.limits) know(item.limits);
+  if (item.waits) wait(`waiting for another open page: ${item.waits}`);
   if (item.compiling) {
     page.took = item.compiling;
     wait(`compiling the program for this machine, once after an installation: ${page.took} s, usually about ${usual} s`);
@@ -182,6 +184,7 @@ const answered = ({address}) => {
 // One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion.
 const wait = (text) => {
   page.waits = text; say(page.data ? "" : text, "wait"); judge();
+  if (text && page.data && !page.data.complete) say(text, "status");
 };
 const settle = () => {
   const latest = page.last === but_for_motion(page.state());

@@ -18,6 +18,7 @@ import numpy as np
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
+from vibrodrive.explorer.controls import title_of
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.view import COLUMNS, MOST_COLUMNS, PICTURE_ROWS, View, adapted, read_address
 
@@ -95,6 +96,9 @@ class Session(WebSocketHandler):
 
     def refuse(self, error: BaseException) -> None:
         self.news({"refused": one_line(error), "done": self.seq})
+
+    def wait_for(self, view: View) -> None:
+        self.news({"waits": title_of(view)[0]})
 
     def news(self, news: Mapping[str, Any]) -> None:
         """Send these values to the page."""
