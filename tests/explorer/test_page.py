@@ -691,10 +691,22 @@ def test_limits_and_the_knob_have_signs_at_edges_and_cover_no_digits(tab, explor
     assert tab.ask("labels(ticks('x', 8), 'x')")[1:4] == ["+1e-13", "+2e-13", "+3e-13"]
 
 
-@pytest.mark.parametrize("size", [(390, 844), (640, 400)])
-def test_picture_stays_in_sight_while_a_slider_moves_in_a_narrow_column(tab, explorer, size):
+def test_page_enlarged_to_200_percent_shows_picture_and_controls_together(tab, explorer):
     try:
-        tab.resize(*size)
+        tab.resize(640, 400)  # a window of 1280 × 800
+        tab.open(explorer.address + SMALL)
+        _, top, width, height = tab.frame()
+        assert min(width, height) > 200
+        assert top + height < 400
+        slider = "return document.querySelector('[data-field=eps] [type=range]').getBoundingClientRect().bottom"
+        assert tab.driver.execute_script(slider) < 400
+    finally:
+        tab.resize(*SIZE)
+
+
+def test_picture_stays_in_sight_while_a_slider_moves_in_a_narrow_column(tab, explorer):
+    try:
+        tab.resize(*(size := (390, 844)))
         tab.open(explorer.address + SMALL)
         script = "document.querySelector('[data-field=B]').scrollIntoView({block: 'end'}); return window.scrollY"
         assert tab.driver.execute_script(script) > 100
