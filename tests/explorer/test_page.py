@@ -398,6 +398,7 @@ def test_slider_runs_until_the_structure_is_lost(tab, explorer):
     found = moments(tab)
     assert len({one["view"]["eps"] for one in found}) > 10
     assert {one["view"]["eps"] for one in found} == {one["view"]["eps"] for one in found if not one["late"]}
+    assert [older for older, _ in itertools.groupby(one["older"] for one in found)] == [False, True, False]
     tab.until(lambda: "structure lost" in text(tab, "sentence"), "the sentence")
     assert last_kept < shown(tab).eps < 1.2 * last_kept
     assert "times the limit" in text(tab, "sentence")
@@ -821,11 +822,13 @@ def judged(seen):
     """Compare all that a page has said at a moment with the package, at the setting that it showed then. Return how
     many statements were compared."""
     view, sentence, count = seen["view"], seen["sentence"], 0
-    at = {name: view["at"] if name == view["x"] else view[name] for name in ("A", "B", "eps", "dtau")}
+    said = value(sentence.split(" · ")[0].split(" = ")[1])  # the motion from which the knob has moved on
+    at = {name: said if name == view["x"] else view[name] for name in ("A", "B", "eps", "dtau")}
+    knob = (view["at"] if view["x"] == "A" else view["A"], view["B"], view["eps"], view["method"])
     common = at["A"], at["B"], at["eps"], view["method"]
     motion = motion_of(*common, at["dtau"], view["transient"], view["periods"] or 256)
     assert sentence.startswith(f"{ {'A': 'A', 'eps': 'ε'}[view['x']] } = "), sentence
-    assert value(sentence.split(" · ")[0].split(" = ")[1]) == pytest.approx(view["at"], rel=1e-9)
+    assert said == pytest.approx(view["at"], rel=1e-9) or " · …" not in sentence
     if not seen["late"]:
         time, xi = np.array(seen["curve"], float).reshape(2, -1)
         short = motion_of(*common, at["dtau"], view["transient"], 12)
@@ -855,7 +858,7 @@ def judged(seen):
             count += 1
     for mark, name, low, high in zip(seen["marks"], ("eps", "dtau"), (1e-6, 1e-4), (1e-2, 1.0), strict=True):
         if mark:
-            share = math.log(limit_in(name, *common).k2 / low) / math.log(high / low)
+            share = math.log(limit_in(name, *knob).k2 / low) / math.log(high / low)
             share = share if name == "dtau" else 0.11 + 0.89 * share
             assert mark[0] == ("▲" if 0 <= share <= 1 else "◀" if share < 0 else "▶")
             assert mark[1] == pytest.approx(np.clip(share, 0, 1), abs=5e-3)
@@ -919,5 +922,7 @@ def test_whatever_is_said_belongs_to_the_setting_beside_it_also_while_this_moves
     tab.until("!!page.limits.eps", "the limit")
     sleep(0.2)
     found = moments(tab)
+    dragged = [one["sentence"] for one in found if one["view"]["eps"] == 0 and one["view"]["at"] != 3.04]
+    assert [sentence for sentence in dragged if not re.search(r"period|impacts per shake", sentence)] == []
     assert len({json.dumps(one["view"]) for one in found}) > 60, "many settings"
     assert sum(map(judged, found)) > 100

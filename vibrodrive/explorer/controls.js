@@ -52,7 +52,10 @@ const build = (c) => {
   range?.addEventListener("keydown", () => (keyed = true));
   range?.addEventListener("pointerdown", () => (keyed = false));
   range?.addEventListener("input", () => slide(name, Number(range.value)));
-  range?.addEventListener("change", () => { page.pressed = false; page.ask(true); });
+  for (const end of ["change", "keyup"]) range?.addEventListener(end, () => {
+    if (end === "change" && keyed) return; // a key that is held down goes on
+    page.pressed = false; page.ask(true);
+  });
   control.querySelector("[data-play]")?.addEventListener("click", () => (page.played ? end_play() : start_play(name)));
 };
 for (const control of known.controls) build(control);
@@ -166,14 +169,17 @@ const play_on = () => setTimeout(() => {
   if (!name) return;
   const {slider} = fields[name], place = place_on(slider, number(name)), limit = page.limits[name];
   const rests = current("motion") && page.motion.head.status === "NEVER_LEAVES";
-  if (page.busy || !current("motion") || !(limit || rests)) return play_on(); // each step shows its motion
+  if (page.busy || !page.shown || !current("motion") || !(limit || rests)) return play_on(); // each step shows its motion
   if (place >= 1 || rests || verdict(name, limit) === "lost") return end_play();
   slide(name, Math.min(1, place + 1 / STEPS));
   play_on();
 }, 100);
 
-// Compare a disturbance with the limit k₂ of the motion. On an axis its value is that of the knob.
-const disturbance = (name) => Number(name === page.view.x ? page.view.at : over_plane() && name === page.view.y ? page.view.at_y : number(name));
+// Compare a disturbance of the motion with its limit k₂.
+const disturbance = (name) => {
+  const {view} = page.motion;
+  return Number(name === view.x ? view.at : view.mode === "map" && name === view.y ? view.at_y : view[name]);
+};
 const verdict = (name, {k2, last_kept}) => {
   const value = disturbance(name);
   return value < Number(k2) ? "kept" : value > Number(last_kept) ? "lost" : "between";
@@ -190,16 +196,17 @@ const comparison = (name, limit, others) => {
 };
 const limit_of = (name) => (page.limits[name] && current(name) ? Number(page.limits[name].k2) : NaN);
 
-// The sentence about the motion, and all else that is said: only of what belongs to the view (`current`).
+// The sentence about the motion, and all else that is said: only of what belongs to the view (`current`). What is older
+// is dimmed once, at the beginning of a movement, until its end.
 const judge = () => {
   if (!page.view) return;
   if (page.kept && page.kept !== setting(page.view, "picture")) clear_picture();
-  const {motion, limits, view, data} = page, fresh = current("motion"), older = data ? !current("picture") : page.kept !== "";
-  document.body.classList.toggle("older", older);
-  element("motion").classList.toggle("late", Boolean(motion) && !fresh);
+  const {motion, limits, data} = page, calm = !page.played && !page.pressed, {classList} = document.body;
+  const fresh = current("motion"), near = current("neighbour"), moves = !calm && classList.contains("older");
+  classList.toggle("older", data ? moves || !current("picture") : page.kept !== "");
+  element("motion").classList.toggle("late", Boolean(motion) && !near);
   if (data?.complete && !current("window")) say("…", "status");
   say(story(), "story");
-  const calm = !page.played && !page.pressed;
   for (const one of ["sentence", "status"]) element(one).ariaLive = calm ? "polite" : "off";
   for (const name of ["eps", "dtau"]) {
     const {mark, slider} = fields[name], k2 = limit_of(name), place = place_on(slider, k2), away = place < 0 ? "◀" : "▶";
@@ -208,23 +215,25 @@ const judge = () => {
     mark.textContent = place >= 0 && place <= 1 ? "▲" : away;
     mark.title = `k₂ = ${digits(k2)}, the limit of the motion below`;
   }
-  const shown = JSON.stringify([older, limit_of("eps"), limit_of("dtau")]);
+  const shown = JSON.stringify([current("picture"), limit_of("eps"), limit_of("dtau")]);
   if (shown !== page.marked) draw(page.marked = shown);
   if (!motion) return;
-  const {status, period, details} = motion.head, step = known.steps[view.method];
+  const {status, period, hits, details} = motion.head, step = known.steps[motion.view.method];
   const names = step ? (disturbance("eps") > 0 ? ["dtau", "eps"] : ["dtau"]) : ["eps"];
-  const found = names.filter((name) => current(name) && limits[name]), none = found.length && !(limits[found[0]].period > 0);
-  const own = !fresh ? "…" : status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
-    : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? "" : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period";
-  const parts = [label_of_x(), own];
-  if (fresh && status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
-  else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
-  else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));
+  const found = names.filter((name) => limits[name]), none = found.length && !(limits[found[0]].period > 0), parts = [];
+  if (!near) parts.push(label_of_x(), "…");
+  else {
+    parts.push(label_of_x(motion.view), status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
+      : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? hits : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period");
+    if (status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
+    else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
+    else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));
+  }
   if (page.waits && !(fresh && found.length === names.length)) parts.push(page.waits);
-  else if (fresh && status !== "NEVER_LEAVES" && found.length < names.length) parts.push(calm ? "finding the limit of its structure …" : "…");
+  else if (fresh && calm && status !== "NEVER_LEAVES" && found.length < names.length) parts.push("finding the limit of its structure …");
   say(parts.filter(Boolean).join(" · "), "sentence");
   const lines = found.map((name) => `k₂ in ${label_of(name)}: ${limits[name].k2 === "nan" ? "none" : digits(Number(limits[name].k2), 4)}, ${limits[name].how}`);
-  say([...(fresh ? details : ["…"]), ...lines].map((line) => `<p>${line}</p>`).join(""), "words");
+  say((near ? [...details, ...lines] : ["…"]).map((line) => `<p>${line}</p>`).join(""), "words");
   for (const [id, what] of [["phase", "Phase curve: velocity over gap"], ["time", "Gap over time"]]) {
     element(id).ariaLabel = `${what}. ${element("sentence").textContent}`;
   }

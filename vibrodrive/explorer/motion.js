@@ -13,7 +13,7 @@ const move = (head, found) => {
   page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: page.sent[head.done]};
   page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
   clock.at %= found.time.at(-1); draw_motion(); place_handle(box_of());
-  requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
+  page.shown = 0; requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
   if (head.done === page.seq) answered(head); else judge();
 };
 

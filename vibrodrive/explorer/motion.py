@@ -51,14 +51,15 @@ def curve_of(motion: trajectory.Trajectory) -> dict[str, np.ndarray]:
 
 
 def words(plan: Plan, view: View, halt: Halt) -> dict[str, Any]:
-    """Return the status and the period of the record of a plan, and the lines that `simulate` describes it with."""
+    """Return status, period and impacts of the record of a plan, and the lines that `simulate` describes it with."""
     record = sweep.compute(replace(plan, record=(records.ERROR,)), 0, 1, halt=halt)  # `simulate` bounds the error, too
     status, found = choices.Status(int(record.status[0])), describe.long_summary(plan, halt)
     lines = describe.sentences(status, float(record.margin[0]), found, plan)
     if view.scene == SI:
         lines.insert(0, f"A = {plan.scalars['A']:.6g}, B = {plan.scalars['B']:.6g}")
     phase = plan.scalars["tau0"] % (2.0 * math.pi)
-    return {"status": status.name, "period": found["period"], "phase": phase, "details": lines}
+    hits = f"{found['impacts']:.3g} impacts per shake" if found["impacts"] >= 0.0 else ""
+    return {"status": status.name, "period": found["period"], "hits": hits, "phase": phase, "details": lines}
 
 
 def limit_plans(plan: Plan) -> dict[str, Plan]:

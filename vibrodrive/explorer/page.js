@@ -39,6 +39,7 @@ const page = {
   limits: {}, // its limits k₂, by name
   played: "", // field whose slider ▶ moves at present
   refused: "", pixels: null, file: null,
+  shown: 0, // time at which the motion was painted, 0 until it is
   frames: [], latencies: [], // times at which pictures were painted, and their delay after the change (ms)
 };
 window.explorer = page;
@@ -52,13 +53,15 @@ const say = (text, where) => {
 const over_plane = () => page.view.mode === "map";
 
 // What is on the page belongs to one setting. A picture, a motion or a limit of another view is dimmed, and says nothing
-// (`judge`), if a field differs on which it depends: a picture that is moved or zoomed keeps its place on the axes.
+// (`judge`), if a field differs on which it depends: a picture that is moved or zoomed keeps its place on the axes, and
+// a motion from which the knob has moved on is its neighbour, and keeps its sentence.
 const PLACES = ["at", "at_y"], WINDOW = ["low", "high", "columns", "y_low", "y_high", "rows"], ENDS = ["bottom", "top"];
 const DRAWN = [...PLACES, ...WINDOW, ...ENDS, "mode", "x", "scale", "y", "y_scale", "quantity", "shade", "compare"];
 const SEARCHED = [...DRAWN, "section_phase", "transient", "periods", "tol", "dtau"];
-const FREE = {window: PLACES, picture: [...PLACES, ...WINDOW], motion: DRAWN, dtau: SEARCHED, eps: [...SEARCHED, "method", "eps"]};
+const FREE = {window: PLACES, picture: [...PLACES, ...WINDOW], neighbour: DRAWN, motion: DRAWN, dtau: SEARCHED, eps: [...SEARCHED, "method", "eps"]};
 const setting = (view, what) => {
-  const on_axes = what in {window: 0, picture: 0} ? {} : {[view.x]: view.at, ...(view.mode === "map" && {[view.y]: view.at_y})};
+  const [at, at_y] = what === "neighbour" ? ["x", "y"] : [view.at, view.at_y];
+  const on_axes = what in {window: 0, picture: 0} ? {} : {[view.x]: at, ...(view.mode === "map" && {[view.y]: at_y})};
   const free = what === "picture" && view.mode !== "map" ? [...FREE.picture, ...ENDS] : FREE[what];
   return JSON.stringify({...view, ...on_axes, ...Object.fromEntries(free.map((name) => [name, 0]))});
 };

@@ -147,12 +147,12 @@ const place_picture = ({width, height}) => {
   odd_canvas.style.transform = `translate(${right}px) scale(${wider}, 1)`;
 };
 // The knob is on the horizontal axis or, in a map, at the point of its motion.
-const label_of_x = () => {
+const label_of_x = (view = page.view) => {
   const value = (k, v) => {
     const [symbol, unit] = known.symbols[parameter(k)].replace(")", "").split(" (");
     return [symbol, "=", pretty(plain(v * factor_of(k), 10)), unit].join(" ").trim();
   };
-  return value("x", page.view.at) + (over_plane() ? `, ${value("y", page.view.at_y)}` : "");
+  return value("x", view.at) + (over_plane() ? `, ${value("y", view.at_y)}` : "");
 };
 const place_handle = ({left, top, width, height}) => {
   const [[x0, x1], [y0, y1]] = [span("x"), span("y")], map = over_plane(), [tag] = handle.children;
@@ -336,7 +336,7 @@ const lift = (event) => {
   const dragged = pointers.far;
   if (event.type === "pointerup" && !dragged && pointers.part !== "y") choose_at(...inside(event));
   pointers.far = true; // the other finger does not click
-  begin();
+  begin(); judge();
   if (!page.pressed && dragged && page.view.bottom === null) page.ask(true); // the ordinate may move now
 };
 for (const kind of ["pointerup", "pointercancel"]) figure.addEventListener(kind, lift);
