@@ -180,9 +180,11 @@ def test_page_fits_its_window_and_has_a_value_for_each_dot(tab, explorer, size):
         left, top, width, height = tab.frame()
         dot = 2 if size[0] > 3000 else 1  # a dot of one pixel would vanish on a projector
         assert image(tab)[0].shape == (round(height / dot), round(width / dot))
-        wide, tall = tab.driver.execute_script(
-            "const page = document.documentElement; return [page.scrollWidth, page.scrollHeight]"
+        wide, tall, cut = tab.driver.execute_script(
+            "const page = document.documentElement, {scrollWidth, offsetWidth} = document.getElementById('conditions');"
+            "return [page.scrollWidth, page.scrollHeight, scrollWidth - offsetWidth]"
         )
+        assert cut <= 0, "the conditions are complete"
         assert wide <= size[0]
         assert touch or tall <= size[1]  # only on a phone the page scrolls
         assert 0 <= left < left + width <= size[0]
@@ -296,6 +298,8 @@ def test_link_restores_the_view(tab, explorer):
     labels, exponents = tab.ask("[labels(ticks('x', 8), 'x'), ticks('x', 8)]")
     assert labels[:5] == ["1e-6", "2e-6", "5e-6", "1e-5", "2e-5"]
     assert list(map(float, labels)) == pytest.approx([10**u for u in exponents], rel=0.005)
+    key = tab.ask("decades_in(Math.log10(0.003), Math.log10(0.03), 5)")
+    assert [10**u for u in key] == pytest.approx([0.005, 0.01, 0.02]), "a key between two decades"
     command, link, _ = text(tab, "link").split('"')
     assert command == "vibrodrive explore "
     assert "token" not in link
@@ -643,6 +647,10 @@ def test_page_is_used_without_a_mouse(tab, explorer):
     told = [slider.get_attribute("aria-valuetext") for slider in sliders if slider.is_displayed()]
     assert told == ["ε = 0", "Δτ = 0.1", "B = 0.1"]
     assert tab.driver.title.startswith("Velocity ξ′ of the mass, once per shake, against how hard it is shaken (A)")
+    tab.driver.execute_script("document.getElementById('more').open = true")
+    field = tab.driver.find_element("id", "eta")
+    assert field.get_attribute("value") == "100.995"
+    assert float(tab.ask("(arguments[0].focus(), arguments[0].value)", field)) == pytest.approx(vd.ETA, rel=1e-14)
     summary = tab.driver.find_element("css selector", ".menu summary")
     summary.send_keys("\ue007")
     assert text(tab, "starts").startswith("1 All of it")

@@ -49,6 +49,7 @@ const build = (c) => {
   const input = control.querySelector(`#${name}`), range = control.querySelector("[type=range]");
   fields[name] = {...c, control, input, range, mark: control.querySelector("b")};
   input.addEventListener("change", ({target}) => page.enter(name, target.value));
+  for (const kind of ["focus", "blur"]) if (!options.length) input.addEventListener(kind, () => show_field(name));
   range?.addEventListener("keydown", () => (keyed = true));
   range?.addEventListener("pointerdown", () => (keyed = false));
   range?.addEventListener("input", () => slide(name, Number(range.value)));
@@ -92,16 +93,23 @@ const hidden_now = () => {
   return away;
 };
 
+// A number in a field has as many digits as there is room for and, while one types in it, all.
+const show_field = (name) => {
+  const {input, factor} = fields[name], value = page.view[name] ?? "";
+  const digits = input === document.activeElement || Number.isInteger(value) ? 15 : 6;
+  input.value = typeof value === "number" ? plain(value * factor, digits) : value;
+};
 // Show the view in all controls, also in the one in which one types if its text is refused.
 const show_controls = (refused) => {
   const away = hidden_now(), {view} = page;
   for (const [name, {control, input, range, slider, factor, options, only}] of Object.entries(fields)) {
     control.hidden = away.includes(name) || (only !== "" && only !== view.mode && only !== view.scene);
-    const value = view[name] ?? "", shown = typeof value === "number" ? plain(value * factor, 15) : value;
+    const value = view[name];
     if (input.className === "radios") for (const radio of input.querySelectorAll("input")) radio.checked = radio.value === value;
-    else if (input !== document.activeElement || options.length || refused) input.value = shown;
-    const place = range && place_on(slider, number(name));
-    if (range && Number.isFinite(place)) Object.assign(range, {value: place, ariaValueText: `${label_of(name)} = ${pretty(shown)}`});
+    else if (options.length) input.value = value;
+    else if (input !== document.activeElement || refused) show_field(name);
+    const place = range && place_on(slider, number(name)), shown = pretty(plain(number(name) * factor, 15));
+    if (range && Number.isFinite(place)) Object.assign(range, {value: place, ariaValueText: `${label_of(name)} = ${shown}`});
   }
   fields.dtau.control.classList.toggle("idle", !known.steps[view.method]);
   element("dive").hidden = !over_plane();

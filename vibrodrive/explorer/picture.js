@@ -44,7 +44,9 @@ const round = (low, high, most = 8) => {
 // Coordinates of the ticks. A logarithmic axis has them at 1 to 9, at 1, 2 and 5, or at 1 of each decade, or of some.
 const ticks = (k, most) => {
   const [start, end] = span(k), f = factor_of(k);
-  if (scale_of(k) !== "log") return round(start * f, end * f, most).map((u) => u / f);
+  return scale_of(k) === "log" ? decades_in(start, end, most) : round(start * f, end * f, most).map((u) => u / f);
+};
+const decades_in = (start, end, most) => {
   if (end - start < 0.7) return round(10 ** start, 10 ** end, most).map(Math.log10);
   const decades = round(start, end, most).filter(Number.isInteger);
   const within = (factors) => Array.from({length: Math.ceil(end) - Math.floor(start) + 1}, (_, n) => Math.floor(start) + n)
@@ -269,7 +271,7 @@ const caption = ({title, conditions, key, count, done, left, complete, counts, e
   document.title = `${title} – vibrodrive`;
   say(conditions, "conditions");
   const swatches = key.swatches.map(([colour, name]) => `<span class="entry"><i style="background: ${colour}"></i>${name}</span>`);
-  const [low, high, log] = key.ends, values = log ? round(Math.log10(low), Math.log10(high), 5).map((u) => 10 ** u) : round(low, high, 6);
+  const [low, high, log] = key.ends, values = log ? decades_in(Math.log10(low), Math.log10(high), 5).map((u) => 10 ** u) : round(low, high, 6);
   const share = (v) => (log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
   const numbers = values.map((v) => `<span style="left: ${100 * share(v)}%">${pretty(plain(v, 4))}</span>`);
   const bar = key.scale.length ? `<span class="bar"><i style="--scale: ${key.scale}"></i>${numbers.join("")}</span>` : "";
