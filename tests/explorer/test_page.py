@@ -11,6 +11,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from functools import cache
 from time import monotonic, sleep
 from types import SimpleNamespace
@@ -26,6 +27,7 @@ import vibrodrive as vd
 from tests.support.chromium import browser, lacking
 from vibrodrive.explorer.image import values_of
 from vibrodrive.explorer.motion import POINTS
+from vibrodrive.explorer.tasks import show_picture
 from vibrodrive.explorer.view import read_address
 from vibrodrive.explorer.work import compute_into
 from vibrodrive.jit.slices import Halted
@@ -306,14 +308,23 @@ def test_link_restores_the_view(tab, explorer):
     assert read_address(link) == view
 
 
-def test_last_picture_of_a_view_is_shown_until_the_first_is_computed(tab, explorer):
-    shown_again = "(show_kept(), frame.style.background.includes('data:image/png'))"
-    tab.open(explorer.address + "&columns=100&transient=50&periods=20")
-    tab.until("localStorage.getItem('kept')?.includes('columns=100')", "the picture is kept")
-    assert tab.ask(shown_again)
-    tab.open(explorer.address + "&columns=100&transient=50&periods=21")
-    tab.driver.execute_script("history.replaceState(null, '', location.href + '&B=0.3')")
-    assert not tab.ask(shown_again), "another view"
+def test_supplied_picture_is_shown_until_the_first_is_computed(tab, explorer, monkeypatch):
+    go_on = threading.Event()
+    monkeypatch.setattr(
+        "vibrodrive.explorer.tasks.show_picture",
+        lambda *arguments: go_on.wait(tab.PATIENCE) and show_picture(*arguments),
+    )
+    try:
+        tab.driver.get(explorer.address)
+        tab.until("!!page?.data", "the supplied picture")
+        assert tab.ask("[page.data.seq, page.settled, page.data.count, page.frames.length]") == [0, False, 900, 0]
+        assert text(tab, "title").startswith("Velocity")
+        (low, high), (_, (_, y, _, dh)) = tab.ask("page.fitted"), image(tab)
+        assert (low, high) == (y, y + dh)
+    finally:
+        go_on.set()
+    tab.settle()
+    assert tab.ask("page.data.seq") > 0
 
 
 def test_page_works_where_the_browser_keeps_nothing(tab, explorer):

@@ -208,10 +208,9 @@ const limit_of = (name) => (page.limits[name] && current(name) ? Number(page.lim
 // is dimmed once, at the beginning of a movement, until its end.
 const judge = () => {
   if (!page.view) return;
-  if (page.kept && page.kept !== setting(page.view, "picture")) clear_picture();
   const {motion, limits, data} = page, calm = !page.played && !page.pressed, {classList} = document.body;
   const fresh = current("motion"), near = current("neighbour"), moves = !calm && classList.contains("older");
-  classList.toggle("older", data ? moves || !current("picture") : page.kept !== "");
+  classList.toggle("older", Boolean(data) && (moves || !current("picture")));
   element("motion").classList.toggle("late", Boolean(motion) && !near);
   if (data?.complete && !current("window")) say("…", "status");
   say(story(), "story");
@@ -225,7 +224,7 @@ const judge = () => {
   }
   const shown = JSON.stringify([current("picture"), limit_of("eps"), limit_of("dtau")]);
   if (shown !== page.marked) draw(page.marked = shown);
-  if (!motion) return;
+  if (!motion) return say(page.waits, "sentence");
   const {status, period, hits, details} = motion.head, step = known.steps[motion.view.method];
   const names = step ? (disturbance("eps") > 0 ? ["dtau", "eps"] : ["dtau"]) : ["eps"];
   const found = names.filter((name) => limits[name]), none = found.length && !(limits[found[0]].period > 0), parts = [];

@@ -19,7 +19,7 @@ const kept = (name, text) => {
 const token = new URLSearchParams(location.search).get("token");
 const page = {
   view: null, // all fields of the view (view.py); texts that the user has typed stay texts
-  good: {}, sent: {}, // the last view that the server has accepted, and the views of the requests by their numbers
+  good: {}, sent: [known.view], // the last view that the server has accepted, and the views of the requests by their numbers
   fitted: [-1, 1], // range of the values, which the ordinate shows unless it was moved
   busy: false, // a view has been requested, and its answer has not yet arrived
   pending: false, // the view has changed since the last request
@@ -34,7 +34,6 @@ const page = {
   asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
   last: "", // the last view requested
   data: null, // head of the last picture, with its view
-  kept: "", // setting of the pale picture that is shown instead until the first one is computed
   motion: null, // head and arrays of the motion that is shown, with its view
   limits: {}, // its limits k₂, by name
   played: "", // field whose slider ▶ moves at present
@@ -78,6 +77,7 @@ const connect = () => {
     if (page.view) return document.hidden || request(true); // who looks at another page waits for that one
     apply(known.view);
     if (known.refused) refuse(known.refused);
+    if (known.stored) stored().then(([first]) => page.data || receive(first, {seq: 0})); // until a picture is computed
   };
   socket.onclose = () => {
     page.busy = false; lost(GONE);
@@ -86,16 +86,29 @@ const connect = () => {
   };
   socket.onmessage = ({data}) => {
     page.pinged = 0; lost("");
-    if (typeof data === "string") return hear(JSON.parse(data));
-    const length = new DataView(data).getInt32(0, true);
-    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), found = {};
-    const kinds = {u1: Uint8Array, u2: Uint16Array, u4: Uint32Array, i1: Int8Array, f4: Float32Array};
-    for (const [name, [type, shape, at]] of Object.entries(head.arrays)) {
-      const size = shape.reduce((a, b) => a * b, 1);
-      found[name] = Object.assign(new kinds[type](data, 4 + length + at, size), {shape});
-    }
-    ({picture: paint, motion: move})[head.kind](head, found);
+    if (typeof data === "string") hear(JSON.parse(data)); else receive(data);
   };
+};
+// Take a message with arrays (session.py), or with more in its head.
+const receive = (data, more) => {
+  const length = new DataView(data).getInt32(0, true);
+  const head = {...JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), ...more}, found = {};
+  const kinds = {u1: Uint8Array, u2: Uint16Array, u4: Uint32Array, i1: Int8Array, f4: Float32Array};
+  for (const [name, [type, shape, at]] of Object.entries(head.arrays)) {
+    const size = shape.reduce((a, b) => a * b, 1);
+    found[name] = Object.assign(new kinds[type](data, 4 + length + at, size), {shape});
+  }
+  ({picture: paint, motion: move})[head.kind](head, found);
+};
+// Such messages that the page contains.
+const stored = async () => {
+  const bytes = Uint8Array.from(atob(known.stored), (letter) => letter.charCodeAt(0)), found = [];
+  const all = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+  for (let at = 0; at < all.byteLength;) {
+    const from = at + 4, length = new DataView(all).getInt32(at, true);
+    found.push(all.slice(from, at = from + length));
+  }
+  return found;
 };
 const tell = (message) => {
   if (!message.ping && !message.toml) page.seq += 1; // these two replace no running request
@@ -159,7 +172,6 @@ const apply = (view) => {
   const kind = kind_of(view), other = kind !== page.kind;
   Object.assign(page, {view, kind, good: {...view}});
   if (other) clear_picture();
-  if (!page.begun) show_kept();
   show_controls(); draw(); page.ask(true);
 };
 const hear = (item) => {
@@ -184,7 +196,7 @@ const answered = ({address}) => {
   settle();
 };
 
-// One line in the middle of the frame or, if a picture is there, in place of the sentence about the motion.
+// One line in the middle of the frame or, if a picture is there, in the sentence about the motion.
 const wait = (text) => {
   page.waits = text; say(page.data ? "" : text, "wait"); judge();
   if (text && page.data && !page.data.complete) say(text, "status");
@@ -202,7 +214,6 @@ const remember = (address) => {
     if (url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
     element("link").textContent = `vibrodrive explore "?${address}"`;
     page.begun = true; page.waiting = 0;
-    if (page.settled) keep();
   }, REST);
 };
 window.addEventListener("popstate", () => page.command({address: location.search.slice(1)}));

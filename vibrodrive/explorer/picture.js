@@ -185,29 +185,11 @@ const measure = () => {
 new ResizeObserver(measure).observe(element("figure"));
 
 const clear_picture = () => {
-  Object.assign(page, {data: null, kept: ""});
-  frame.style.background = "";
+  page.data = null;
   for (const where of ["key", "status"]) say("", where);
   for (const where of ["title", "conditions"]) say("…", where);
   document.title = "vibrodrive";
   wait(`computing the ${page.view.mode} …`);
-};
-
-// The last complete picture stays in the browser. When its view is opened again, it is shown, pale, until the first
-// picture of the page is there; for the first view of all a picture is supplied (docs/film.py).
-const CAPTION = ["title", "conditions"];
-const place = () => location.search.replace(/token=[^&]*&?/, "") + css("--paper");
-const keep = () => kept("kept", JSON.stringify([place(), page.fitted, canvas.toDataURL(), ...CAPTION.map((id) => said[id])]));
-const show_kept = () => {
-  const last = JSON.parse(kept("kept") || "[]"), own = last[0] === place();
-  const first = JSON.stringify(page.view) === JSON.stringify(known.view) ? known.first : [];
-  const [, fitted, picture, ...caption] = own ? last : first;
-  if (!picture) return;
-  const dark = !own && matchMedia("(prefers-color-scheme: dark)").matches; // the supplied picture is black on white
-  frame.style.background = `linear-gradient(color-mix(in srgb, var(--paper) 65%, transparent) 0 0), url(${picture}) 0 0 / 100% 100% white`; // pale
-  frame.style.backgroundBlendMode = dark ? "normal, difference" : "normal";
-  Object.assign(page, {fitted, kept: setting(page.view, "picture")});
-  caption.forEach((text, k) => say(text, CAPTION[k]));
 };
 
 // Colours of a diagram: scales of `--ink`, `--down` and `--up` on the paper. The colours of a map come with it.
@@ -249,19 +231,19 @@ const colour = () => {
 const paint = (head, {image, palette}) => {
   const answers = page.busy, {began} = page, before = page.data, view = page.sent[head.seq];
   if (kind_of(view) !== page.kind) return; // a late picture of an earlier kind
-  if (head.fit && page.view.bottom === null && !head.map && head.seq === page.asked) {
+  if (head.fit && page.view.bottom === null && !head.map && (head.seq === page.asked || !before)) {
     const rests = before && (page.pressed || page.played);
     if (!rests) page.fitted = [head.y, head.y + head.dh];
   }
   page.data = {...head, image, palette, view};
-  page.kept = ""; frame.style.background = ""; page.patience = PATIENCE; colour(); draw();
+  page.patience = PATIENCE; colour(); draw();
   caption(head);
   if (head.seq === page.asked) remember(head.address);
   wait("");
   requestAnimationFrame(() => setTimeout(() => {
     const now = performance.now();
     if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
-    page.frames.push(now);
+    if (head.seq) page.frames.push(now);
     if (answers) page.latencies.push(now - began);
     page.whole = head.complete ? head.seq : 0; settle();
   }, 0));

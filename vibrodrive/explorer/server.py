@@ -77,8 +77,8 @@ def build(view: View, refused: str) -> str:
     is not the view of the address, or ""."""
     names = "page.html", "page.css", *SCRIPTS
     text, style, *scripts = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
-    first = json.loads((Path(__file__).parent / "first.json").read_text(encoding="utf-8")) if view == View() else []
-    told = json.dumps({**known(), "view": view.state(), "refused": refused, "first": first}).replace("</", "<\\/")
+    first = json.loads((Path(__file__).parent / "first.json").read_text(encoding="utf-8")) if view == View() else ""
+    told = json.dumps({**known(), "view": view.state(), "refused": refused, "stored": first}).replace("</", "<\\/")
     for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
         text = text.replace("{{ " + name + " }}", part)
     return text

@@ -6,11 +6,13 @@ the head as JSON with the type, the shape and the place of each array, and the a
 
 from __future__ import annotations
 
+import base64
 import html
 import itertools
 import json
 import struct
-from collections.abc import Callable, Mapping
+import zlib
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -105,21 +107,32 @@ class Session(WebSocketHandler):
         self._write(json.dumps(news))
 
     def send(self, kind: str, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Send arrays to the page, each at a multiple of 8 bytes."""
-        places, parts, at = {}, [], 0
-        for name, array in arrays.items():
-            places[name] = array.dtype.str[1:], array.shape, at
-            part = np.ascontiguousarray(array).tobytes()
-            parts.append(part + bytes(-len(part) % 8))
-            at += len(parts[-1])
-        text = json.dumps({**head, "kind": kind, "arrays": places}).encode()
-        text += b" " * (-(len(text) + 4) % 8)
-        self._write(b"".join([struct.pack("<i", len(text)), text, *parts]))
+        """Send arrays to the page."""
+        self._write(message_of(kind, head, arrays))
 
     def _write(self, content: str | bytes) -> None:
         with suppress(WebSocketClosedError):
             sent = self.write_message(content, binary=isinstance(content, bytes))
             sent.add_done_callback(lambda sent: sent.cancelled() or sent.exception())  # the page may be closed by then
+
+
+def message_of(kind: str, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return a message with arrays, each at a multiple of 8 bytes."""
+    places, parts, at = {}, [], 0
+    for name, array in arrays.items():
+        places[name] = array.dtype.str[1:], array.shape, at
+        part = np.ascontiguousarray(array).tobytes()
+        parts.append(part + bytes(-len(part) % 8))
+        at += len(parts[-1])
+    text = json.dumps({**head, "kind": kind, "arrays": places}).encode()
+    text += b" " * (-(len(text) + 4) % 8)
+    return b"".join([struct.pack("<i", len(text)), text, *parts])
+
+
+def stored(messages: Iterable[bytes]) -> str:
+    """Return messages with arrays as text that a page contains: each with its length before it, compressed."""
+    parts = (part for message in messages for part in (struct.pack("<i", len(message)), message))
+    return base64.b64encode(zlib.compress(b"".join(parts), 9)).decode()
 
 
 def one_line(error: BaseException) -> str:

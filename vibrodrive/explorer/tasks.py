@@ -18,7 +18,7 @@ from vibrodrive.explorer.image import fitting_range, picture_of, pictures
 from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, undisturbed, words
 from vibrodrive.explorer.session import Session
 from vibrodrive.explorer.view import View
-from vibrodrive.explorer.work import Work
+from vibrodrive.explorer.work import Level, Work
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, size
 
@@ -59,13 +59,9 @@ def show_picture(session: Session, view: View, seq: int, asked: int, halt: Halt)
     limits of this motion."""
     for count, level in enumerate(work_of(session, view).levels(session.engine.pace, halt)):
         if count == 0 or level.complete or not session.unpainted:  # no finer picture while another is not yet sent
-            head, arrays = picture_of(view, level, session.pixels[1])
-            title, conditions = title_of(view)
-            head |= {"seq": asked, "address": session.view.address(), "title": title, "conditions": conditions}
-            head |= {"complete": level.complete, "done": level.share, "left": level.left}
-            head["count"] = level.sweep.done.size
+            head, arrays = titled_picture(view, level, session.pixels[1])
             session.unpainted += 1
-            session.later(partial(_paint, session, head, arrays))
+            session.later(partial(_paint, session, head | {"seq": asked, "address": session.view.address()}, arrays))
         if count == 0 and seq == asked:
             show_motion(session, view, seq, halt)
         if count == 0 and not level.complete:
@@ -73,6 +69,14 @@ def show_picture(session: Session, view: View, seq: int, asked: int, halt: Halt)
         if level.left > SOON:
             show_limits(session, view, halt)
     session.painted = asked
+
+
+def titled_picture(view: View, level: Level, height: int) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return the picture of `picture_of` with its title, and how much of it is computed."""
+    head, arrays = picture_of(view, level, height)
+    title, conditions = title_of(view)
+    head |= {"title": title, "conditions": conditions, "complete": level.complete, "done": level.share}
+    return head | {"left": level.left, "count": level.sweep.done.size}, arrays
 
 
 def _paint(session: Session, head: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
