@@ -181,7 +181,7 @@ def test_page_fits_its_window_and_has_a_value_for_each_dot(tab, explorer, size):
         tab.open(explorer.address + "&transient=50&periods=20")
         left, top, width, height = tab.frame()
         dot = 2 if size[0] > 3000 else 1  # a dot of one pixel would vanish on a projector
-        assert image(tab)[0].shape == (round(height / dot), round(width / dot))
+        assert image(tab)[0].shape == tuple(math.floor(round(length) / dot + 0.5) for length in (height, width))
         wide, tall, cut = tab.driver.execute_script(
             "const page = document.documentElement, {scrollWidth, offsetWidth} = document.getElementById('conditions');"
             "return [page.scrollWidth, page.scrollHeight, scrollWidth - offsetWidth]"
@@ -318,7 +318,7 @@ def test_supplied_picture_is_shown_until_the_first_is_computed(tab, explorer, mo
         tab.driver.get(explorer.address)
         tab.until("!!page?.data", "the supplied picture")
         assert tab.ask("[page.data.seq, page.settled, page.data.count, page.frames.length]") == [0, False, 900, 0]
-        assert text(tab, "title").startswith("Velocity")
+        assert text(tab, "subject").startswith("Velocity")
         (low, high), (_, (_, y, _, dh)) = tab.ask("page.fitted"), image(tab)
         assert (low, high) == (y, y + dh)
     finally:
@@ -657,7 +657,9 @@ def test_page_is_used_without_a_mouse(tab, explorer):
     sliders = tab.driver.find_elements("css selector", "#main [type=range]")
     told = [slider.get_attribute("aria-valuetext") for slider in sliders if slider.is_displayed()]
     assert told == ["ε = 0", "Δτ = 0.1", "B = 0.1"]
-    assert tab.driver.title.startswith("Velocity ξ′ of the mass, once per shake, against how hard it is shaken (A)")
+    assert text(tab, "title") == "Shake it harder: when does it lose its beat?"
+    assert text(tab, "subject") == "Velocity ξ′ of the mass, once per shake, against how hard it is shaken (A)"
+    assert tab.driver.title == text(tab, "subject") + " – vibrodrive"
     tab.driver.execute_script("document.getElementById('more').open = true")
     field = tab.driver.find_element("id", "eta")
     assert field.get_attribute("value") == "100.995"

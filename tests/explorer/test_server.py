@@ -3,7 +3,6 @@
 import asyncio
 import base64
 import gc
-import io
 import json
 import math
 import os

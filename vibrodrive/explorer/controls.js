@@ -213,7 +213,7 @@ const judge = () => {
   classList.toggle("older", Boolean(data) && (moves || !current("picture")));
   element("motion").classList.toggle("late", Boolean(motion) && !near);
   if (data?.complete && !current("window")) say("…", "status");
-  say(story(), "story");
+  say(story(), "story"); say(known.questions[over_plane() ? page.view.shade : page.view.x], "title");
   for (const one of ["sentence", "status"]) element(one).ariaLive = calm ? "polite" : "off";
   for (const name of ["eps", "dtau"]) {
     const {mark, slider} = fields[name], k2 = limit_of(name), place = place_on(slider, k2), away = place < 0 ? "◀" : "▶";

@@ -15,26 +15,26 @@ QUANTITIES = records.QUANTITIES
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
 
 WORDS = {
-    "A": "how hard it is shaken",
-    "B": "slope",
-    "eps": "ripple",
-    "eta": "frequency of the ripple",
-    "dtau": "time step",
-    "tol": "tolerance",
-    "xi0": "gap at the start",
-    "dxi0": "velocity at the start",
-    "tau0": "phase at the start",
-    "section_phase": "moment of a shake",
-    "transient": "left out before",
-    "periods": "drawn",
-    "a0": "amplitude",
-    "omega0": "angular frequency",
-    "frequency": "frequency",
-    "mu": "friction",
-    "alpha": "incline",
-    "mass": "",
+    "A": ("how hard it is shaken", "Shake it harder"),
+    "B": ("slope", "Tilt it more"),
+    "eps": ("ripple", "Add more ripple"),
+    "eta": ("frequency of the ripple", "Add a faster ripple"),
+    "dtau": ("time step", "Take longer steps"),
+    "tol": ("tolerance", "Tolerate more"),
+    "xi0": ("gap at the start", "Start it farther away"),
+    "dxi0": ("velocity at the start", "Start it faster"),
+    "tau0": ("phase at the start", "Start it later"),
+    "section_phase": ("moment of a shake", "Look at it later"),
+    "transient": ("left out before", ""),
+    "periods": ("drawn", ""),
+    "a0": ("amplitude", "Shake it farther"),
+    "omega0": ("angular frequency", "Shake it faster"),
+    "frequency": ("frequency", "Shake it faster"),
+    "mu": ("friction", "Add friction"),
+    "alpha": ("incline", "Tilt it more"),
+    "mass": ("", "Add mass"),
 }
-"""Parameters in the words of titles."""
+"""Parameters in the words of axes, and what more of them means."""
 
 
 class Control(NamedTuple):
@@ -70,11 +70,11 @@ def _letter(name: str) -> str:
 
 
 def title_of(view: View) -> tuple[str, str]:
-    """Return (title of the picture in words, conditions common to all its motions)."""
+    """Return (what the axes of the picture show, conditions common to all its motions)."""
     shown = view.shade if view.mode == MAP else view.quantity
     named = symbol(shown, si=view.scene == SI)
     title = QUANTITIES[shown].title or named[0].upper() + named[1:]
-    title += ", against " + " and ".join(f"{WORDS[name]} ({_letter(name)})" for name in view.axes)
+    title += ", against " + " and ".join(f"{WORDS[name][0]} ({_letter(name)})" for name in view.axes)
     away = {"g"} if view.g == View.g else set()
     away |= {"a0"} if "A" in view.axes else set()  # A then replaces it
     given = [name for name in view.machine if name not in away] if view.scene == SI else ["A", "B"]
@@ -102,7 +102,7 @@ def _number(name: str, place: str = MORE, only: str = "") -> Control:
     ends = row.slider or (row.axis[:2] if row.axis and spacing == names.LINEAR else None)
     slider = (*ends, "zero" if spacing == names.LOG and row.default == 0.0 else spacing) if ends else None
     hint = f"{row.meaning[0].upper()}{row.meaning[1:]}.".replace("_s", "ₛ")
-    return Control(name, symbol(name), WORDS[name], hint, place, (), slider, row.scale, only)
+    return Control(name, symbol(name), WORDS[name][0], hint, place, (), slider, row.scale, only)
 
 
 def _choice(name: str, label: str, hint: str, options: dict[str, str], place: str = MORE, only: str = "") -> Control:
@@ -215,6 +215,9 @@ def known() -> dict[str, Any]:
         "in_si": {name: symbol(name, si=True) for name in shown},
         "starts": [{**start._asdict(), "view": read_address(start.address).state()} for start in STARTS],
         "about": ABOUT,
+        "questions": {name: f"{WORDS[name][1]}: when does it lose its beat?" for name in RANGES}
+        | {name: f"{name.replace('_', ' ').capitalize()}: where is it largest?" for name in OF_MAPS}
+        | {"period": "Where does it lose its beat?"},
         "states": [state.name.lower() for state in vd.State],
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
     }

@@ -68,18 +68,18 @@ const draw_motion = () => {
 };
 const draw_mass = () => {
   const {c, width, height, size} = begun("mechanism"), {motion} = page, at = clock.at;
-  const length = Math.min(0.84 * width, 2.6 * height), block = 0.15 * length, wall = 0.05 * length;
+  const length = Math.min(0.88 * width, 1.7 * height), block = 0.27 * length, wall = 0.05 * length;
   let k = 0, gap = 0.45, state = "rest";
   if (motion) {
     k = Math.max(0, motion.time.findLastIndex((t) => t <= at));
     gap = (Number.isFinite(motion.xi[k]) ? motion.xi[k] : 0) / motion.over[1];
     state = known.states[motion.state[k]];
   }
-  c.translate((width - length) / 2, Math.min(height - 1.6 * size, height / 2 + 0.16 * length));
+  c.translate((width - length) / 2, Math.min(height - 1.6 * size, height / 2 + 0.26 * length));
   c.rotate(-SLOPE);
   c.translate(motion ? 0.03 * length * Math.sin(2 * Math.PI * at + motion.head.phase) : 0, 0);
   c.fillStyle = css("--faint"); c.fillRect(0, 0, length, 0.2 * size); c.fillStyle = css("--quiet");
-  c.fillRect(0, -1.5 * block, wall, 1.5 * block); // the obstacle moves with the incline
+  c.fillRect(0, -1.1 * block, wall, 1.1 * block); // the obstacle moves with the incline
   c.fillStyle = css(`--${state === "impact" ? "down" : state}`);
   const left = wall + gap * (length - wall - block);
   c.beginPath(); c.roundRect(left, -block, block, block, 0.1 * block); c.fill();

@@ -187,7 +187,7 @@ new ResizeObserver(measure).observe(element("figure"));
 const clear_picture = () => {
   page.data = null;
   for (const where of ["key", "status"]) say("", where);
-  for (const where of ["title", "conditions"]) say("…", where);
+  for (const where of ["subject", "conditions"]) say("…", where);
   document.title = "vibrodrive";
   wait(`computing the ${page.view.mode} …`);
 };
@@ -249,7 +249,7 @@ const paint = (head, {image, palette}) => {
   }, 0));
 };
 const caption = ({title, conditions, key, count, done, left, complete, counts, empty}) => {
-  say(title, "title");
+  say(title, "subject");
   document.title = `${title} – vibrodrive`;
   say(conditions, "conditions");
   const swatches = key.swatches.map(([colour, name]) => `<span class="entry"><i style="background: ${colour}"></i>${name}</span>`);
@@ -364,7 +364,7 @@ const whole_picture = () => {
     c.fillText(tag.textContent, from + wide / 2, above + tall / 2);
   }
   c.textAlign = "left";
-  for (const one of document.querySelectorAll("#title, #conditions, #key *")) {
+  for (const one of document.querySelectorAll("#title, #subject, #conditions, #key *")) {
     const {left, top, width, height} = one.getBoundingClientRect(), style = getComputedStyle(one), text = one.lastChild;
     if (one.tagName === "I") {
       const {scale} = page.data.key, shades = c.createLinearGradient(left, 0, left + width, 0);
