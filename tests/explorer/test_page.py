@@ -365,6 +365,71 @@ def test_click_shows_the_motion_of_simulate_with_its_limit(tab, explorer):
     assert "period 4" in words
 
 
+RINGS = """
+window.rings = [];
+new MutationObserver((all) => all.forEach(({addedNodes}) => addedNodes.forEach(({style}) =>
+  window.rings.push([style.left, style.top].map(parseFloat))))).observe(frame, {childList: true});
+"""
+
+
+@pytest.mark.parametrize("query", ["&at=3.1", "&at=3.04&eps=2e-4", "&at=3.1&quantity=impact_phase"])
+def test_each_impact_is_heard_at_its_time_and_flashes_on_its_dots(tab, explorer, query):
+    tab.open(explorer.address + "&low=3&high=3.25&columns=200" + query)
+    tab.until("!!page.motion", "a motion")
+    tab.driver.execute_script(RINGS)
+    assert tab.ask("[heard(), page.clicks.length]") == [False, 0], "muted at first"
+    tab.driver.find_element("id", "sound").click()
+    tab.until("page.clicks.length > 12", "clicks")
+    clicks = np.array(tab.ask("page.clicks.map(({when, shake, speed}) => [when, shake, speed])"))
+    view, (y0, y1) = shown(tab), tab.ask("span('y')")
+    record = {"section_phase": view.section_phase, "transient": view.transient, "periods": 12}
+    motion = vd.simulate(view.at, eps=view.eps, **record)
+    hits = motion.switches[motion.switches["after"] == vd.State.IMPACT]
+    times = hits["period"] + hits["phase"] / (2 * math.pi) - view.transient
+    which = np.abs(clicks[:, 1, None] - times).argmin(axis=1)
+    assert np.diff(which).tolist() == [1 if k else 1 - len(times) for k in which[1:]], "none is missing"
+    assert clicks[:, 2] == pytest.approx(-hits["dxi"][which], rel=1e-5)
+    apart = (np.diff(times[which]) % 12) / 2.5  # seconds
+    assert np.diff(clicks[:, 0]) == pytest.approx(apart, abs=0.02)
+    tab.until("window.rings.length > 8", "flashes")
+    dots = motion.section[:, 1] if view.sectioned else motion.impacts["phase"]
+    left, top = np.array(tab.ask("window.rings")).T
+    assert left == pytest.approx(100 * (view.at - 3) / 0.25, abs=0.01)
+    values = y1 - top / 100 * (y1 - y0)
+    turns = (values[:, None] - dots) % (2 * math.pi) if not view.sectioned else values[:, None] - dots
+    assert np.minimum(np.abs(turns), np.abs(turns - 2 * math.pi)).min(axis=1).max() < 1e-3
+    tab.driver.refresh()
+    tab.settle()
+    assert tab.ask("[sound.on, heard()]") == [True, False], "a browser waits for an action"
+    tab.click(*middle(tab))
+    tab.until("heard() && page.clicks.length > 0", "sound, as before")
+    press_key(tab, "m")
+    tab.until("!heard()", "silence")
+    assert tab.ask("page.clicks.filter(({when}) => when > sound.context.currentTime).length") == 0
+
+
+def test_reduced_motion_is_heard_and_refused_sound_changes_nothing(tab, explorer):
+    reduced = {"features": [{"name": "prefers-reduced-motion", "value": "reduce"}]}
+    try:
+        tab.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", reduced)
+        tab.open(explorer.address + SMALL)
+        tab.until("!!page.motion", "a motion")
+        tab.driver.execute_script(RINGS)
+        tab.driver.find_element("id", "sound").click()
+        tab.until("page.clicks.length > 2", "clicks")
+        assert tab.ask("window.rings") == [], "nothing moves"
+        press_key(tab, "m")
+        tab.until("!heard() && !clock.playing", "silence")
+    finally:
+        tab.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+    tab.open(explorer.address + SMALL)
+    tab.driver.execute_script("delete window.AudioContext; window.AudioContext = undefined")
+    tab.driver.find_element("id", "sound").click()
+    at = tab.ask("clock.at")
+    tab.until(f"clock.at !== {at}", "the mass moves")
+    assert tab.ask("[heard(), page.clicks.length, element('sound').ariaPressed]") == [False, 0, "false"]
+
+
 def test_keys_move_a_slider_away_from_zero_and_back(tab, explorer):
     tab.open(explorer.address + SMALL)
     slider = tab.driver.find_element("css selector", "[data-field=eps] [type=range]")

@@ -17,7 +17,7 @@ from vibrodrive.explorer.image import (
     pictures,
     values_of,
 )
-from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, words
+from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, shown_motion, words
 from vibrodrive.explorer.tasks import answer
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Level, Pace, Part, Work, coarse_first
@@ -127,6 +127,22 @@ def test_curve_is_the_motion_with_its_states(eps):
     wide = np.diff(found["time"]) > 1e-3
     assert np.mean(found["state"][:-1][wide] == states[wide]) > 0.98
     assert {*np.unique(found["state"])} <= {int(state) for state in (*LASTING, vd.State.IMPACT)}
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("more", [{}, {"eps": 2e-4}, {"tau0": 0.3, "section_phase": 0.2}, {"method": "fixed"}])
+def test_impacts_and_dots_lie_on_the_curve(more):
+    head, found = shown_motion(View.read({"low": 3.0, "high": 3.25, "at": 3.1, **more}), {}, Halt())
+    time, dxi = found["time"], found["dxi"]
+    there = np.isfinite(dxi)
+    assert np.isin(found["hit_time"].round(5), time[~there].round(5)).all(), "the velocity jumps there"
+    assert len(found["hit_time"]) == np.sum(there[:-1] & ~there[1:] & (dxi[:-1] < -1.5)) + np.sum(
+        found["hit_speed"] < 1.5
+    )
+    assert found["hit_speed"] == pytest.approx(-dxi[np.searchsorted(time, found["hit_time"])], abs=1e-4)
+    assert found["dot"] == pytest.approx(np.interp(found["dot_time"], time[there], dxi[there]), abs=2e-3)
+    assert (len(found["dot"]), round(float(time[-1]))) == (12, 12)
+    assert (head["status"], head["limits"]["eps"]) == ("OK", None)
 
 
 @pytest.mark.jit

@@ -255,7 +255,7 @@ const know = (limits) => {
 const KEYS = {
   ArrowLeft: () => pan("x", -0.1), ArrowRight: () => pan("x", 0.1), ArrowUp: () => pan("y", 0.1), ArrowDown: () => pan("y", -0.1),
   "+": () => zoom("x", 0.5, 0.5), "-": () => zoom("x", 2, 0.5), Home: () => start_over(), f: () => fit_now(), " ": () => page.play(),
-  x: () => element("full").click(), Escape: () => { end_play(); close_menus(); },
+  m: () => element("sound").click(), x: () => element("full").click(), Escape: () => { end_play(); close_menus(); },
 };
 known.starts.forEach((_, k) => { KEYS[k + 1] = () => element("starts").children[k].click(); });
 window.addEventListener("keydown", (event) => {

@@ -1,9 +1,10 @@
 // The motion: the mass on the shaken incline, its phase curve, and its time curve with a line at the present time.
 const WORDS = {up: "slides up", down: "slides down", stick: "sticks", rest: "rests", impact: "hits"};
 const SLOPE = 0.16; // angle of the drawn incline in radians; the true angle is not used
-const TEMPO = 0.7; // shakes a second
-const FRAME = 30; // ms between two pictures of the mass
-const clock = {at: 0, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, last: 0};
+const TEMPO = 0.7, HEARD = 2.5; // shakes a second, without and with sound
+const FRAME = 0.03, PAUSE = 0.3; // s between two pictures of the mass, and after which it has rested
+const still = matchMedia("(prefers-reduced-motion: reduce)").matches; // then it may be heard, but moves only if told so
+const clock = {at: 0, playing: !still, still, last: 0};
 
 const move = (head, found) => {
   const finite = (values) => Array.from(values).filter(Number.isFinite);
@@ -12,7 +13,7 @@ const move = (head, found) => {
   for (const name of ["xi", "dxi"]) ({xi, dxi})[name].push(...finite(found[`orbit_${name}`] ?? []));
   page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: page.sent[head.done]};
   page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
-  clock.at %= found.time.at(-1); draw_motion(); place_handle(box_of());
+  clock.at %= found.time.at(-1); hush(); draw_motion(); place_handle(box_of());
   page.shown = 0; requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
   if (head.done === page.seq) answered(head); else judge();
 };
@@ -90,14 +91,38 @@ const draw_mass = () => {
   if (width > 15 * size) c.fillText("shaken incline", length, 1.3 * size);
   element("moment").style.transform = `translate(${motion ? at / motion.time.at(-1) * element("times").clientWidth : -9}px)`;
 };
+// Each impact between two times flashes on the dots of the diagram that it makes: those until the next impact, because
+// after an impact the mass is at rest, whatever was before.
+const flash = (from, to) => {
+  const {hit_time, dot_time, dot, time, view} = page.motion, last = time.at(-1);
+  if (view.quantity !== page.view.quantity || !current("neighbour")) return;
+  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], turn = parameter("y") === "impact_phase" ? 2 * Math.PI : 0;
+  hit_time.forEach((hit, k) => {
+    const next = hit_time[k + 1] ?? hit_time[0] + last;
+    if (from < to ? hit <= from || hit > to : hit <= from && hit > to) return;
+    dot_time.forEach((when, n) => {
+      if ((when < hit ? when + last : when) >= next) return;
+      const v = dot[n] - turn * Math.floor((dot[n] - y0) / (turn || 1)), ring = make("<i class='flash'></i>");
+      Object.assign(ring.style, {left: `${100 * (drawn(view.at, "x") - x0) / (x1 - x0)}%`, top: `${100 * (y1 - v) / (y1 - y0)}%`});
+      ring.addEventListener("animationend", () => ring.remove());
+      frame.append(ring);
+    });
+  });
+};
 const tick = (now) => {
   requestAnimationFrame(tick);
+  const sounds = heard(), time = sounds ? sound.context.currentTime : now / 1000, passed = time - clock.last, from = clock.at;
   const rests = page.pressed && pointers.part !== "handle"; // while the picture is dragged, it has all the time
-  if (!page.motion || !clock.playing || now - clock.last < FRAME || document.hidden || rests) return;
-  clock.at = (clock.at + Math.min(0.1, (now - clock.last) / 1000) * TEMPO) % page.motion.time.at(-1);
-  clock.last = now; draw_mass();
+  if (passed >= 0 && passed < FRAME) return;
+  clock.last = time;
+  if (!page.motion || !clock.playing || document.hidden || rests || passed < 0 || passed > PAUSE) return;
+  clock.at = (from + passed * (sounds ? HEARD : TEMPO)) % page.motion.time.at(-1);
+  if (sounds) schedule(time);
+  if (!clock.still) { draw_mass(); flash(from, clock.at); }
 };
-page.play = () => { clock.playing = !clock.playing; };
+page.play = () => {
+  hush(); Object.assign(clock, {playing: !clock.playing, still: false});
+};
 element("mechanism").addEventListener("click", () => page.play());
 for (const id of ["mechanism", "phase", "time"]) new ResizeObserver(draw_motion).observe(element(id));
 requestAnimationFrame(tick);

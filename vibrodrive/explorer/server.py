@@ -41,7 +41,7 @@ HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
 """Default port of the page, 1000 · 2π. With the same port in each run a browser remembers what is open on the page."""
 
-SCRIPTS = "page.js", "picture.js", "controls.js", "motion.js"
+SCRIPTS = "page.js", "picture.js", "controls.js", "sound.js", "motion.js"
 
 TELLING = 500  # milliseconds between two messages that kernels are being compiled
 

@@ -15,7 +15,7 @@ import numpy as np
 from vibrodrive.explorer.controls import title_of
 from vibrodrive.explorer.engine import KEPT, Engine
 from vibrodrive.explorer.image import fitting_range, picture_of, pictures
-from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, undisturbed, words
+from vibrodrive.explorer.motion import limit_at, limit_plans, shown_motion
 from vibrodrive.explorer.session import Session
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Level, Work
@@ -85,18 +85,15 @@ def _paint(session: Session, head: dict[str, Any], arrays: dict[str, np.ndarray]
 
 
 def show_motion(session: Session, view: View, seq: int, halt: Halt) -> None:
-    """Show the curves of the motion of a view and its description, unless the page already shows this motion."""
+    """Show the motion of a view, unless the page already shows it."""
     plan, done = view.motion_plan(), {"done": seq, "address": session.view.address()}
-    if str(plan) == session.moving:
+    moving = f"{plan} {view.mode} {view.quantity}"
+    if moving == session.moving:
         session.later(partial(session.news, done))
         return
-    told = words(plan, view, halt)
-    limits = {name: session.engine.limits.get(str(of)) for name, of in limit_plans(plan).items()}
-    curves, orbit = curve_of(motion_at(plan, halt)), undisturbed(plan)
-    if orbit != plan:
-        curves |= {f"orbit_{name}": array for name, array in curve_of(motion_at(orbit, halt)).items()}
-    session.later(partial(session.send, "motion", {**done, **told, "limits": limits}, curves))
-    session.moving, session.rests = str(plan), told["status"] == choices.Status.NEVER_LEAVES.name
+    head, arrays = shown_motion(view, session.engine.limits, halt)
+    session.later(partial(session.send, "motion", head | done, arrays))
+    session.moving, session.rests = moving, head["status"] == choices.Status.NEVER_LEAVES.name
 
 
 def show_limits(session: Session, view: View, halt: Halt) -> None:
