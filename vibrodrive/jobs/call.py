@@ -210,21 +210,9 @@ def _into_file(
     check_threads(threads)
     if executor is not None:
         check_executor(executor)
-    with _in_python():
-        check_output(file, None, overwrite=overwrite)
-        refuse_large_block(plan, remote=executor is not None)
-        job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
-        raised = run(job, make_display(file.name))
+    check_output(file, None, overwrite=overwrite)
+    refuse_large_block(plan, remote=executor is not None)
+    job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
+    raised = run(job, make_display(file.name))
     _warn_of_raised(raised)
     return load(file)
-
-
-@contextlib.contextmanager
-def _in_python() -> Iterator[None]:
-    """Replace options of the command line by keywords in error messages."""
-    try:
-        yield
-    except (ValueError, RuntimeError) as error:
-        if len(error.args) == 1 and isinstance(error.args[0], str):
-            error.args = (error.args[0].replace("--overwrite", "overwrite=True"),)
-        raise

@@ -241,9 +241,9 @@ def choose_configured(swept: Any, figure: dict[str, Any], options: dict[str, Any
     try:
         return choose_drawing(swept, **wanted), swept
     except ValueError as error:
-        key = str(error).partition(" ")[0]
-        place = "--" if key in options else "figure." if key in configured else ""
-        raise ValueError(f"{place}{error}") from None
+        (told,) = error.args
+        place = "--" if told.key in options else "figure." if told.key in configured else ""
+        raise ValueError(told.at(place + told.key)) from None
 
 
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

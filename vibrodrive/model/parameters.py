@@ -30,7 +30,32 @@ SHOWN = 80
 """Largest number of characters of a bad value in a message: the value may be an array, or a number of 400 digits."""
 
 
-def bad(key: str, value: object, allowed: str) -> str:
+class Refusal(str):
+    """The sentence of a refusal, which knows what it is about, so that nobody takes it apart again.
+
+    key : name of the value that is refused, as the sentence has it.
+    """
+
+    key: str
+    _rest: str
+
+    def __new__(cls, key: str, rest: str) -> Refusal:
+        self = super().__new__(cls, key + rest)
+        self.key, self._rest = key, rest
+        return self
+
+    def at(self, key: str) -> Refusal:
+        """Return the same refusal under the name that the value has elsewhere, such as "--quantity"."""
+        return Refusal(key, self._rest)
+
+    def __add__(self, hint: str) -> Refusal:
+        return Refusal(self.key, self._rest + hint)
+
+    def __reduce__(self) -> tuple[type[Refusal], tuple[str, str]]:
+        return Refusal, (self.key, self._rest)
+
+
+def bad(key: str, value: object, allowed: str) -> Refusal:
     """Return the sentence for an invalid value: "KEY = VALUE: must be ALLOWED"."""
     try:
         text = repr(value)
@@ -38,7 +63,7 @@ def bad(key: str, value: object, allowed: str) -> str:
         text = "an integer of too many digits"  # more digits than Python prints
     except RecursionError:
         text = "lists in lists in lists …"
-    return f"{key} = {shortened(text)}: must be {allowed}"
+    return Refusal(key, f" = {shortened(text)}: must be {allowed}")
 
 
 def shortened(text: str, most: int = SHOWN) -> str:
@@ -47,12 +72,12 @@ def shortened(text: str, most: int = SHOWN) -> str:
     return text if len(text) <= most else f"{text[: most - 2]} …"
 
 
-def bad_axes(names: Iterable[str], allowed: str) -> str:
+def bad_axes(names: Iterable[str], allowed: str) -> Refusal:
     """Return the sentence for axes that a computation or a figure cannot use: "axes = NAMES: must be ALLOWED"."""
-    return f"axes = {', '.join(names) or 'none'}: must be {allowed}"
+    return Refusal("axes", f" = {', '.join(names) or 'none'}: must be {allowed}")
 
 
-def unknown(key: str, name: object, known: Iterable[str]) -> str:
+def unknown(key: str, name: object, known: Iterable[str]) -> Refusal:
     """Return the sentence for an unknown name: the known names, and the most similar one if there is one."""
     names = list(known)
     return bad(key, name, "one of " + ", ".join(names)) + did_you_mean(name, names)

@@ -68,11 +68,11 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except Damaged:
         raise
     except NoResult as error:
-        why, advice = str(error).removeprefix(f"{path}: "), "choose another file, or replace this one with --overwrite"
+        why, advice = str(error).removeprefix(f"{path}: "), "choose another file, or overwrite this one"
         try:
             refuse_foreign(path)
         except NoResult:
-            advice = "choose another file, because --overwrite replaces only result files"
+            advice = "choose another file, because only result files are overwritten"
         raise ConfigError(f"{role} = {str(path)!r}: {why}; {advice}") from None
 
 
@@ -89,9 +89,9 @@ def refuse_foreign(path: Path) -> None:
         with open_result(path) as file, interpreting(path):
             ours = is_ours(file)
     except NoResult as error:
-        raise NoResult(f"{error}; --overwrite replaces only result files") from None
+        raise NoResult(f"{error}; only result files are overwritten") from None
     if not ours:
-        raise NoResult(f"{path}: not a result file of vibrodrive; --overwrite replaces only result files")
+        raise NoResult(f"{path}: not a result file of vibrodrive; only result files are overwritten")
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:
