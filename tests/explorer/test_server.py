@@ -82,8 +82,9 @@ def test_page_is_built_without_numba_and_matplotlib():
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/?token=", "/?token=x&token={token}", "/metadata", "/?low=3", "/nowhere", "/ws", "/ws?token=x"]
-)
+    "path", ["/", "/?token=", "/?token=x&token={token}", "/metadata", "/?low=3", "/nowhere", "/ws", "/ws?token=x",
+             "/?token={token}x", "/?token=x{token}", "/?token={token:.20}", "/?Token={token}"],
+)  # fmt: skip
 def test_no_path_is_served_without_the_token(explorer, path):
     base, _, token = explorer.address.partition("/?token=")
     status, text = answer(base + path.format(token=token))
@@ -91,8 +92,10 @@ def test_no_path_is_served_without_the_token(explorer, path):
     assert "token" in text
 
 
-FOREIGN = {"Host": ["evil.example", "evil.example:80", "127.0.0.1"]}
-FOREIGN["Origin"] = ["http://evil.example", "null", "https://127.0.0.1:{port}"]
+NEAR = ["127.0.0.1", "127.0.0.1:{port}0", "0127.0.0.1:{port}", "127.0.0.1:{port}.evil.example", "localhost.evil:{port}"]
+FOREIGN = {"Host": ["evil.example", "evil.example:80", *NEAR]}
+FOREIGN["Origin"] = ["http://evil.example", "null", "https://127.0.0.1:{port}", *(f"http://{host}" for host in NEAR)]
+FOREIGN["Sec-WebSocket-Origin"] = ["http://127.0.0.1:{port}0"]
 
 
 @pytest.mark.parametrize(("header", "value"), [(header, value) for header in FOREIGN for value in FOREIGN[header]])
