@@ -21,7 +21,6 @@ from vibrodrive.model.parameters import as_number, bad, did_you_mean, real_numbe
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, SECTIONS, Quantity, length_along, row_of
-from vibrodrive.model.record import Record
 from vibrodrive.model.records import ERROR, RECORDS, SECTION, Records, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.slips import warn
@@ -40,6 +39,10 @@ Index = tuple[Any, ...]  # for each axis an int (one value) or slice(None) (all 
 
 Read = Callable[[str, Index], np.ndarray]
 """Function that returns the array with a given name (such as "section") at an Index."""
+
+
+class NotRecorded(ValueError, AttributeError):
+    """A record without the array that an attribute names. `hasattr` is False, and `getattr` returns its default."""
 
 
 class Results:
@@ -233,9 +236,8 @@ class Results:
             hint = f": it is {_ELSEWHERE[name]}" if name in _ELSEWHERE else hint
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
         if _WHERE[name] not in self.record:
-            raise AttributeError(
-                bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}", which contains {name}')
-            )
+            contents = "" if name in RECORDS else f", which contains {name}"
+            raise NotRecorded(bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}"{contents}'))
         raise AttributeError(f"{name}: was not recorded by the version of vibrodrive that wrote this file")
 
     def __dir__(self) -> list[str]:
@@ -265,8 +267,7 @@ class Results:
     @property
     def section(self) -> np.ndarray:
         """float64 (axes…, periods, 2): ξ and ξ' at the section. Raises ValueError if it is not recorded."""
-        self._refuse_without(SECTION)
-        return self._array("section")
+        return self._array("section") if SECTION in self.record else self.__getattr__("section")
 
     @property
     def status(self) -> np.ndarray:
@@ -281,12 +282,9 @@ class Results:
     @property
     def error(self) -> np.ndarray:
         """float64 (axes…, 2): error bounds of ξ and ξ'. Raises ValueError if they are not recorded."""
-        self._refuse_without(ERROR)
+        if ERROR not in self.record:
+            return self.__getattr__("error")
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
-
-    def _refuse_without(self, one: Record) -> None:
-        if one not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{one}"'))
 
     @property
     def switches(self) -> np.ndarray:
@@ -569,7 +567,7 @@ if Results.__doc__:  # not with -OO
 ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "title")
 """Attributes of each object of Results, which `dir(Results)` does not contain."""
 
-_WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))}
+_WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))} | {"section": SECTION, "error": ERROR}
 
 _ELSEWHERE = {
     **{q.stored: q.name for q in QUANTITIES.values() if q.stored},
