@@ -19,6 +19,7 @@ from vibrodrive.figures.image import borders_of
 from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.plane import Exact, joined
+from vibrodrive.figures.sections import full_range
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import UNSEEN, Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
@@ -229,6 +230,19 @@ def test_extremes_are_stated_with_their_points(plane):
     assert "least $0.5$ at 2 points, largest $60$ at $A = 3$, $B = 0.1$," in note(fig)
     plane.energy[:] = 1.0
     assert "largest" not in note(map_figure(plane, "energy")), "one value has no place"
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0])
+def test_values_that_differ_by_rounding_are_one_value(size):
+    noise = size * (1.0 + 1e-14 * np.random.default_rng(4).random((40, 50)))
+    axes = {"A": np.linspace(1, 2, 40), "B": np.linspace(0.1, 0.2, 50)}
+    fig = map_figure(results(axes, energy=noise), "energy")
+    line = map_figure(results({"A": axes["A"]}, energy=noise[:, 0]), "energy")
+    for low, high in (fig.axes[1].get_ylim(), line.axes[0].get_ylim(), full_range([noise])):
+        assert low < 0.9 * size < 1.1 * size < high
+    assert np.ptp(to_rgba_array([c for row in cells(fig)[2] for c in row]), axis=0).max() < 0.01
+    two = noise * np.repeat([1.0, 3.0], 20)[:, None]
+    assert paint(QUANTITIES["energy"], two, np.full(two.shape, Status.OK), None).extend == "neither"
 
 
 def test_exponent_has_its_zero_in_the_middle(plane):

@@ -16,7 +16,7 @@ import vibrodrive as vd
 from vibrodrive.explorer.density import darken
 from vibrodrive.explorer.view import MAP, PICTURE_ROWS, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import STRIDES, Level
-from vibrodrive.figures.ink import ink_of
+from vibrodrive.figures.ink import ink_of, range_around
 from vibrodrive.model import choices, names, records
 
 SHADES = 64
@@ -46,9 +46,7 @@ def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
         values = np.sort(values)
         gap = int(np.argmax(np.diff(values, append=values[0] + TURN)))
         values = np.array([values[gap + 1] - TURN if gap + 1 < len(values) else values[0], values[gap]])
-    low, high = float(values.min()), float(values.max())
-    margin = MARGIN * (high - low) or 0.5
-    return low - margin, high + margin
+    return range_around(float(values.min()), float(values.max()), MARGIN)
 
 
 def _is_phase(quantity: str) -> bool:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize, to_rgba
 
+from vibrodrive.figures.ink import SAME, range_around
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.choices import LONGEST, Status
 from vibrodrive.model.described import counted
@@ -193,9 +194,9 @@ def _ends(values: np.ndarray, logarithmic: bool = False) -> tuple[float, float]:
     the end of this range: if they take up more of a scale than these or, if it is logarithmic, more than DECADES."""
     low, first, last, high = _quantiles(values)
     along, room = (math.log10, DECADES) if logarithmic else (float, last - first)
-    return first if along(first) - along(low) > room > 0.0 else low, last if along(high) - along(
-        last
-    ) > room > 0.0 else high
+    hides = max(room, 0.0 if logarithmic else SAME * max(abs(low), abs(high)))  # what is no rounding
+    below, above = (room > 0.0 and along(b) - along(a) > hides for a, b in ((low, first), (last, high)))
+    return first if below else low, last if above else high
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
@@ -208,5 +209,4 @@ def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
     low, high = limits or nearly_all
     if low > 0 and math.log10(high / low) > DECADES:
         return LogNorm(*(limits or _ends(positive, logarithmic=True)))
-    low, high = limits or _ends(finite)
-    return Normalize(low, high) if low < high else Normalize(low - 0.5, low + 0.5)
+    return Normalize(*(limits or range_around(*_ends(finite))))

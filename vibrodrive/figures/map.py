@@ -21,8 +21,9 @@ from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.image import RarestImage, draw_cells, is_geometric, keep_range
+from vibrodrive.figures.ink import SAME, range_around
 from vibrodrive.figures.looks import HATCHED
-from vibrodrive.figures.plane import NUMBERED, SAME, draw_lines, placed, read_lines
+from vibrodrive.figures.plane import NUMBERED, draw_lines, placed, read_lines
 from vibrodrive.figures.sheet import Sheet, drawn_on, fit_label, in_short_lines
 from vibrodrive.figures.texts import as_shown, conditions_of, number, place_of, rest_phrases, status_phrases
 from vibrodrive.model.above import above
@@ -205,8 +206,12 @@ def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: 
     if levels:
         ax.set_yticks(range(len(levels)), _broken(levels))
         ax.set_ylim(-0.5, len(levels) - 0.5)
-    elif isinstance(painted.norm, LogNorm):
-        ax.set_yscale("log")
+    else:
+        if isinstance(painted.norm, LogNorm):
+            ax.set_yscale("log")
+        inside = values[(kind >= 0) & (kind < SHADES)]
+        if inside.size:
+            ax.update_datalim([(x[0], end) for end in range_around(inside.min(), inside.max())])
     beyond: Any = (("bottom", "v", "below", painted.norm.vmin), ("top", "^", "above", painted.norm.vmax))
     for k, (end, mark, side, value) in enumerate(beyond if not levels else (), SHADES):
         if (kind == k).any():
