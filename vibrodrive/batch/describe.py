@@ -147,7 +147,7 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
     if scene is None:
         return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, {})
-    pull = a["A"] * (1.0 + a["eps"] * a["eta"] ** 2)  # largest excitation
+    pull = a["A"] * (1.0 + a["eps"] * a["eta"] * a["eta"])  # largest excitation
     leaves = "the mass leaves the obstacle" if pull > 1.0 + a["B"] else "the mass rests at the obstacle"
     told = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
     given = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in told.items())
@@ -185,16 +185,15 @@ def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """Return the mean ξ' of the motions of a plan without an obstacle, certified, at values of A and B.
 
     It is -inf for B > 1, because the mass then accelerates without limit, and NaN if the means of both halves of the
-    record differ. The motions begin with the mean for A >> 1, -A sin(πB/2), where friction balances B.
+    record differ. The motions begin near the mean for A >> 1, -A sin(πB/2), where friction balances B.
     """
     eps, eta, n = plan.scalars["eps"], plan.scalars["eta"], AVERAGED
     transient = max(plan.settings.transient, math.ceil(min(SETTLING * A.max(), LONGEST_TRANSIENT)))
     # the velocity down never exceeds 2 A (1 + ε η), so that a mass at this gap does not reach the obstacle
     far = 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + n)
     known = (B <= 1.0) & (far <= PARAMETERS["xi0"].high)
-    begin = math.cos(plan.scalars["tau0"]) + eps * eta * math.cos(eta * plan.scalars["tau0"])
-    start = np.where(known, [A, far, -A * (np.sin(np.minimum(B, 1.0) * TURN / 4.0) + begin)], 0.0)
-    free = _with(plan, B=B, **dict(zip(("A", "xi0", "dxi0"), start, strict=True)))
+    start = np.where(known, [A, far, -A * (0.5 * B * (3.0 - B * B) + 1.0 + eps * eta)], 0.0)
+    free = _with(plan, B=B, tau0=0.0 * B, **dict(zip(("A", "xi0", "dxi0"), start, strict=True)))
     settings = Settings(transient=transient, periods=n, budget=plan.settings.budget)
     section = compute(replace(free, settings=settings, record=(SECTION,)), 0, len(A), check_threads(None)).section
     assert section is not None

@@ -51,7 +51,7 @@ import math
 from typing import NamedTuple
 
 from vibrodrive.jit.compile import inline, part
-from vibrodrive.jit.trig import PI, TWO_PI, sincos
+from vibrodrive.jit.trig import PI, TWO_PI, arcsine, log, sincos
 from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
 from vibrodrive.model.choices import LONGEST, UNSEEN
@@ -119,7 +119,9 @@ def turn_of(s, a, b):
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0
-    rising, cosine = math.asin(level), a * math.sqrt(1.0 - level * level)
+    size = abs(level)
+    rising, cosine = arcsine(size, 1.0 - size), a * math.sqrt(1.0 - level * level)
+    rising = rising if level > 0.0 else -rising
     return (PI - rising, -cosine) if s > 0.0 else (rising, cosine)
 
 
@@ -317,7 +319,7 @@ def add_impact(speed, totals):
     totals[MOMENTUM] += speed
     totals[ENERGY] += 0.5 * speed * speed
     late = abs(totals[LATE])
-    totals[GROWTH] += math.log(late) if late > 0.0 else -INFINITY
+    totals[GROWTH] += log(late) if late > 0.0 else -INFINITY
     totals[LATE] = 1.0
 
 

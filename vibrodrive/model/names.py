@@ -242,7 +242,7 @@ class Settings:
         if alone:
             period, switch = 2.5, 6.0 * switch
         if eps > 0.0:
-            rest, slow = 1.5 * eps * eta**2, 0.35 * eps * eta
+            rest, slow = 1.5 * eps * eta * eta, 0.35 * eps * eta
             share = (1.0 if A < 2.0 + 6.0 * B else 0.125) * rest / (1.0 + rest) + slow / (1.0 + 2.0 * slow)
             instants = TURN / dtau if self.method == Method.FIXED and dtau > 0.0 else math.inf  # each has one switch
             switches = min(5.0 + 4.0 * eta * share, instants, self.budget)

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibrodrive.model.described import html_table
@@ -58,7 +59,8 @@ def refuse_incomplete(names: Collection[str], axes: Collection[str], table: str 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
     """Return μ g cos α, the acceleration of sliding friction (m/s²). Numbers and arrays give bitwise equal results."""
-    return _at_least_tiny(mu * g * _each(lambda degrees: math.cos(math.radians(degrees)), alpha))
+    known = mu * g * _each(lambda degrees: _cosine_and_tangent(degrees)[0], alpha)
+    return known + TINY * (known == 0.0)
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
@@ -68,7 +70,7 @@ def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
 
 def incline(mu: Any, alpha: Any) -> Any:
     """Return B = tan α / μ (incline over friction), for numbers or arrays with bitwise equal results."""
-    return _each(_tangent, alpha) / mu
+    return _each(lambda degrees: _cosine_and_tangent(degrees)[1], alpha) / mu
 
 
 def omega0_of(known: Mapping[str, Any]) -> Any:
@@ -215,7 +217,7 @@ def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
     unit = friction(known["mu"], known["alpha"], known["g"])
     if name == "a0":
         return A * unit / _each(_square, omega0_of(known))
-    return (A * unit / known["a0"]) ** 0.5 / (TURN if name == "frequency" else 1.0)
+    return _each(math.sqrt, A * unit / known["a0"]) / (TURN if name == "frequency" else 1.0)
 
 
 def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
@@ -223,15 +225,12 @@ def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
     if name == "B":
         return B
     if name == "mu":
-        return _tangent(known["alpha"]) / B
+        return incline(1.0, known["alpha"]) / B
     return _each(lambda tangent: math.degrees(math.atan(tangent)), B * known["mu"])
 
 
 def _each(function: Callable[[float], float], x: Any) -> Any:
-    """Apply a function to a number or to each element of an array.
-
-    The functions of NumPy are not used, because their results differ from those of `math` in the last bits.
-    """
+    """Apply a function to a number or to each element of an array."""
     if isinstance(x, float):
         return function(x)
     import numpy as np
@@ -241,19 +240,23 @@ def _each(function: Callable[[float], float], x: Any) -> Any:
 
 
 def _square(x: float) -> float:
-    return (x**2 or TINY) if x < 1e150 else math.inf
+    return x * x or TINY
 
 
-def _tangent(degrees: float) -> float:
-    return math.tan(math.radians(degrees))
+@lru_cache(1 << 16)
+def _cosine_and_tangent(degrees: float) -> tuple[float, float]:
+    """Return the cosine and the tangent of an angle < 90°, rounded correctly, as Python divides whole numbers.
 
-
-def _at_least_tiny(x: Any) -> Any:
-    if isinstance(x, float):
-        return max(x, TINY)
-    import numpy as np
-
-    return np.maximum(x, TINY)
+    The last bits of the functions of `math` and NumPy depend on the processor; A and B must not.
+    """
+    x = math.radians(degrees)
+    bits = 160 - math.frexp(x)[1]
+    angle, term, n, sums = int(math.ldexp(x, bits)), 1 << bits, 0, [0, 0]
+    while term:  # xⁿ/n!, of the series of eⁱˣ, in units of 2^-bits
+        sums[n % 2] += -term if n & 2 else term
+        n += 1
+        term = (term * angle >> bits) // n
+    return sums[0] / (1 << bits), sums[1] / sums[0]
 
 
 @dataclass(frozen=True, init=False)

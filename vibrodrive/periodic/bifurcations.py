@@ -40,6 +40,7 @@ from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
+from vibrodrive.jit.trig import log
 from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import Axis, takes
@@ -276,7 +277,7 @@ def spread(low: float, high: float, step: float | None) -> np.ndarray:
     turn = min(max(low, SCALE_FROM), high)
     near = np.linspace(low, turn, 1 + math.ceil((turn - low) / STEP))
     # a constant ratio makes the spacing proportional to A
-    far = geometric(turn, high, 1 + math.ceil(math.log(high / turn) * SCALE_FROM / STEP))
+    far = geometric(turn, high, 1 + math.ceil(log(high / turn) * SCALE_FROM / STEP))
     return np.append(near, far[1:])
 
 

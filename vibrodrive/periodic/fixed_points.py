@@ -24,7 +24,7 @@ import numpy as np
 
 from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.slices import in_slices
-from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
+from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI, sincos, turns
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
 from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
 
@@ -56,8 +56,8 @@ def force_between(one, other, falling, A, B):
     """
     peak = 3.0 * HALF_PI if falling else HALF_PI
     sign = -1.0 if falling else 1.0
-    h_one = sign * (A * math.sin(one) - B)
-    h_other = sign * (A * math.sin(other) - B)
+    h_one = sign * (A * sincos(one)[0] - B)
+    h_other = sign * (A * sincos(other)[0] - B)
     low, high = min(h_one, h_other), max(h_one, h_other)
     if (one - peak) * (other - peak) < 0.0:
         high = A - sign * B
@@ -67,7 +67,7 @@ def force_between(one, other, falling, A, B):
 @inline
 def cosine_between(low, high):
     """Return (least, most), bounds of the cosine on [low, high]."""
-    one, other = math.cos(low), math.cos(high)
+    one, other = sincos(turns(low, 0.0)[1])[1], sincos(turns(high, 0.0)[1])[1]
     least, most = min(one, other), max(one, other)
     if math.floor((high - PI) / TWO_PI) > math.floor((low - PI) / TWO_PI):
         least = -1.0

@@ -6,6 +6,7 @@ structure was *kept*, and False if the structure was *lost*. So the motions of m
 
 import math
 from collections.abc import Callable, Generator, Mapping, Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +36,8 @@ def _round_values(k: int) -> float:
 
 
 GRIDS = {
-    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4),  # one narrow edge: a ratio of 1.15 is enough
+    # one narrow edge: a ratio of 1.15 is enough. The last bits of a power of floats depend on the machine
+    "eps": Grid(lambda k: 1e-6 * float(Fraction(1.15) ** k), 16, 1e-12, 1.0, 4),
     "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses: the grid is finer
 }
 
