@@ -101,6 +101,8 @@ SAME = 1e-6
 """A switch is a repetition of an earlier switch if time (less a period), ξ and ξ' differ by at most this value. A
 smaller value would miss periods, because a motion approaches its orbit only like |multiplier|ⁿ."""
 
+SETTLED = 1e-12  # largest difference of a switch from that a period before it that may be due to rounding
+
 
 class Drive(NamedTuple):
     """Parameters of a motion: A, B, A ε η², η, the fractional part of η, and Δτ, which is NaN without a grid."""
@@ -470,6 +472,33 @@ def find_period(rows, first, last):
 
 
 @inline
+def apart(rows, row, back, n):
+    """Return how far apart, in time, ξ and ξ' together, a switch is from that `back` rows before, n periods earlier."""
+    a, late = row - back, between(rows, row - back, row) - n * TWO_PI
+    return abs(late) + abs(rows[row, XI] - rows[a, XI]) + abs(rows[row, DXI] - rows[a, DXI])
+
+
+@part
+def lasting_period(rows, first, last, count, n, growth):
+    """Return the period that a motion keeps whose last `count` switches repeat after n periods: n, n/2 or UNSEEN.
+
+    Near a period doubling a motion alternates about an orbit, by d, while n periods change it by less than SAME. By the
+    normal form d' = μ d - c d³, the rate -d'/d at which d falls, as a share of that of a small difference from the
+    motion, 3 c d² - μ (`growth`, for n periods), exceeds 1/3 if μ < 0, so that d falls to 0. Otherwise it does not.
+    """
+    half, now, before = count // 2, 0.0, 0.0
+    for row in range(last, last - half, -1):
+        if n % 2 == 1 or count % 2 == 1 or rows[row, AFTER] != rows[row - half, AFTER]:
+            return n
+        if row - count - half >= first:
+            now += apart(rows, row, half, 0.5 * n)
+            before += apart(rows, row - count, half, 0.5 * n)
+    if now == 0.0:  # the record is shorter than 1.5 n
+        return n if apart(rows, last, count, float(n)) <= SETTLED else UNSEEN
+    return n // 2 if 0.0 < -growth < 3.0 * log(before / now) else n
+
+
+@inline
 def may_repeat(rows, first, last, drive):
     """Return whether a motion may have a period up to LONGEST that the switches first … last are too few to show.
 
@@ -605,6 +634,8 @@ def summarise(rows, added, count, state, x, drive, totals, out):
             if may_repeat(rows, first, last, drive):
                 n, sequence = UNSEEN, UNSEEN
     write_summary(n, sequence, gaps, sums, drive.af, totals, out)
+    if switches > 0:
+        out[OUT_PERIOD] = float(lasting_period(rows, first, last, switches, n, totals[GROWTH]))
 
 
 @inline

@@ -297,5 +297,5 @@ def length_along(dimension: str, periods: int) -> tuple[int, ...]:
 def period_words(period: int) -> str:
     """Return the period of a motion in words."""
     if period == UNSEEN:
-        return f"period unknown, because the switches searched span less than {LONGEST} periods"
+        return "period unknown, because too few periods are recorded"
     return f"period {period}" if period > 0 else f"no period up to {LONGEST}"

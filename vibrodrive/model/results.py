@@ -62,7 +62,8 @@ class Results:
     first to the last main impact with recorded switches more than half an excitation period before and after it, NaN
     without two of these. A period is found if the recorded switches span it. `period` is 0 if they span 64 periods and
     do not repeat. If they span less, it is -2, and the period and `lyapunov` are unknown. At ε = 0 and B < 1 a record
-    of 66 periods suffices.
+    of 66 periods suffices. A motion that still alternates about the orbit it approaches has the period of this orbit,
+    or -2 if the record is too short to show that.
 
     Files and `to_xarray` describe each array. In them `period` has the name `motion_period`.
 
