@@ -15,7 +15,7 @@ from vibrodrive.model.quantities import How
 from vibrodrive.stability.failures import count_failures
 
 SHORT = {"transient": 50, "periods": 40}
-LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "half_kept", "k2_always", "starts_width")
+LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "half_kept")
 
 pytestmark = pytest.mark.jit
 

@@ -60,17 +60,17 @@ class Motion:
         """The same motion with all its switches, computed at the first access."""
         return self._followed()
 
-    @property
-    def switches(self) -> np.ndarray:
-        return self.trajectory.switches
-
     def copy(self) -> Motion:
         """Return a copy, which does not keep the arrays of the motions computed together with this one in memory."""
         return replace(self, section=self.section.copy())
 
+    def seen(self, criterion: Criterion) -> Motion | Trajectory:
+        """Return the motion as the criterion needs it: with all its switches, or with main impacts only."""
+        return self.trajectory if criterion.needs_switches else self
+
     def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
         """Return True if the motion satisfies the criterion."""
-        switches = self.switches if criterion.needs_switches else None
+        switches = self.trajectory.switches if criterion.needs_switches else None
         return keeps(base, self.section, self.impacts, criterion.names, switches)
 
 
@@ -117,7 +117,7 @@ class Evaluator:
         settings = Settings(transient=max(SETTLING, s.transient), periods=WATCHED, budget=s.budget)
         orbits: list[ReferenceOrbit | Status] = []
         for motion in self._motions(points, settings):
-            orbit = reference_orbit(motion.trajectory if criterion.needs_switches else motion)
+            orbit = reference_orbit(motion.seen(criterion))
             orbits.append(orbit or (Status.NO_ORBIT if motion.complete else Status.BUDGET))
         return orbits
 
@@ -126,15 +126,15 @@ class Evaluator:
         requests: Sequence[tuple[int, Owner, np.ndarray]],
         ask: Callable[[Owner, Motion], T],
         one_by_one: bool = False,
-        periods: int | None = None,
+        **brief: int,
     ) -> list[list[T]]:
         """Return the results of ask(owner, motion), one list for each request, asked in the order of the disturbances.
 
         A request is (number of a point, its owner, such as an orbit, disturbances). If `one_by_one`, each motion is
         computed separately with all its switches, and each thread computes one motion at a time. Otherwise the records
-        may have fewer `periods` than those of the plan.
+        may be `brief`, with a smaller `transient` or fewer `periods` than those of the plan.
         """
-        settings = replace(self._plan.settings, periods=periods or self._plan.settings.periods)
+        settings = replace(self._plan.settings, **brief)
         owners = [owner for _, owner, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
         points[:, self._column] = np.concatenate([values for _, _, values in requests])

@@ -16,8 +16,9 @@ motions of all searches (evaluate.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
@@ -55,14 +56,18 @@ AT_A_TIME = 128
 TOGETHER = 16
 """Least number of motions in a sweep: two registers of lanes. Few searches ask for more values each, in advance."""
 
-BELOW_ALWAYS = 0.8
-"""Share of the limit for all times at which a search for `k2` begins. No value tried below it was lost: at the 205
-values of configs/limits.toml, at 120 points beside grazings and bifurcations, and at 100 random ones."""
-
 BRIEF_PERIODS = 160
 """Length of a brief record in periods. It proves nine of ten losses, in half the time of a record of 1500 periods after
 a transient of 1000. It serves for values above the first loss, whose motions appear in no result, if these are so many
 that one more sweep leaves few lanes empty, and if it saves at least half of the time."""
+
+GLANCES = np.array([GRIDS["eps"].value(k) for k in range(0, 64, 8)])
+"""Values of ε, from 1e-6 to 2.5e-3, whose brief records tell where a search for `k2` begins: at BELOW_GLANCE times the
+largest one below which all are kept. So half of the values up to the first loss are not tried. No value of the grid
+below the beginning was lost: at the 205 values of configs/limits.toml, and at 300 random A, B and η."""
+
+BELOW_GLANCE = 0.5
+BRIEF_TRANSIENT = 64  # largest transient of these records in periods; at most the transient of the motion
 
 
 @dataclass(frozen=True, repr=False)
@@ -109,7 +114,8 @@ class Limit:
         OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
     always : Always or None
         limit for all times, starts and phases of the disturbance (always.py), with the intervals of starts; None for
-        another disturbance than ε, another method than certified, another criterion than "impacts", or no impacts.
+        another disturbance than ε, another method than certified, another criterion than "impacts", or no impacts. It
+        is computed when it is first asked for, which takes some seconds.
     k2_always : float
         the largest ε up to which the structure is kept for all times, for all starts in these intervals, and for all
         phases of the disturbance; NaN without `always`. It is a lower bound of the limit over any number of periods,
@@ -118,6 +124,8 @@ class Limit:
         least width of the intervals of starts, as a phase in radians; NaN without `always`.
     scene : Scene or None
         machine in SI units, if it was given.
+    find_always : function or None
+        computes `always`.
     """
 
     A: float
@@ -139,8 +147,8 @@ class Limit:
     how: str = ""
     code: int = -1
     status: Status = Status.OK
-    always: Always | None = None
     scene: Scene | None = None
+    find_always: Callable[[], Always] | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
         si = f" ({1e3 * self.velocity_si:.4g} mm/s)" if self.scene is not None else ""
@@ -155,6 +163,10 @@ class Limit:
         changes the velocity by about Δτ, because accelerations are of the order 1.
         """
         return value * (self.A * self.eta) if self.disturbance == "eps" else value
+
+    @cached_property
+    def always(self) -> Always | None:
+        return None if self.find_always is None else self.find_always()
 
     @property
     def k2_always(self) -> float:
@@ -300,10 +312,8 @@ class _Problem:
     lost, kept : the least value found to be lost and the largest value kept below it, with the motions at these values.
     """
 
-    def __init__(
-        self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion, always: Always | None = None
-    ) -> None:
-        self.index, self.base, self.always = index, base, always
+    def __init__(self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion) -> None:
+        self.index, self.base = index, base
         self.kept: tuple[float, Motion | None] = (0.0, None)
         self.lost: tuple[float, Motion | None] = (math.inf, None)
         self._search, self._wanted = search, wanted
@@ -395,20 +405,36 @@ class LimitSearch:
                 how = bad("periods", periods, f"{enough} at A = {self.plan.arguments(index)['A']:g})")
                 yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
             else:
-                always = self._always(index, base)
-                begin = 0.0 if always is None else BELOW_ALWAYS * always.k2
-                search = search_band(GRIDS[self.plan.sought], ahead, begin)
-                begun.append(_Problem(index, base, search, self.wanted, always))
-        active += begun
-        for problem in begun:
+                begun.append((index, base))
+        for (index, base), begin in zip(begun, self._beginnings(begun, evaluator), strict=True):
+            active.append(_Problem(index, base, search_band(GRIDS[self.plan.sought], ahead, begin), self.wanted))
+        for problem in active[len(active) - len(begun) :]:
             problem.begin()
 
-    def _always(self, index: int, base: ReferenceOrbit) -> Always | None:
-        """Return the limit of an orbit for all times, where it is defined."""
-        plan, s = self.plan, self.plan.settings
-        if plan.sought != "eps" or s.method != Method.CERTIFIED or self.wanted.names != (IMPACTS,) or not base.cycle:
+    @property
+    def _of_force(self) -> bool:
+        """Whether limits are those of the impacts of certified motions in ε."""
+        way = self.plan.sought, self.plan.settings.method, self.wanted.names
+        return way == ("eps", Method.CERTIFIED, (IMPACTS,))
+
+    def _beginnings(self, begun: Sequence[tuple[int, ReferenceOrbit]], evaluator: Evaluator) -> list[float]:
+        """Return the disturbance at which the search for the limit of each orbit begins."""
+        if not begun or not self._of_force:
+            return [0.0] * len(begun)
+        answers = evaluator.answers(
+            [(index, base, GLANCES) for index, base in begun],
+            lambda base, motion: motion.keeps(base, self.wanted),
+            transient=min(self.plan.settings.transient, BRIEF_TRANSIENT),
+            periods=min(self.plan.settings.periods, BRIEF_PERIODS),
+        )
+        return [BELOW_GLANCE * GLANCES[: [*kept, False].index(False)].max(initial=0.0) for kept in answers]
+
+    def _always(self, index: int, base: ReferenceOrbit) -> Callable[[], Always] | None:
+        """Return a function that finds the limit of an orbit for all times, where it is defined."""
+        if not self._of_force or base.cycle is None:
             return None
-        return find_always(plan.rows(np.array([index]))[0], base.cycle, s, self.threads, self.halt)
+        point = self.plan.rows(np.array([index]))[0]
+        return partial(find_always, point, base.cycle, self.plan.settings, self.threads, Halt())
 
     def _advanced(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
         """Compute what the searches request. Remove those that end, and yield (number of the point, Limit) for each."""
@@ -435,16 +461,17 @@ class LimitSearch:
 
     def _explained(self, problem: _Problem, band: Band) -> Limit:
         """Return the limit of a search that has ended."""
-        numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n, "always": problem.always}
+        always = self._always(problem.index, problem.base)
+        numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n, "find_always": always}
         del numbers["lost"]
         if (motion := problem.lost[1]) is None:
             how: dict[str, Any] = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
             return self._limit(problem.index, **numbers, **how)
-        lost = compare_structure(problem.base, motion)
+        lost = compare_structure(problem.base, motion.seen(self.wanted))
         code, text = explain_loss(self.wanted, problem.base, motion, lost)
         if (below := problem.kept[1]) is None:
             text = f"k2 is below the smallest value tried: {text}"
-        kept = None if below is None else compare_structure(problem.base, below)
+        kept = None if below is None else compare_structure(problem.base, below.seen(self.wanted))
         return self._limit(problem.index, **numbers, kept=kept, lost=lost, code=code, how=text)
 
     def _limit(self, index: int, **found: Any) -> Limit:

@@ -101,13 +101,14 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float =
         if loss is not None and value(top) > BEYOND * value(max(last, loss)):
             break
         needed = _up_to(grid, top + 1, top + grid.batch)
-        if loss is None:
+        lost = loss or next((top + 1 + i for i, x in enumerate(needed) if known.get(x) is False), None)
+        if lost is None:
             likely = _up_to(grid, top + 1, top + ahead())
         else:
             end = top
-            while value(end) <= BEYOND * value(max(last, loss)):
+            while value(end) <= BEYOND * value(max(last, lost)):
                 end += grid.batch
-            likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))[: max(PAIR, ahead())]]
+            likely = [*_up_to(grid, top + 1, end), *_between(value(lost - 1), value(lost))[: max(PAIR, ahead())]]
         for k, kept in enumerate((yield from _ask(known, needed, likely)), top + 1):
             if not kept and loss is None:
                 loss = k
