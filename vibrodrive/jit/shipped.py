@@ -74,7 +74,6 @@ def _table_and_library() -> tuple[dict[str, Any], ctypes.CDLL | None]:
         path = FOLDER / f"{level}.so"
         if hashlib.sha256(path.read_bytes()).hexdigest() != table["libraries"][level]:
             raise ValueError(f"{path} is damaged")
-        ctypes.CDLL("libm.so.6", ctypes.RTLD_GLOBAL)  # the library calls its functions, whatever their version
         return table["kernels"], ctypes.CDLL(str(path))
     except (FileNotFoundError, NotADirectoryError):  # no wheel with machine code, or an archive
         return {}, None
