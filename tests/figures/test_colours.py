@@ -32,29 +32,22 @@ def seen(colours):
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
 
 
-def alike(*groups):
-    """Return the visions in which a colour of a group is too like one of another group."""
-    pairs = [
-        np.linalg.norm(seen(a)[:, :, None] - seen(b)[:, None], axis=-1) for a, b in itertools.combinations(groups, 2)
-    ]
+def alike(groups):
+    """Return the visions in which a colour of a group is too like one of another group. "none" is a hatched area."""
+    places = [seen(group) for group in groups if "none" not in group]
+    pairs = [np.linalg.norm(a[:, :, None] - b[:, None], axis=-1) for a, b in itertools.combinations(places, 2)]
     least = np.min([pair.min(axis=(1, 2)) for pair in pairs], axis=0)
     return [f"{vision}: {far:.1f}" for vision, far in zip(VISIONS, least, strict=True) if far < DIFFERENT]
 
 
-def alone(*colours):
-    """Return a group for each of the colours; "none" is a hatched area."""
-    return [[colour] for colour in colours if colour != "none"]
-
-
 @pytest.mark.parametrize("style", LOOKS)
 def test_colours_are_told_apart_by_everyone(style):
-    look = LOOKS[style]
-    scale, half = np.linspace(0.0, 1.0, SHADES), SHADES // 2
-    groups = {"classes": alone(*look.classes, look.lacking, APART), "kept": alone(*look.kept, look.lacking, APART)}
-    groups |= {"statuses": alone(*look.statuses, look.lacking), "bands": alone(*look.bands)}
-    groups |= {f"lines {ls}": alone(*(c for c, own in look.lines if own == ls)) for _, ls in look.lines}
-    groups["results in the axes of the user"] = alone(*dict.fromkeys(colour for colour, _ in look.lines))
-    for name, cmap in (("shades", look.shades), ("signed", look.signed)):
-        groups[name] = [cmap(scale)[:, :3], *alone(*look.beyond, look.lacking, APART)]
-    groups["signs"] = [look.signed(scale)[:half, :3], look.signed(scale)[half:, :3]]
-    assert not {name: found for name, one in groups.items() if len(one) > 1 and (found := alike(*one))}
+    look, ends = LOOKS[style], [(colour,) for colour in (*LOOKS[style].beyond, LOOKS[style].lacking, APART)]
+    groups = {"classes": [*zip(look.classes), *ends[2:]], "kept": [*zip(look.kept), *ends[2:]]}
+    groups |= {"statuses": [*zip(look.statuses), ends[2]], "bands": [*zip(look.bands)]}
+    groups |= {f"lines {ls}": [(colour,) for colour, own in look.lines if own == ls] for _, ls in look.lines[:2]}
+    groups["results in the axes of the user"] = [*zip({colour for colour, _ in look.lines})]
+    for name in ("shades", "signed"):
+        groups[name] = [getattr(look, name)(np.linspace(0.0, 1.0, SHADES))[:, :3], *ends]
+    groups["signs"] = np.split(groups["signed"][0], 2)
+    assert not {name: found for name, group in groups.items() if (found := alike(group))}
