@@ -591,6 +591,54 @@ def test_saved_picture_contains_the_picture_of_the_page(tab, explorer):
     assert (saved[: round(top - edge[1])] < 128).any(), "the title"
 
 
+def test_saved_page_moves_and_is_heard_without_a_server_or_a_network(tab, explorer, tmp_path):
+    tab.open(explorer.address + "&low=3&high=3.25&at=3.04&columns=300&transient=200")
+    tab.until("!!page.limits.eps", "the limit")
+    picture = image(tab)
+    tab.press("send")
+    tab.until("page.file !== null", "the page")
+    (file := tmp_path / tab.ask("page.file.name")).write_text(tab.ask("page.file.content"), encoding="utf-8")
+    assert file.name == "dxi_over_A.html"
+    assert file.stat().st_size <= 2_000_000
+    offline = {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0}
+    tab.driver.execute_cdp_cmd("Network.enable", {})
+    try:
+        tab.driver.execute_cdp_cmd("Network.emulateNetworkConditions", offline)
+        tab.driver.get(file.as_uri())
+        tab.until("!!page?.motion && !!page.data && page.settled", "picture and motion")
+        for found, wanted in zip(image(tab), picture, strict=True):
+            assert np.array_equal(found, wanted)
+        assert text(tab, "title").startswith("Shake it harder")
+        assert text(tab, "conditions").startswith("B = 0.1, ε = 0, seen at phase")
+        assert "A saved page. The knob moves among 32 motions" in text(tab, "story")
+        assert "A = 3.04 · period 2 · keeps its structure" in text(tab, "sentence")
+        assert text(tab, "link").startswith('vibrodrive explore "?low=3.0')
+        visible = "return [...document.querySelectorAll('button, input, select')].filter((e) => e.offsetParent)"
+        assert {e.get_attribute("id") for e in tab.driver.execute_script(visible)} == {"sound", "full", "png"}
+        left, top, width, height = tab.frame()
+        for share in (0.3, 0.62, 0.9):
+            tab.click(round(left + share * width), round(top + 0.4 * height))
+            tab.until("!page.busy && page.motion.view.at === page.view.at", "the motion")
+            at = tab.ask("page.view.at")
+            assert abs(at - (3 + 0.25 * share)) <= 0.005
+            motion = vd.simulate(at, section_phase=math.pi / 2, transient=200)
+            period = f"period {motion.period}" if motion.period else "no period"
+            assert text(tab, "sentence") == f"A = {at:g} · {period}"
+        handle = tab.driver.find_element("id", "handle")
+        handle.send_keys("\ue012")  # the left arrow
+        tab.until(f"page.view.at < {at}", "the next motion")
+        wheel(tab, left + width / 2, top + height / 2, -500)
+        press_key(tab, "4")
+        assert tab.ask("[page.view.low, page.view.high, page.view.x]") == [3, 3.25, "A"]
+        tab.driver.find_element("id", "sound").click()
+        tab.until("page.clicks.length > 2", "clicks")
+        press_key(tab, "m")
+        assert tab.complaints() == []
+    finally:
+        online = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
+        tab.driver.execute_cdp_cmd("Network.emulateNetworkConditions", online)
+
+
 def test_error_is_shown_in_one_line_and_the_field_returns(tab, explorer):
     tab.open(explorer.address + SMALL)
     frame = tab.frame()

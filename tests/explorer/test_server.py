@@ -1,21 +1,17 @@
 """The server accepts only requests of this machine, with the token, and from its own pages. No test needs a browser."""
 
 import asyncio
-import base64
 import gc
 import json
-import math
 import os
 import re
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import time
 import urllib.error
 import urllib.request
-import zlib
 from contextlib import closing
 from http.client import HTTPConnection
 from types import SimpleNamespace
@@ -28,6 +24,7 @@ pytest.importorskip("tornado")
 from tornado.websocket import WebSocketClosedError, websocket_connect
 
 import vibrodrive as vd
+from tests.support.messages import messages
 from tests.support.process import python
 from vibrodrive.cli.explore import explore
 from vibrodrive.explorer.session import Session
@@ -314,22 +311,6 @@ def test_wrong_token_is_told_how_to_get_the_right_one(explorer):
     assert status == 403
     assert "Open the address that `vibrodrive explore` has printed" in told
     assert "--token FILE" in told
-
-
-def messages(stored):
-    """Return (head, arrays) of each message that a page contains, by another decoder."""
-    content, found = zlib.decompress(base64.b64decode(stored)), []
-    while content:
-        (length,), content = struct.unpack("<i", content[:4]), content[4:]
-        message, content = content[:length], content[length:]
-        (size,), rest = struct.unpack("<i", message[:4]), message[4:]
-        head, data = json.loads(rest[:size]), rest[size:]
-        arrays = {
-            name: np.frombuffer(data, "<" + kind, math.prod(shape), place).reshape(shape)
-            for name, (kind, shape, place) in head["arrays"].items()
-        }
-        found.append((head, arrays))
-    return found
 
 
 def test_supplied_picture_is_that_of_the_first_view():

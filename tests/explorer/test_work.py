@@ -1,6 +1,10 @@
 """Pictures and motions without a page: images of diagrams and maps, the levels that refine them, and the limits k₂."""
 
+import itertools
+import json
 import math
+import re
+from dataclasses import replace
 from threading import Timer
 from types import SimpleNamespace
 
@@ -8,6 +12,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.support.messages import messages
+from vibrodrive.batch.trajectory import follow
 from vibrodrive.explorer.image import (
     ONLY_CERTIFIED,
     ONLY_CHOSEN,
@@ -18,7 +24,7 @@ from vibrodrive.explorer.image import (
     values_of,
 )
 from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, shown_motion, words
-from vibrodrive.explorer.tasks import answer
+from vibrodrive.explorer.tasks import answer, save
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Level, Pace, Part, Work, coarse_first
 from vibrodrive.jit.slices import Halt, Halted
@@ -180,18 +186,22 @@ def test_limits_are_those_of_limit_and_end_when_they_are_halted():
         limit_at(limit_plans(View.read({"at": 2.2}).motion_plan())["eps"], halt)
 
 
+def session_of(told):
+    """Return a page that appends what it is told to a list."""
+    engine = SimpleNamespace(threads=1, pace=Pace(), limits={}, make_room=print)
+    engine.worker = SimpleNamespace(pause=lambda *_: None)
+    return SimpleNamespace(
+        work=None, made_from=[], asked=1, painted=0, unpainted=0, pixels=(300, 200), moving="", rests=False,
+        later=lambda change: change(), news=told.append, send=lambda kind, head, arrays: told.append(head),
+        engine=engine,
+    )  # fmt: skip
+
+
 @pytest.mark.jit
 def test_slow_map_finds_the_limit_of_its_motion_first_and_tells_how_long_it_takes(monkeypatch):
     monkeypatch.setattr("vibrodrive.explorer.tasks.SOON", 0.0)  # every picture is slow
     monkeypatch.setattr("vibrodrive.explorer.work.LEVEL_SECONDS", 1e-9)
-    told = []
-    session = SimpleNamespace(
-        work=None, made_from=[], asked=1, painted=0, unpainted=0, pixels=(9, 9), moving="", rests=False,
-        later=lambda change: change(), news=told.append, send=lambda kind, head, arrays: told.append(head),
-        engine=SimpleNamespace(
-            threads=1, pace=Pace(), limits={}, make_room=print, worker=SimpleNamespace(pause=lambda *_: None)
-        ),
-    )  # fmt: skip
+    session = session_of(told := [])
     session.view = view = View.read(
         {"mode": "map", "columns": 33, "rows": 9, "periods": 66, "transient": 20, "eps": 2e-4, "at": 3.04, "at_y": 0.1}
     )
@@ -224,3 +234,44 @@ def test_each_grid_is_computed_in_a_mixed_order_after_all_coarser_ones(shape):
         assert {*order[:count]} == {*grid.ravel()}
     last = order[counts[-2] :] / math.prod(shape)
     assert abs(last[: len(last) // 2].mean() - 0.5) < 0.1, "the first half is everywhere"
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("more", [{}, {"eps": 2e-4, "method": "fixed"}, {"mode": "map", "columns": 20, "rows": 10}])
+def test_saved_page_contains_its_motions_needs_nothing_else_and_fits_into_a_mail(more, monkeypatch):
+    view = View.read({"low": 3.0, "high": 3.25, "at": 3.04, "periods": 64, **more})
+    told, calls, made = [], itertools.count(), {}
+    session = session_of(told)
+
+    def halted(*arguments):
+        if next(calls) == 20:
+            raise Halted
+        return shown_motion(*arguments)
+
+    monkeypatch.setattr("vibrodrive.explorer.tasks.shown_motion", halted)
+    with pytest.raises(Halted):
+        save(session, view, made, Halt())
+    save(session, view, made, Halt())
+    page = told[0]["saved"]
+    assert len(page.encode()) <= 2_000_000
+    assert re.findall(r"(?:src|href)=.?https?:|@import|type=.module", page) == []
+    known = json.loads(re.search(r'id="known">(.*?)</script>', page, re.DOTALL)[1])
+    (picture, _), *motions = messages(known["stored"])
+    assert (picture["complete"], known["places"][0]) == (True, [view.at, view.at_y])
+    assert len(motions) == len(known["places"]) == (36 if view.mode == "map" else 32) == next(calls) - 1
+    low = known["places"][1:]
+    assert (low[0][0], low[-1][0], len({at for at, _ in low})) == (3.0, 3.25, 7 if view.mode == "map" else 31)
+    for (at, at_y), (head, arrays) in list(zip(known["places"], motions, strict=True))[::9]:
+        plan = replace(view, at=at, at_y=at_y).motion_plan()
+        exact = curve_of(
+            follow(replace(plan, settings=replace(plan.settings, periods=round(float(arrays["time"][-1])))))
+        )
+        assert head["period"] == words(plan, view, Halt())["period"]
+        for name in ("time", "xi", "dxi"):
+            largest = float(np.nanmax(np.abs(exact[name])))
+            assert arrays[name] == pytest.approx(exact[name], abs=1e-4 * largest, nan_ok=True)
+    monkeypatch.setattr("vibrodrive.explorer.tasks.LARGEST_PAGE", len(page.encode()) - 1)
+    save(session, view, made, Halt())
+    fewer = json.loads(re.search(r'id="known">(.*?)</script>', told[1]["saved"], re.DOTALL)[1])
+    assert fewer["places"] == known["places"][::2]
+    assert len(messages(fewer["stored"])) == 1 + len(fewer["places"])

@@ -134,6 +134,8 @@ const start_over = () => {
   Object.assign(page, {kind: "", start: known.starts[0]});
   page.command({reset: true});
 };
+const SAVED = `<br><strong>A saved page.</strong> The knob moves among ${known.places.length} motions stored in this file;
+  it cannot compute others, zoom, add a ripple, or find a limit k₂ that was not known. The program vibrodrive can: see Save.`;
 // The text of the start view shown last, as long as nothing else has changed than what this text invites to move, and
 // part of its window is in view; otherwise of one whose window contains the view.
 const story = () => {
@@ -144,6 +146,7 @@ const story = () => {
     return rest(view, moves) === rest(first, moves) && inside("") && (!over_plane() || inside("y_"));
   });
   page.start = found ?? page.start;
+  if (saved) return `${known.about[over_plane() ? view.mode : view.quantity]} ${SAVED}`;
   return found ? `<strong>${found.name}</strong> ${found.text}` : known.about[over_plane() ? view.mode : view.quantity];
 };
 
@@ -237,7 +240,7 @@ const judge = () => {
     else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));
   }
   if (page.waits && !(fresh && found.length === names.length)) parts.push(page.waits);
-  else if (fresh && calm && status !== "NEVER_LEAVES" && found.length < names.length) parts.push("finding the limit of its structure …");
+  else if (fresh && calm && !saved && status !== "NEVER_LEAVES" && found.length < names.length) parts.push("finding the limit of its structure …");
   say(parts.filter(Boolean).join(" · "), "sentence");
   const lines = found.map((name) => `k₂ in ${label_of(name)}: ${limits[name].k2 === "nan" ? "none" : digits(Number(limits[name].k2), 4)}, ${limits[name].how}`);
   say((near ? [...details, ...lines] : ["…"]).map((line) => `<p>${line}</p>`).join(""), "words");

@@ -18,7 +18,7 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import size
 from vibrodrive.model.plan import Plan
 
-WARMING = -1  # belongs to no page, because pages are numbered from 0
+WARMING = 0  # belongs to no page: pages are numbered from 1, and what a page saves has its number with a minus
 FEWEST = 64  # least number of points of a level (work.py); a kernel computes this number of motions together
 LARGEST = 2 * 10**9  # largest number of bytes of the results of one view
 TURN = 1.0  # seconds of the first turn of a task for which another waits; each further turn is twice as long
@@ -166,14 +166,14 @@ class Engine:
         self.worker.request(WARMING, lambda halt: self.tasks().warm_picture(self, halt))
 
     def _failed(self, number: int, error: BaseException) -> None:
-        page = self.pages.get(number)
+        page = self.pages.get(abs(number))
         if page is not None:
             page.later(partial(page.refuse, error))
 
     def _waits(self, number: int, other: int) -> None:
-        if {number, other} <= {*self.pages}:
-            page = self.pages[number]
-            page.later(partial(page.wait_for, self.pages[other].view))
+        page, first = self.pages.get(number), self.pages.get(abs(other))
+        if page is not None and first is not None:
+            page.later(partial(page.wait_for, first.view))
 
     def compiling(self) -> float:
         """Return the seconds that this process has compiled, 0 if it does not compile now."""

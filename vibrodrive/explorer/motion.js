@@ -126,4 +126,4 @@ page.play = () => {
 element("mechanism").addEventListener("click", () => page.play());
 for (const id of ["mechanism", "phase", "time"]) new ResizeObserver(draw_motion).observe(element(id));
 requestAnimationFrame(tick);
-connect();
+if (saved) revive().catch((error) => say(String(error), "notice")); else connect();

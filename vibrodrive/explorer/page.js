@@ -16,6 +16,8 @@ const kept = (name, text) => {
     return "";
   }
 };
+const saved = known.places.length > 0; // the page is a file without a server
+document.body.classList.toggle("saved", saved);
 const token = new URLSearchParams(location.search).get("token");
 const page = {
   view: null, // all fields of the view (view.py); texts that the user has typed stay texts
@@ -111,8 +113,18 @@ const stored = async () => {
   return found;
 };
 const tell = (message) => {
-  if (!message.ping && !message.toml) page.seq += 1; // these two replace no running request
+  if (!(message.ping || message.toml || message.save)) page.seq += 1; // these replace no running request
   if (socket.readyState === 1) socket.send(JSON.stringify({seq: page.seq, ...message}));
+};
+// A saved page answers itself: with its picture, and with the motion that is stored for the place of the knob.
+const revive = async () => {
+  const [picture, ...motions] = await stored(), {address, places} = known;
+  socket = {readyState: 1, send: (text) => setTimeout(() => {
+    const {seq, view, only_motion} = JSON.parse(text);
+    if (!only_motion) receive(picture, {seq, address});
+    receive(motions[places.findIndex(([at, at_y]) => at === view.at && at_y === view.at_y)], {done: seq, address});
+  })};
+  apply(known.view);
 };
 const GONE = "The explorer does not answer. If its program has ended, start it again and open the address that it prints.";
 const lost = (gone) => {
@@ -121,7 +133,7 @@ const lost = (gone) => {
 };
 document.addEventListener("visibilitychange", () => document.hidden || request(true));
 setInterval(() => {
-  if (document.hidden || !socket || socket.readyState !== 1) return;
+  if (document.hidden || saved || !socket || socket.readyState !== 1) return;
   if (page.pinged && performance.now() - page.pinged > SILENCE) lost(GONE);
   if (page.pinged) return;
   page.pinged = performance.now();
@@ -161,6 +173,7 @@ page.ask = (again) => {
   judge(); request(again);
 };
 page.command = (message) => {
+  if (saved) return;
   Object.assign(page, {asked: 0, settled: false, busy: false, pending: false}); // the running request is obsolete
   tell({view: page.state(), pixels: page.pixels, ...message});
 };
@@ -178,6 +191,8 @@ const hear = (item) => {
   if (item.apply) apply(item.apply);
   if (item.refused) refuse(item.refused);
   if (item.toml) save("view.toml", item.toml);
+  if (item.saved) save(`${parameter("y")}_over_${page.view.x}.html`, item.saved);
+  if (item.saved || item.refused) element("send").disabled = false;
   if (item.limits) know(item.limits);
   if (item.waits) wait(`waiting for another open page: ${item.waits}`);
   if (item.compiling) {
@@ -211,7 +226,7 @@ const remember = (address) => {
   clearTimeout(page.waiting);
   page.waiting = setTimeout(() => {
     const url = `?token=${token}${address ? `&${address}` : ""}`;
-    if (url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
+    if (!saved && url !== location.search) history[page.begun && !page.played ? "pushState" : "replaceState"](null, "", url);
     element("link").textContent = `vibrodrive explore "?${address}"`;
     page.begun = true; page.waiting = 0;
   }, REST);
@@ -224,6 +239,9 @@ const save = (name, content) => {
   Object.assign(document.createElement("a"), {href: URL.createObjectURL(new Blob([content])), download: name}).click();
 };
 const press = (id, act) => element(id).addEventListener("click", act);
+press("send", ({target}) => {
+  target.disabled = true; tell({save: true, view: page.state(), pixels: page.pixels});
+});
 press("toml", () => tell({toml: true, view: page.state(), pixels: page.pixels}));
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
 press("fit", () => fit_now());

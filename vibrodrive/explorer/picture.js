@@ -17,6 +17,7 @@ const name_of = (k) => (page.view.scene === "SI" && known.in_si[parameter(k)]) |
 const factor_of = (k) => (known.allowed[parameter(k)] ? known.factor[parameter(k)] ?? 1 : 1);
 
 const set_span = (k, start, end) => {
+  if (saved) return;
   const [least, most] = allowed(k), [low, high] = [Math.max(start, least), Math.min(end, most)];
   if (!(high - low >= FINEST * Math.max(Math.abs(low), Math.abs(high)))) return;
   keys(k).forEach((key, n) => { page.view[key] = shown([low, high][n], k); });
@@ -108,7 +109,7 @@ const draw_axes = (c, {left, top, width, height}) => {
     c.fillText(pretty(text), left - 0.6 * size, up(ys[k]));
   });
   Object.assign(c, {fillStyle: ink, textBaseline: "top", font: `${1.1 * size}px ${css("--font")}`});
-  c.fillText(name_of("x"), left + width, top + height + 2 * size); c.textAlign = "left";
+  c.fillText(name_of("x"), left + width, top + height + 2.4 * size); c.textAlign = "left";
   c.fillText(name_of("y"), Math.max(0, left - 3.2 * size), Math.max(0, top - 1.9 * size));
   Object.assign(c, {font: `${0.9 * size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center"});
   for (const [from, to, period] of (current("picture") && page.data.spans) || []) {
@@ -268,7 +269,15 @@ const caption = ({title, conditions, key, count, done, left, complete, counts, e
 const choose = (u, v) => {
   page.view.at = shown(u, "x");
   if (over_plane() && v !== undefined) page.view.at_y = shown(v, "y");
+  if (saved) snap();
   page.moved = true; draw(); page.ask();
+};
+// The knob of a saved page is at the nearest place that has a motion.
+const snap = () => {
+  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], {at, at_y} = page.view;
+  const away = ([x, y]) => Math.hypot((drawn(x, "x") - drawn(at, "x")) / (x1 - x0), over_plane() && (drawn(y, "y") - drawn(at_y, "y")) / (y1 - y0));
+  const [x, y] = known.places.reduce((one, other) => (away(other) < away(one) ? other : one));
+  Object.assign(page.view, {at: x, at_y: y});
 };
 const choose_at = (x, y) => {
   const {width, height} = box_of(), [[x0, x1], [y0, y1]] = [span("x"), span("y")];
@@ -331,11 +340,12 @@ figure.addEventListener("wheel", (event) => {
   if (x < 0 || (y < height && (event.shiftKey || over_plane()))) zoom("y", factor, 1 - y / height);
 }, {passive: false});
 handle.addEventListener("keydown", (event) => {
-  const {left, top} = handle.getBoundingClientRect(), {width} = box_of(), most = 1e9, size = event.shiftKey ? 20 : 2;
+  const {left, top} = handle.getBoundingClientRect(), {width, height} = box_of(), most = 1e9, up = over_plane() && /Arrow(Up|Down)/.test(event.key);
+  const [columns, rows] = known.grid, size = saved ? (up ? height / (rows - 1) : width / (columns - 1)) : event.shiftKey ? 20 : 2;
   const by = {ArrowLeft: -size, ArrowRight: size, ArrowDown: -size, ArrowUp: size, PageDown: -width / 10, PageUp: width / 10, Home: -most, End: most}[event.key];
   if (!by) return;
   event.preventDefault();
-  const up = over_plane() && /Arrow(Up|Down)/.test(event.key), [x, y] = inside({clientX: left, clientY: top});
+  const [x, y] = inside({clientX: left, clientY: top});
   choose_at(x + (up ? 0 : by), y - (up ? by : 0));
 });
 

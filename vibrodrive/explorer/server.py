@@ -21,6 +21,7 @@ import os
 import re
 import secrets
 import socket
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -32,8 +33,8 @@ from tornado.web import Application, RequestHandler
 
 from vibrodrive.explorer.controls import known
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.session import Session, one_line
-from vibrodrive.explorer.view import View, read_address
+from vibrodrive.explorer.session import Session, one_line, stored
+from vibrodrive.explorer.view import STORED, View, read_address
 from vibrodrive.model import parameters
 
 ADDRESS = "127.0.0.1"
@@ -72,13 +73,16 @@ def kept_token(path: Path) -> str:
     return token
 
 
-def build(view: View, refused: str) -> str:
+def build(view: View, refused: str, saved: Iterable[bytes] = (), places: Sequence[tuple[float, float]] = ()) -> str:
     """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
-    is not the view of the address, or ""."""
+    is not the view of the address, or "". A saved page contains the messages `saved` instead of a server: its picture,
+    and its motions at `places`."""
     names = "page.html", "page.css", *SCRIPTS
     text, style, *scripts = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
     first = json.loads((Path(__file__).parent / "first.json").read_text(encoding="utf-8")) if view == View() else ""
-    told = json.dumps({**known(), "view": view.state(), "refused": refused, "stored": first}).replace("</", "<\\/")
+    own = {"view": view.state(), "address": view.address(), "refused": refused, "grid": STORED[view.mode]}
+    own |= {"stored": stored(saved) if places else first, "places": places}
+    told = json.dumps(known() | own).replace("</", "<\\/")
     for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
         text = text.replace("{{ " + name + " }}", part)
     return text

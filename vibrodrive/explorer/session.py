@@ -27,7 +27,7 @@ from vibrodrive.explorer.view import COLUMNS, MOST_COLUMNS, PICTURE_ROWS, View, 
 if TYPE_CHECKING:
     from vibrodrive.explorer.work import Work
 
-NUMBERS = itertools.count()
+NUMBERS = itertools.count(1)
 
 
 class Session(WebSocketHandler):
@@ -57,6 +57,7 @@ class Session(WebSocketHandler):
 
     def on_close(self) -> None:
         self.engine.worker.cancel(self.number)
+        self.engine.worker.cancel(-self.number)
         self.engine.pages.pop(self.number, None)
 
     def later(self, change: Callable[[], None]) -> None:
@@ -86,6 +87,10 @@ class Session(WebSocketHandler):
             self.news({"apply": adapted(asked["view"], asked["changed"]).state()})
         elif asked.get("toml"):
             self.news({"toml": View.read(asked["view"]).sized(*self.pixels).toml()})
+        elif asked.get("save"):
+            view = View.read(asked["view"])
+            made: dict[str, Any] = {}
+            self.engine.worker.request(-self.number, lambda halt: self.engine.tasks().save(self, view, made, halt))
         else:
             self._show(View.read(asked["view"]), asked.get("only_motion", False))
 

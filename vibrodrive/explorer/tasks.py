@@ -16,13 +16,16 @@ from vibrodrive.explorer.controls import title_of
 from vibrodrive.explorer.engine import KEPT, Engine
 from vibrodrive.explorer.image import fitting_range, picture_of, pictures
 from vibrodrive.explorer.motion import limit_at, limit_plans, shown_motion
-from vibrodrive.explorer.session import Session
+from vibrodrive.explorer.server import build
+from vibrodrive.explorer.session import Session, message_of
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Level, Work
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, size
 
 SOON = 1.0  # seconds; a picture that takes longer waits for the limits
+SAVED_POINTS, SAVED_BITS = 3500, 15  # most points of a curve in a saved page, and bits of their coordinates
+LARGEST_PAGE = 2_000_000  # largest number of bytes of a saved page, which fits into a mail
 REST_SECONDS = 0.12  # pause between the first picture and finer pictures; a moving mouse sends the next request earlier
 
 
@@ -105,6 +108,30 @@ def show_limits(session: Session, view: View, halt: Halt) -> None:
                 del known[next(iter(known))]  # the oldest entry
             known[key] = limit_at(of, halt)
             session.later(partial(session.news, {"limits": {name: known[key]}}))
+
+
+def save(session: Session, view: View, made: dict[str, Any], halt: Halt) -> None:
+    """Send the page of a view as one file that needs no server, with its picture, and motions along its axes. What is
+    ready stays in `made`, if the task is halted."""
+    sized = view.sized(*session.pixels)
+    if "work" not in made:
+        made |= {"work": work_of(session, sized), "motions": []}
+    *_, level = made["work"].levels(session.engine.pace, halt)
+    places, motions = view.stored, made["motions"]
+    for at, at_y in places[len(motions) :]:
+        head, arrays = shown_motion(replace(sized, at=at, at_y=at_y), session.engine.limits, halt, SAVED_POINTS)
+        motions.append(message_of("motion", head, {name: lean(array) for name, array in arrays.items()}))
+    picture = message_of("picture", *titled_picture(sized, level, session.pixels[1]))
+    while len((page := build(view, "", [picture, *motions], places)).encode()) > LARGEST_PAGE:
+        places, motions = places[::2], motions[::2]
+    session.later(partial(session.news, {"saved": page}))
+
+
+def lean(array: np.ndarray) -> np.ndarray:
+    """Return an array with as many bits as a picture needs, so that it becomes small when it is compressed."""
+    largest = np.nanmax(np.abs(array), initial=1e-30)
+    step = 2.0 ** (np.ceil(np.log2(largest)) - SAVED_BITS)
+    return (np.rint(array / step) * step).astype(array.dtype) if array.dtype.kind == "f" else array
 
 
 def warm_picture(engine: Engine, halt: Halt) -> None:

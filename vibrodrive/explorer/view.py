@@ -36,6 +36,7 @@ RECORDED, RECORDED_DISTURBED = 4 * choices.LONGEST, 500
 motion has them. With the η of the paper the phase of a disturbance advances by 1/202 of a turn in each period, so that
 few dots would draw a moiré, which is no property of the motion."""
 NOWHERE = math.nan  # default of `bottom` and `top`
+STORED = {DIAGRAM: (31, 2), MAP: (7, 5)}  # numbers of places along both axes for which a saved page has motions
 PLACE = 0.3  # default place of the motion that is shown, as a share of the window
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in names.AXES.items() if row.axis}
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # fields with the defaults of RANGES, in order
@@ -238,6 +239,14 @@ class View:
         return config.parse(replace(self, **values)._toml({}, self.axes)).plan()  # type: ignore[arg-type]
 
     @property
+    def stored(self) -> list[tuple[float, float]]:
+        """Places (at, at_y) of the motions of a saved page: that of this view, and others at even distances."""
+        columns, rows = (np.linspace(0.0, 1.0, count).tolist() for count in STORED[self.mode])
+        x = [_inside(self.low, self.high, self.scale, share) for share in columns]
+        y = [_inside(self.y_low, self.y_high, self.y_scale, share) for share in rows]
+        return [(self.at, self.at_y), *((at, at_y) for at_y in (y if self.mode == MAP else [self.at_y]) for at in x)]
+
+    @property
     def limits(self) -> tuple[float, float] | None:
         """Range (bottom, top) of the ordinate or of the colours. None means the range of the computed values."""
         return None if math.isnan(self.top) else (self.bottom, self.top)
@@ -306,9 +315,9 @@ class View:
         return [*lines, *limits]
 
 
-def _inside(low: float, high: float, scale: str) -> float:
-    """Return a round number at about PLACE of a window."""
-    at = low * (high / low) ** PLACE if scale == names.LOG and low > 0.0 else low + PLACE * (high - low)
+def _inside(low: float, high: float, scale: str, place: float = PLACE) -> float:
+    """Return a round number at about this share of a window."""
+    at = low * (high / low) ** place if scale == names.LOG and low > 0.0 else low + place * (high - low)
     step = high - low if scale == names.LINEAR else at
     return min(max(round(at, 3 - math.floor(math.log10(step))) if 0.0 < step < math.inf else at, low), high)
 
