@@ -18,8 +18,8 @@ from PIL import Image
 
 from tests.support.chromium import browser
 from vibrodrive.explorer.engine import Pace
+from vibrodrive.explorer.image import picture_of
 from vibrodrive.explorer.session import message_of, stored
-from vibrodrive.explorer.tasks import titled_picture
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Work
 from vibrodrive.jit.slices import Halt
@@ -104,7 +104,7 @@ def supply():
     """Write the first picture of the explorer."""
     view = View().sized(900, 400)
     *_, level = Work([view.plan()], None).levels(Pace(), Halt())
-    FIRST.write_text(json.dumps(stored([message_of("picture", *titled_picture(view, level, 400))])) + "\n")
+    FIRST.write_text(json.dumps([stored(message_of("picture", *picture_of(view, level, 400)))]) + "\n")
 
 
 def main():

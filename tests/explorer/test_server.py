@@ -329,4 +329,4 @@ def test_supplied_picture_is_that_of_the_first_view():
     spots[row, np.arange(columns)[:, None]] = True
     spots[np.minimum(row + 1, rows - 1), np.arange(columns)[:, None]] = True
     assert np.array_equal(spots, arrays["image"] > 0)
-    assert json.loads(re.search(r'id="known">(.*?)</script>', build(View(eps=1e-4), ""), re.DOTALL)[1])["stored"] == ""
+    assert json.loads(re.search(r'id="known">(.*?)</script>', build(View(eps=1e-4), ""), re.DOTALL)[1])["stored"] == []

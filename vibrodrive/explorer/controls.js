@@ -122,32 +122,26 @@ const fit_now = () => {
 
 known.starts.forEach(({name, address}, k) => {
   const button = make(`<button><kbd>${k + 1}</kbd> ${name}</button>`);
-  button.addEventListener("click", () => {
-    page.start = known.starts[k];
-    page.command({address});
-  });
+  button.addEventListener("click", () => page.command({address}));
   element("starts").append(button);
 });
 element("starts").append(make("<button id='over'>Start over</button>"));
 press("over", () => start_over());
 const start_over = () => {
-  Object.assign(page, {kind: "", start: known.starts[0]});
-  page.command({reset: true});
+  page.kind = ""; page.command({reset: true});
 };
 const SAVED = `<br><strong>A saved page.</strong> The knob moves among ${known.places.length} motions stored in this file;
   it cannot compute others, zoom, add a ripple, or find a limit k₂ that was not known. The program vibrodrive can: see Save.`;
-// The text of the start view shown last, as long as nothing else has changed than what this text invites to move, and
-// part of its window is in view; otherwise of one whose window contains the view.
+// The text of the start view in whose window the middle of the view is, as long as nothing else has changed than what
+// this text invites to move.
 const story = () => {
   const {view} = page, rest = (one, moves) => JSON.stringify({...one, ...Object.fromEntries([...PLACES, ...WINDOW, ...ENDS, moves].map((free) => [free, 0]))});
-  const found = [page.start, ...[...known.starts].reverse()].find((start) => {
-    const {view: first, moves} = start, [one, other] = start === page.start ? ["high", "low"] : ["low", "high"];
-    const inside = (axis) => view[axis + one] >= first[axis + "low"] && view[axis + other] <= first[axis + "high"];
-    return rest(view, moves) === rest(first, moves) && inside("") && (!over_plane() || inside("y_"));
+  const about = known.about[over_plane() ? view.mode : view.quantity];
+  const found = [...known.starts].reverse().find(({view: first, moves}) => {
+    const inside = (low, high) => view[low] + view[high] >= 2 * first[low] && view[low] + view[high] <= 2 * first[high];
+    return rest(view, moves) === rest(first, moves) && inside("low", "high") && (!over_plane() || inside("y_low", "y_high"));
   });
-  page.start = found ?? page.start;
-  if (saved) return `${known.about[over_plane() ? view.mode : view.quantity]} ${SAVED}`;
-  return found ? `<strong>${found.name}</strong> ${found.text}` : known.about[over_plane() ? view.mode : view.quantity];
+  return saved ? `${about} ${SAVED}` : found ? `<strong>${found.name}</strong> ${found.text}` : about;
 };
 
 // Show an error message, beside its field if that is in view, until the next action. All fields return to what was
@@ -247,11 +241,6 @@ const judge = () => {
   for (const [id, what] of [["phase", "Phase curve: velocity over gap"], ["time", "Gap over time"]]) {
     element(id).ariaLabel = `${what}. ${element("sentence").textContent}`;
   }
-};
-const know = (limits) => {
-  Object.assign(page.limits, limits);
-  if (page.took > usual) kept("compiled", page.took);
-  wait("");
 };
 
 // Keys. On a focused control the keys of this control act.

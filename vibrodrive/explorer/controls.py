@@ -10,6 +10,7 @@ from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, O
 
 from vibrodrive.explorer.view import View, read_address  # isort: skip
 from vibrodrive.model import choices, drawing, names, physical, records
+from vibrodrive.model.quantities import NUMBER, SIGNED
 
 QUANTITIES = records.QUANTITIES
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
@@ -216,8 +217,8 @@ def known() -> dict[str, Any]:
         "starts": [{**start._asdict(), "view": read_address(start.address).state()} for start in STARTS],
         "about": ABOUT,
         "questions": {name: f"{WORDS[name][1]}: when does it lose its beat?" for name in RANGES}
-        | {name: f"{name.replace('_', ' ').capitalize()}: where is it largest?" for name in OF_MAPS}
-        | {"period": "Where does it lose its beat?"},
+        | {name: f"Where is the {name.replace('_', ' ')} largest?" for name in OF_MAPS}
+        | {name: "Where does it lose its beat?" for name in OF_MAPS if QUANTITIES[name].shown not in (NUMBER, SIGNED)},
         "states": [state.name.lower() for state in vd.State],
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
     }

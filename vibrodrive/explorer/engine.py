@@ -14,6 +14,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from vibrodrive.explorer.controls import title_of
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import size
 from vibrodrive.model.plan import Plan
@@ -117,9 +118,9 @@ class Worker:
 
 
 class Pace:
-    """Measured number of excitation periods computed per second, for each kind of motion."""
+    """Measured number of excitation periods computed per second, for each kind of motion; at first FIRST."""
 
-    FIRST = 5e5  # excitation periods per second before the first measurement
+    FIRST = 5e5
 
     def __init__(self) -> None:
         self._measured: dict[tuple[int, bool, bool], float] = {}
@@ -128,16 +129,10 @@ class Pace:
         return self._measured.get(self._kind(plan), self.FIRST)
 
     def learn(self, plan: Plan, points: int, seconds: float) -> None:
-        """Replace the value for this kind of motion by the mean of the old value and a new measurement.
-
-        So a short load by other programs has less effect. The measurement is the time in `seconds` for `points` points.
-        """
-        if points < FEWEST:  # `seconds` is then mostly the time to start the threads
-            return
-        periods = points * length(plan)
-        new = periods / max(seconds, 1e-4)
-        old = self._measured.get(self._kind(plan), new)
-        self._measured[self._kind(plan)] = 0.5 * (old + new)
+        """Take the mean of the old value and of a new one, so that a short load by other programs has less effect."""
+        if points >= FEWEST:  # for fewer points `seconds` is mostly the time to start the threads
+            new = points * length(plan) / max(seconds, 1e-4)
+            self._measured[self._kind(plan)] = 0.5 * (new + self._measured.get(self._kind(plan), new))
 
     @staticmethod
     def _kind(plan: Plan) -> tuple[int, bool, bool]:
@@ -162,8 +157,8 @@ class Engine:
         self.limits: dict[str, dict[str, Any]] = {}  # known limits k₂, at most KEPT, by their arguments
 
     def warm(self) -> None:
-        """Load all modules and kernels that the first picture needs."""
-        self.worker.request(WARMING, lambda halt: self.tasks().warm_picture(self, halt))
+        """Load the modules that the first picture needs."""
+        self.worker.request(WARMING, lambda halt: self.tasks())
 
     def _failed(self, number: int, error: BaseException) -> None:
         page = self.pages.get(abs(number))
@@ -173,7 +168,7 @@ class Engine:
     def _waits(self, number: int, other: int) -> None:
         page, first = self.pages.get(number), self.pages.get(abs(other))
         if page is not None and first is not None:
-            page.later(partial(page.wait_for, first.view))
+            page.later(partial(page.news, {"waits": title_of(first.view)[0]}))
 
     def compiling(self) -> float:
         """Return the seconds that this process has compiled, 0 if it does not compile now."""
@@ -182,12 +177,8 @@ class Engine:
         return float(compilation.seconds) if compilation is not None and compilation.running else 0.0
 
     def make_room(self, need: int, what: str) -> None:
-        """Delete results of pages, the oldest page first, until all results and `need` fit into half of the free
-        memory.
-
-        `need` is the number of bytes of a new view. Raises ValueError if `need` exceeds LARGEST or half of the free
-        memory; the message begins with `what`.
-        """
+        """Delete results of pages, the oldest page first, until all results and the `need` bytes of a new view fit into
+        half of the free memory. Raises ValueError, with a message that begins with `what`, if they are too many."""
         holders = [page for page in self.pages.values() if page.work is not None]
         used = sum(page.work.bytes for page in holders)
         most = (size.available_memory() + used) // 2

@@ -11,7 +11,7 @@ const move = (head, found) => {
   const [xi, dxi] = [finite(found.xi), finite(found.dxi)];
   const ends = (values, least) => [Math.min(...values, 0), Math.max(...values, least)];
   for (const name of ["xi", "dxi"]) ({xi, dxi})[name].push(...finite(found[`orbit_${name}`] ?? []));
-  page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: page.sent[head.done]};
+  page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: head.view};
   page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
   clock.at %= found.time.at(-1); hush(); draw_motion(); place_handle(box_of());
   page.shown = 0; requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
@@ -91,22 +91,16 @@ const draw_mass = () => {
   if (width > 15 * size) c.fillText("shaken incline", length, 1.3 * size);
   element("moment").style.transform = `translate(${motion ? at / motion.time.at(-1) * element("times").clientWidth : -9}px)`;
 };
-// Each impact between two times flashes on the dots of the diagram that it makes: those until the next impact, because
-// after an impact the mass is at rest, whatever was before.
+// Each impact between two times flashes on the dots of the diagram that it makes.
 const flash = (from, to) => {
-  const {hit_time, dot_time, dot, time, view} = page.motion, last = time.at(-1);
-  if (view.quantity !== page.view.quantity || !current("neighbour")) return;
-  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], turn = parameter("y") === "impact_phase" ? 2 * Math.PI : 0;
-  hit_time.forEach((hit, k) => {
-    const next = hit_time[k + 1] ?? hit_time[0] + last;
+  const {dot_time, dot, view} = page.motion, [[x0, x1], [y0, y1]] = [span("x"), span("y")];
+  const turn = parameter("y") === "impact_phase" ? 2 * Math.PI : 0;
+  if (view.quantity === page.view.quantity && current("neighbour")) dot_time.forEach((hit, n) => {
     if (from < to ? hit <= from || hit > to : hit <= from && hit > to) return;
-    dot_time.forEach((when, n) => {
-      if ((when < hit ? when + last : when) >= next) return;
-      const v = dot[n] - turn * Math.floor((dot[n] - y0) / (turn || 1)), ring = make("<i class='flash'></i>");
-      Object.assign(ring.style, {left: `${100 * (drawn(view.at, "x") - x0) / (x1 - x0)}%`, top: `${100 * (y1 - v) / (y1 - y0)}%`});
-      ring.addEventListener("animationend", () => ring.remove());
-      frame.append(ring);
-    });
+    const v = dot[n] - turn * Math.floor((dot[n] - y0) / (turn || 1)), ring = make("<i class='flash'></i>");
+    Object.assign(ring.style, {left: `${100 * (drawn(view.at, "x") - x0) / (x1 - x0)}%`, top: `${100 * (y1 - v) / (y1 - y0)}%`});
+    ring.addEventListener("animationend", () => ring.remove());
+    frame.append(ring);
   });
 };
 const tick = (now) => {

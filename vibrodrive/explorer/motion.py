@@ -66,21 +66,24 @@ def _start(motion: trajectory.Trajectory) -> float:
 
 
 def beats_of(motion: trajectory.Trajectory, plan: Plan, view: View) -> dict[str, np.ndarray]:
-    """Return times (periods since the transient) and speeds of all impacts of a motion, and times and ordinates of its
-    dots in the diagram of a view, as float32."""
+    """Return times (periods since the transient) and speeds of all impacts of a motion, and the ordinates of its dots
+    in the diagram of a view with the time of the impact that makes each, as float32: the last one before it, because
+    after an impact the mass is at rest, whatever was before."""
 
     def times(rows: np.ndarray) -> np.ndarray:
         return rows["period"] + rows["phase"] / TURN - _start(motion)
 
     hits, row = motion.switches[motion.switches["after"] == State.IMPACT], records.QUANTITIES[view.quantity]
-    found = {"hit_time": times(hits), "hit_speed": -hits["dxi"], "dot_time": np.empty(0), "dot": np.empty(0)}
+    when, dots = times(motion.impacts), motion.impacts["speed"][:0]
     if view.sectioned:
         first = view.section_phase / TURN - _start(motion)
-        found["dot_time"] = first - math.ceil(first) + 1.0 + np.arange(len(motion.section))
-        found["dot"] = motion.section[:, [one.name for one in SECTIONS].index(row.name)]
+        when = first - math.ceil(first) + 1.0 + np.arange(len(motion.section))
+        dots = motion.section[:, [one.name for one in SECTIONS].index(row.name)]
     elif view.mode == DIAGRAM:
-        found["dot_time"], found["dot"] = times(motion.impacts), motion.impacts[row.name.removeprefix("impact_")]
-    found["dot"] = physical.measure(row, plan.scalars).of(found["dot"])
+        dots = motion.impacts[row.name.removeprefix("impact_")]
+    made = times(hits)[np.searchsorted(times(hits), when, "right") - 1] if len(hits) else when[:0]
+    found = {"hit_time": times(hits), "hit_speed": -hits["dxi"], "dot_time": made[: len(dots)]}
+    found["dot"] = physical.measure(row, plan.scalars).of(dots)
     return {name: array.astype(np.float32) for name, array in found.items()}
 
 

@@ -21,20 +21,18 @@ document.body.classList.toggle("saved", saved);
 const token = new URLSearchParams(location.search).get("token");
 const page = {
   view: null, // all fields of the view (view.py); texts that the user has typed stay texts
-  good: {}, sent: [known.view], // the last view that the server has accepted, and the views of the requests by their numbers
+  good: {}, // the last view that the server has accepted
   fitted: [-1, 1], // range of the values, which the ordinate shows unless it was moved
   busy: false, // a view has been requested, and its answer has not yet arrived
   pending: false, // the view has changed since the last request
-  moved: false, // only the place of the motion has changed since the last request
+  again: false, // the picture is wanted even if only the place of the motion has changed
   settled: false, // the picture of the last request is painted and complete
   begun: false, // the address contains the first view; each later change is a step of "back"
   pressed: false, // a button of the mouse or a finger is down: the ordinate rests
   patience: PATIENCE, seq: 0, since: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
   kind: "", // what the picture shows
-  start: known.starts.at(-1), // start view whose text was shown last
-  waits: "", took: 0, // what is said while nothing arrives, and the seconds that kernels have been compiled in all
-  asked: 0, whole: 0, // numbers of the last request for a picture, and of the request whose complete picture is painted
-  last: "", // the last view requested
+  waits: "", // what is said while nothing arrives
+  last: "", // the last picture requested
   data: null, // head of the last picture, with its view
   motion: null, // head and arrays of the motion that is shown, with its view
   limits: {}, // its limits k₂, by name
@@ -45,7 +43,6 @@ const page = {
 };
 window.explorer = page;
 let socket = null;
-const usual = Number(kept("compiled")) || COMPILES;
 
 const said = {};
 const say = (text, where) => {
@@ -79,7 +76,7 @@ const connect = () => {
     if (page.view) return document.hidden || request(true); // who looks at another page waits for that one
     apply(known.view);
     if (known.refused) refuse(known.refused);
-    if (known.stored) stored().then(([first]) => page.data || receive(first, {seq: 0})); // until a picture is computed
+    stored().then(([first]) => !first || page.data || receive(first, {view: known.view})); // until a picture is computed
   };
   socket.onclose = () => {
     page.busy = false; lost(GONE);
@@ -103,15 +100,10 @@ const receive = (data, more) => {
   ({picture: paint, motion: move})[head.kind](head, found);
 };
 // Such messages that the page contains.
-const stored = async () => {
-  const bytes = Uint8Array.from(atob(known.stored), (letter) => letter.charCodeAt(0)), found = [];
-  const all = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
-  for (let at = 0; at < all.byteLength;) {
-    const from = at + 4, length = new DataView(all).getInt32(at, true);
-    found.push(all.slice(from, at = from + length));
-  }
-  return found;
-};
+const stored = () => Promise.all(known.stored.map((text) => {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+}));
 const tell = (message) => {
   if (!(message.ping || message.toml || message.save)) page.seq += 1; // these replace no running request
   if (socket.readyState === 1) socket.send(JSON.stringify({seq: page.seq, ...message}));
@@ -121,8 +113,8 @@ const revive = async () => {
   const [picture, ...motions] = await stored(), {address, places} = known;
   socket = {readyState: 1, send: (text) => setTimeout(() => {
     const {seq, view, only_motion} = JSON.parse(text);
-    if (!only_motion) receive(picture, {seq, address});
-    receive(motions[places.findIndex(([at, at_y]) => at === view.at && at_y === view.at_y)], {done: seq, address});
+    if (!only_motion) receive(picture, {seq, view, address});
+    receive(motions[places.indexOf(view.at)], {done: seq, view, address});
   })};
   apply(known.view);
 };
@@ -144,23 +136,19 @@ page.state = () => ({...page.view});
 const but_for_motion = (view) => setting(view, "window") + page.pixels;
 
 const send = () => {
-  page.began = page.changed;
-  const view = page.state(), only_motion = page.moved && page.last === but_for_motion(view);
-  const last = but_for_motion(view);
-  Object.assign(page, {busy: true, pending: false, moved: false, since: performance.now(), last});
+  const view = page.state(), last = but_for_motion(view), only_motion = !page.again && page.last === last;
+  Object.assign(page, {busy: true, pending: false, again: false, since: performance.now(), began: page.changed, last});
+  page.settled &&= only_motion;
   clearTimeout(page.slow); page.slow = setTimeout(() => wait("computing …"), SLOW);
   tell({view, only_motion, pixels: page.pixels});
-  page.sent[page.seq] = view;
-  if (page.seq - 1000 !== page.asked) delete page.sent[page.seq - 1000];
-  if (!only_motion) Object.assign(page, {asked: page.seq, settled: false});
 };
 
 // Request the picture of the view, or only its motion. While a request runs, the newest view waits.
 const request = (again) => {
+  page.again ||= again === true;
   if (!page.view || !page.pixels || page.pending) return;
-  if (!again && !page.moved && page.last === but_for_motion(page.state())) return;
   if (!page.busy) return send();
-  page.pending = true; page.settled = page.settled && page.moved; clearTimeout(page.timer);
+  page.pending = true; clearTimeout(page.timer);
   page.timer = setTimeout(insist, Math.max(0, page.patience - (performance.now() - page.since)));
 };
 const insist = () => { // replace the running request; the next one gets twice the time, or none would ever finish
@@ -174,7 +162,7 @@ page.ask = (again) => {
 };
 page.command = (message) => {
   if (saved) return;
-  Object.assign(page, {asked: 0, settled: false, busy: false, pending: false}); // the running request is obsolete
+  Object.assign(page, {settled: false, busy: false, pending: false}); // the running request is obsolete
   tell({view: page.state(), pixels: page.pixels, ...message});
 };
 
@@ -192,33 +180,24 @@ const hear = (item) => {
   if (item.refused) refuse(item.refused);
   if (item.toml) save("view.toml", item.toml);
   if (item.saved) save(`${parameter("y")}_over_${page.view.x}.html`, item.saved);
-  if (item.saved || item.refused) element("send").disabled = false;
-  if (item.limits) know(item.limits);
+  if (item.limits) { Object.assign(page.limits, item.limits); wait(""); }
   if (item.waits) wait(`waiting for another open page: ${item.waits}`);
-  if (item.compiling) {
-    page.took = item.compiling;
-    wait(`compiling the program for this machine, once after an installation: ${page.took} s, usually about ${usual} s`);
-  }
+  if (item.compiling) wait(`compiling the program for this machine, once after an installation: ${item.compiling} s of about ${COMPILES}`);
   if (item.done !== undefined && item.done === page.seq) answered(item);
 };
-// The last request has its motion or, without an address, is refused.
-const answered = ({address}) => {
-  if (address !== undefined) {
-    page.good = page.motion.view = page.sent[page.seq]; remember(address);
+// The last request has its motion or, without a view, is refused.
+const answered = ({view, address}) => {
+  if (view) {
+    page.good = page.motion.view = view; remember(address);
   }
   page.busy = false; clearTimeout(page.slow); wait("");
   if (page.pending) send();
-  settle();
 };
 
 // One line in the middle of the frame or, if a picture is there, in the sentence about the motion.
 const wait = (text) => {
   page.waits = text; say(page.data ? "" : text, "wait"); judge();
   if (text && page.data && !page.data.complete) say(text, "status");
-};
-const settle = () => {
-  const latest = page.last === but_for_motion(page.state());
-  page.settled = page.whole === page.asked && !page.pending && latest;
 };
 
 // Write the view into the address after REST ms, as a new step of "back".
@@ -239,9 +218,7 @@ const save = (name, content) => {
   Object.assign(document.createElement("a"), {href: URL.createObjectURL(new Blob([content])), download: name}).click();
 };
 const press = (id, act) => element(id).addEventListener("click", act);
-press("send", ({target}) => {
-  target.disabled = true; tell({save: true, view: page.state(), pixels: page.pixels});
-});
+press("send", () => tell({save: true, view: page.state(), pixels: page.pixels}));
 press("toml", () => tell({toml: true, view: page.state(), pixels: page.pixels}));
 press("full", () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()));
 press("fit", () => fit_now());
@@ -250,9 +227,8 @@ press("fit", () => fit_now());
 const close_menus = (target) => {
   for (const menu of document.querySelectorAll(".menu[open]")) {
     if (menu.contains(target ?? null) && !target.matches(".menu div button")) continue;
-    const inside = menu.contains(document.activeElement);
+    if (menu.contains(document.activeElement)) menu.firstElementChild.focus();
     menu.open = false;
-    if (inside) menu.firstElementChild.focus();
   }
 };
 document.addEventListener("click", ({target}) => close_menus(target));

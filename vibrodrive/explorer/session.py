@@ -12,7 +12,7 @@ import itertools
 import json
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,6 @@ import numpy as np
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from vibrodrive.explorer.controls import title_of
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.view import COLUMNS, MOST_COLUMNS, PICTURE_ROWS, View, adapted, read_address
 
@@ -40,7 +39,6 @@ class Session(WebSocketHandler):
         self.made_from: list[str] = []
         self.view, self.seq, self.asked = base, 0, 0  # numbers of the last message, and of the last one for a picture
         self.pixels = COLUMNS, PICTURE_ROWS  # width and height of the picture in the page
-        self.unpainted = 0
         self.painted = 0  # number of the request whose complete picture the page shows
         self.moving, self.rests = "", False  # the plan of the motion that the page shows, and whether it rests for ever
 
@@ -78,7 +76,7 @@ class Session(WebSocketHandler):
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
         if asked.get("ping"):
-            self.news({})
+            self.news({"compiling": seconds} if (seconds := round(self.engine.compiling())) else {})
         elif asked.get("reset"):
             self.news({"apply": self.base.state()})
         elif "address" in asked:
@@ -89,23 +87,16 @@ class Session(WebSocketHandler):
             self.news({"toml": View.read(asked["view"]).sized(*self.pixels).toml()})
         elif asked.get("save"):
             view = View.read(asked["view"])
-            made: dict[str, Any] = {}
-            self.engine.worker.request(-self.number, lambda halt: self.engine.tasks().save(self, view, made, halt))
+            self.engine.worker.request(-self.number, lambda halt: self.engine.tasks().save(self, view, halt))
         else:
-            self._show(View.read(asked["view"]), asked.get("only_motion", False))
-
-    def _show(self, view: View, only_motion: bool) -> None:
-        """Request the picture of a view and its motion or, if `only_motion`, its motion first."""
-        self.view, seq = view, self.seq
-        self.asked = asked = self.asked if only_motion else seq
-        sized = view.sized(*self.pixels)
-        self.engine.worker.request(self.number, lambda halt: self.engine.tasks().answer(self, sized, seq, asked, halt))
+            self.view = view = View.read(asked["view"])
+            self.asked = self.asked if asked.get("only_motion") else self.seq
+            about = {"view": asked["view"], "address": view.address(), "done": self.seq, "seq": self.asked}
+            sized = view.sized(*self.pixels)
+            self.engine.worker.request(self.number, lambda halt: self.engine.tasks().answer(self, sized, about, halt))
 
     def refuse(self, error: BaseException) -> None:
         self.news({"refused": one_line(error), "done": self.seq})
-
-    def wait_for(self, view: View) -> None:
-        self.news({"waits": title_of(view)[0]})
 
     def news(self, news: Mapping[str, Any]) -> None:
         """Send these values to the page."""
@@ -134,10 +125,9 @@ def message_of(kind: str, head: Mapping[str, Any], arrays: Mapping[str, np.ndarr
     return b"".join([struct.pack("<i", len(text)), text, *parts])
 
 
-def stored(messages: Iterable[bytes]) -> str:
-    """Return messages with arrays as text that a page contains: each with its length before it, compressed."""
-    parts = (part for message in messages for part in (struct.pack("<i", len(message)), message))
-    return base64.b64encode(zlib.compress(b"".join(parts), 9)).decode()
+def stored(message: bytes) -> str:
+    """Return a message as compressed text, which a page contains."""
+    return base64.b64encode(zlib.compress(message, 9)).decode()
 
 
 def one_line(error: BaseException) -> str:

@@ -1,9 +1,7 @@
 // Sound: each impact of the motion is a click, as loud as it is fast. Clicks are scheduled ahead, by the clock of the
 // sound, which then also moves the mass. Where the browser refuses sound, nothing changes.
-const AHEAD = 0.25; // s
-const LOUDEST = 5; // dimensionless speed
-const KEPT_CLICKS = 200;
-const sound = {on: kept("sound") === "on", context: null, click: null, until: 0};
+const AHEAD = 0.25, LOUDEST = 5; // s, and the speed of the loudest click
+const sound = {on: kept("sound") === "on", context: null, until: 0};
 const heard = () => sound.on && sound.context?.state === "running";
 page.clicks = []; // those scheduled last: time on the clock of the sound, time in the motion in shakes, and speed
 
@@ -13,32 +11,25 @@ const listen = (on) => {
   try {
     sound.context ??= new AudioContext();
     sound.context.onstatechange = () => { element("sound").ariaPressed = heard(); };
-    sound.click ??= knock(sound.context.sampleRate);
     sound.context[on ? "resume" : "suspend"]().catch(() => {});
   } catch {
     sound.on = false;
   }
   kept("sound", sound.on ? "on" : "");
 };
-// A knock on wood, whose beginning is sharp.
-const knock = (sampleRate) => {
-  const buffer = new AudioBuffer({length: Math.round(0.1 * sampleRate), sampleRate}), wave = buffer.getChannelData(0);
-  const tone = (t, pitch, length) => Math.sin(2 * Math.PI * pitch * t) * Math.exp(-t / length);
-  wave.forEach((_, k) => { wave[k] = 0.7 * tone(k / sampleRate, 420, 0.018) + 0.3 * tone(k / sampleRate, 1900, 0.004); });
-  return buffer;
-};
 // Schedule the impacts until AHEAD seconds after `now`, at which the motion is at the time of `clock`.
 const schedule = (now) => {
   const {hit_time, hit_speed, time} = page.motion, last = time.at(-1), from = Math.max(now, sound.until);
   sound.until = now + AHEAD;
   for (let begin = 0; begin <= clock.at + AHEAD * HEARD; begin += last) hit_time.forEach((shake, k) => {
-    const when = now + (begin + shake - clock.at) / HEARD, speed = hit_speed[k], {context, click: buffer} = sound;
+    const when = now + (begin + shake - clock.at) / HEARD, speed = hit_speed[k], {context} = sound;
     if (when <= from || when > sound.until) return;
-    const source = new AudioBufferSourceNode(context, {buffer}), gain = Math.min(1, speed / LOUDEST);
-    source.connect(new GainNode(context, {gain})).connect(context.destination);
-    source.start(when); page.clicks.push({when, shake, speed, source});
+    const source = new OscillatorNode(context, {type: "triangle", frequency: 450}), volume = new GainNode(context, {gain: 0});
+    volume.gain.setValueAtTime(Math.min(1, speed / LOUDEST), when).setTargetAtTime(0, when, 0.015); // like a knock on wood
+    source.connect(volume).connect(context.destination);
+    source.start(when); source.stop(when + 0.2); page.clicks.push({when, shake, speed, source});
   });
-  page.clicks.splice(0, page.clicks.length - KEPT_CLICKS);
+  page.clicks.splice(0, page.clicks.length - 200);
 };
 // Take back the clicks that are not yet heard, because another motion comes, or the mass stops.
 const hush = () => {

@@ -36,7 +36,6 @@ RECORDED, RECORDED_DISTURBED = 4 * choices.LONGEST, 500
 motion has them. With the η of the paper the phase of a disturbance advances by 1/202 of a turn in each period, so that
 few dots would draw a moiré, which is no property of the motion."""
 NOWHERE = math.nan  # default of `bottom` and `top`
-STORED = {DIAGRAM: (31, 2), MAP: (7, 5)}  # numbers of places along both axes for which a saved page has motions
 PLACE = 0.3  # default place of the motion that is shown, as a share of the window
 RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in names.AXES.items() if row.axis}
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # fields with the defaults of RANGES, in order
@@ -127,7 +126,7 @@ class View:
     def __post_init__(self) -> None:
         for name, span in (("at", SPAN), ("at_y", Y_SPAN)):
             if math.isnan(getattr(self, name)):
-                object.__setattr__(self, name, _inside(*(getattr(self, key) for key in span)))
+                object.__setattr__(self, name, inside(*(getattr(self, key) for key in span)))
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:
@@ -216,8 +215,8 @@ class View:
         """Return the query of the address: all fields that differ from their defaults."""
         defaults = {f.name: f.default for f in fields(self)}
         defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
-        defaults |= {"scene": self._default_scene, "at": _inside(self.low, self.high, self.scale)}
-        defaults |= {"at_y": _inside(self.y_low, self.y_high, self.y_scale)}
+        defaults |= {"scene": self._default_scene, "at": inside(self.low, self.high, self.scale)}
+        defaults |= {"at_y": inside(self.y_low, self.y_high, self.y_scale)}
         values = ((name, getattr(self, name)) for name in defaults)
         chosen = {name: v for name, v in values if v is not None and v != defaults[name] and v == v}
         return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in chosen.items()})
@@ -237,14 +236,6 @@ class View:
         if "frequency" in values:
             values["omega0"] = names.TURN * values.pop("frequency")
         return config.parse(replace(self, **values)._toml({}, self.axes)).plan()  # type: ignore[arg-type]
-
-    @property
-    def stored(self) -> list[tuple[float, float]]:
-        """Places (at, at_y) of the motions of a saved page: that of this view, and others at even distances."""
-        columns, rows = (np.linspace(0.0, 1.0, count).tolist() for count in STORED[self.mode])
-        x = [_inside(self.low, self.high, self.scale, share) for share in columns]
-        y = [_inside(self.y_low, self.y_high, self.y_scale, share) for share in rows]
-        return [(self.at, self.at_y), *((at, at_y) for at_y in (y if self.mode == MAP else [self.at_y]) for at in x)]
 
     @property
     def limits(self) -> tuple[float, float] | None:
@@ -315,7 +306,7 @@ class View:
         return [*lines, *limits]
 
 
-def _inside(low: float, high: float, scale: str, place: float = PLACE) -> float:
+def inside(low: float, high: float, scale: str, place: float = PLACE) -> float:
     """Return a round number at about this share of a window."""
     at = low * (high / low) ** place if scale == names.LOG and low > 0.0 else low + place * (high - low)
     step = high - low if scale == names.LINEAR else at
