@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrodrive.batch.sweep import check_threads, compute
 from vibrodrive.jit.slices import Halt
+from vibrodrive.jit.trig import sincos
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
 from vibrodrive.model.parameters import unknown
@@ -185,14 +186,15 @@ def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """Return the mean ξ' of the motions of a plan without an obstacle, certified, at values of A and B.
 
     It is -inf for B > 1, because the mass then accelerates without limit, and NaN if the means of both halves of the
-    record differ. The motions begin near the mean for A >> 1, -A sin(πB/2), where friction balances B.
+    record differ. The motions begin with the mean for A >> 1, -A sin(πB/2), where friction balances B.
     """
     eps, eta, n = plan.scalars["eps"], plan.scalars["eta"], AVERAGED
     transient = max(plan.settings.transient, math.ceil(min(SETTLING * A.max(), LONGEST_TRANSIENT)))
     # the velocity down never exceeds 2 A (1 + ε η), so that a mass at this gap does not reach the obstacle
     far = 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + n)
     known = (B <= 1.0) & (far <= PARAMETERS["xi0"].high)
-    start = np.where(known, [A, far, -A * (0.5 * B * (3.0 - B * B) + 1.0 + eps * eta)], 0.0)
+    level = np.array([sincos(0.25 * TURN * min(b, 1.0))[0] for b in B.tolist()])
+    start = np.where(known, [A, far, -A * (level + 1.0 + eps * eta)], 0.0)
     free = _with(plan, B=B, tau0=0.0 * B, **dict(zip(("A", "xi0", "dxi0"), start, strict=True)))
     settings = Settings(transient=transient, periods=n, budget=plan.settings.budget)
     section = compute(replace(free, settings=settings, record=(SECTION,)), 0, len(A), check_threads(None)).section

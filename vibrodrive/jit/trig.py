@@ -30,7 +30,7 @@ _C1, _C2, _C3 = -0.041666666666666664, 0.0013888888888887398, -2.480158729876456
 _C4, _C5, _C6 = 2.7557317271145144e-07, -2.087614614655861e-09, 1.1382623647474604e-11
 
 
-@inline
+@formula
 def arc(x):
     """Return (sin x, vers x, sin x - x, vers x - x²/2, near), where `near` is true if |x| < π/4.
 
@@ -61,7 +61,7 @@ def arc(x):
     return s, v, ds, dv, near
 
 
-@inline
+@formula
 def sincos(x):
     """Return (sin x, cos x)."""
     s, v, _, _, _ = arc(x)
