@@ -150,10 +150,8 @@ REFUSED = {
     ROWS.replace("0.5,0,0", "1e20,0,0").replace("2.5", "2e20"): "tau0 = 1e+20: must be",
     ROWS.replace("\n0.5", "\n# mine\n\n0.5").replace("UP", "1"): "state in line 4 = '1': must be one of UP",
     ROWS.replace("tau,xi,dxi", "t_ms,x_mm,v_mm_per_s"): "columns = 't_ms, x_mm, v_mm_per_s, state': must be state, and",
-    ROWS.replace(
-        "xi,dxi", "xi,xi"
-    ): "columns = 'tau, xi, xi, state': must be different names of columns, but xi is there twice",
-    ROWS.partition("\n")[2]: "columns = '0.5, 0, 0, UP': must be different names of columns, but 0 is there twice",
+    ROWS.replace("xi,dxi", "xi,xi"): "columns = 'tau, xi, xi, state': must be different names, but xi is there twice",
+    ROWS.partition("\n")[2]: "columns = '0.5, 0, 0, UP': must be different names, but 0 is there twice",
     ROWS[:27]: "1 switch: must be at least 2",
     "": "must be a table (CSV in UTF-8)",
     "\xff\xfe": "must be a table (CSV in UTF-8)",
