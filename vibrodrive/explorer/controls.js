@@ -180,9 +180,9 @@ const play_on = () => setTimeout(() => {
   play_on();
 }, 100);
 
-// Compare a disturbance of the motion with its limit k₂.
+// Compare a disturbance of the motion with its limit k₂, which does not depend on it.
 const disturbance = (name) => {
-  const {view} = page.motion;
+  const {view} = current("neighbour") ? page.motion : page;
   return Number(name === view.x ? view.at : view.mode === "map" && name === view.y ? view.at_y : view[name]);
 };
 const verdict = (name, {k2, last_kept}) => {
@@ -222,17 +222,14 @@ const judge = () => {
   const shown = JSON.stringify([current("picture"), limit_of("eps"), limit_of("dtau")]);
   if (shown !== page.marked) draw(page.marked = shown);
   if (!motion) return say(page.waits, "sentence");
-  const {status, period, hits, details} = motion.head, step = known.steps[motion.view.method];
+  const {status, period, hits, details} = motion.head, {view} = near ? motion : page, step = known.steps[view.method];
   const names = step ? (disturbance("eps") > 0 ? ["dtau", "eps"] : ["dtau"]) : ["eps"];
-  const found = names.filter((name) => limits[name]), none = found.length && !(limits[found[0]].period > 0), parts = [];
-  if (!near) parts.push(label_of_x(), "…");
-  else {
-    parts.push(label_of_x(motion.view), status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
-      : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? hits : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period");
-    if (status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
-    else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
-    else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));
-  }
+  const found = names.filter((name) => limits[name] && (near || current(name))), none = found.length && !(limits[found[0]].period > 0);
+  const parts = [label_of_x(view), !near ? (found.length ? "" : "…") : status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
+    : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? (found.length ? "" : hits) : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period"];
+  if (near && status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
+  else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
+  else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));
   if (page.waits && !(fresh && found.length === names.length)) parts.push(page.waits);
   else if (fresh && calm && !saved && status !== "NEVER_LEAVES" && found.length < names.length) parts.push("finding the limit of its structure …");
   say(parts.filter(Boolean).join(" · "), "sentence");
