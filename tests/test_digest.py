@@ -108,5 +108,7 @@ def test_all_other_kernels_have_the_stored_digest(monkeypatch):
     darken(values, np.arange(20) + 3, 0.0, 1.0, shades, counts, image)
     add(image)
     add([fletcher32(np.arange(1, n, dtype=np.uint16)) for n in (2, 256, 1000, 65536)])
+    r = vd.sweep(A=[1.2, 2.0, 2.62, 2.8], B=[0.1, 0.4], record="impulses")
+    add([r.velocity_any, r.force_any, r.any_how])
     assert called == {kernel.name for kernel in kernels()}
     assert digest.hexdigest() == OTHERS

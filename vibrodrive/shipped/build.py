@@ -25,7 +25,10 @@ from vibrodrive.jit.compile import Kernel, Marked
 from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE, sum_of
 from vibrodrive.jit.sources import fingerprints
 
-MODULES = "jit.fletcher", "kernels.sampling", "kernels.single", "periodic.fixed_points", "explorer.density"
+MODULES = (
+    "jit.fletcher", "kernels.sampling", "kernels.single", "periodic.fixed_points", "stability.impulses",
+    "explorer.density",
+)  # fmt: skip
 """Modules whose kernels, and those of the modules that they import, are made. `kernels` adds those of factories."""
 
 FEATURES = {

@@ -105,10 +105,11 @@ class Evaluator:
             self._halt.call()
         self._ahead.shutdown()
 
-    def undisturbed(self, numbers: np.ndarray, criterion: Criterion) -> list[ReferenceOrbit | Status]:
+    def undisturbed(self, numbers: np.ndarray, criterion: Criterion | None = None) -> list[ReferenceOrbit | Status]:
         """Return the orbit on which the undisturbed motion settles, for each point, or the reason why there is none.
 
-        `numbers` are the numbers of the points in the plan.
+        `numbers` are the numbers of the points in the plan. Without a criterion the orbits have no words, which take
+        most of the time.
         """
         points = self._plan.rows(numbers)
         points[:, COLUMNS.index("eps")] = 0.0
@@ -117,7 +118,7 @@ class Evaluator:
         settings = Settings(transient=max(SETTLING, s.transient), periods=WATCHED, budget=s.budget)
         orbits: list[ReferenceOrbit | Status] = []
         for motion in self._motions(points, settings):
-            orbit = reference_orbit(motion.seen(criterion))
+            orbit = reference_orbit(motion if criterion is None else motion.seen(criterion))
             orbits.append(orbit or (Status.NO_ORBIT if motion.complete else Status.BUDGET))
         return orbits
 

@@ -39,8 +39,9 @@ from vibrodrive.model.slips import names_scene, unlikely, warn
 from vibrodrive.stability.always import Always, find_always
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
+from vibrodrive.stability.impulses import Tolerated, find_tolerated, velocity_beside
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
-from vibrodrive.stability.main_impacts import LEAST_BEGINNINGS, never_follows
+from vibrodrive.stability.main_impacts import LEAST_BEGINNINGS, ImpactCycle, never_follows
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
@@ -126,6 +127,15 @@ class Limit:
         machine in SI units, if it was given.
     find_always : function or None
         computes `always`.
+    cycle : ImpactCycle or None
+        main impacts of the undisturbed orbit.
+    tolerated : Tolerated
+        what *every* disturbance may be (impulses.py), computed when it is first asked for. The main impacts follow each
+        other as in the orbit for ever, whatever the disturbance, if its impulse over any span of time stays below
+        `velocity_any`, or if it is a force below `force_any`. Both are NaN where nothing is proved; `any_how` says what
+        is not proved beyond `velocity_any`, or at all.
+    tolerated_gaps : Tolerated
+        the same for the gaps alone, where main impacts may change places, such as two that are nearly alike.
     """
 
     A: float
@@ -149,6 +159,7 @@ class Limit:
     status: Status = Status.OK
     scene: Scene | None = None
     find_always: Callable[[], Always] | None = field(default=None, repr=False, compare=False)
+    cycle: ImpactCycle | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         si = f" ({1e3 * self.velocity_si:.4g} mm/s)" if self.scene is not None else ""
@@ -175,6 +186,43 @@ class Limit:
     @property
     def starts_width(self) -> float:
         return math.nan if self.always is None else self.always.starts_width
+
+    @cached_property
+    def tolerated(self) -> Tolerated:
+        return find_tolerated(self.A, self.B, self.cycle)
+
+    @cached_property
+    def tolerated_gaps(self) -> Tolerated:
+        return find_tolerated(self.A, self.B, self.cycle, ordered=False)
+
+    @property
+    def velocity_any(self) -> float:
+        return self.tolerated.velocity
+
+    @property
+    def force_any(self) -> float:
+        return self.tolerated.force
+
+    @property
+    def any_how(self) -> str:
+        return self.tolerated.beyond.meaning if self.n else self.how
+
+    @property
+    def velocity_any_si(self) -> float:
+        """`velocity_any` in m/s; NaN without a scene. A mass m takes a blow of m times this impulse."""
+        return math.nan if self.scene is None else float(self.scene.velocity(self.velocity_any))
+
+    @property
+    def force_any_si(self) -> float:
+        """`force_any` in N, without a mass in N/kg; NaN without a scene."""
+        return math.nan if self.scene is None else float(self.scene.force(self.force_any))
+
+    def velocity_any_at(self, force: float) -> float:
+        """Return `velocity_any` for disturbances to which any force of at most `force` is added; NaN if none is proved.
+
+        `force` is dimensionless, from 0 to `force_any`.
+        """
+        return math.nan if self.cycle is None else velocity_beside(self.A, self.B, self.cycle, force)
 
     @property
     def velocity(self) -> float:
@@ -461,8 +509,9 @@ class LimitSearch:
 
     def _explained(self, problem: _Problem, band: Band) -> Limit:
         """Return the limit of a search that has ended."""
-        always = self._always(problem.index, problem.base)
-        numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n, "find_always": always}
+        base = problem.base
+        numbers = {"k2": band.lost, **band._asdict(), "n": base.n, "cycle": base.cycle}
+        numbers["find_always"] = self._always(problem.index, base)
         del numbers["lost"]
         if (motion := problem.lost[1]) is None:
             how: dict[str, Any] = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
