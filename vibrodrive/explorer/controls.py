@@ -1,8 +1,12 @@
-"""Words, views and controls of the page: a control for each field of a view (view.py) that is no range and no place."""
+"""Words, views and controls of the page, and its HTML: a control for each field of a view (view.py) that is no range and
+no place."""
 
 from __future__ import annotations
 
 import functools
+import json
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import vibrodrive as vd
@@ -10,7 +14,6 @@ from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, O
 
 from vibrodrive.explorer.view import View, read_address  # isort: skip
 from vibrodrive.model import choices, drawing, names, physical, records
-from vibrodrive.model.quantities import NUMBER, SIGNED
 
 QUANTITIES = records.QUANTITIES
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
@@ -218,7 +221,24 @@ def known() -> dict[str, Any]:
         "about": ABOUT,
         "questions": {name: f"{WORDS[name][1]}: when does it lose its beat?" for name in RANGES}
         | {name: f"Where is the {name.replace('_', ' ')} largest?" for name in OF_MAPS}
-        | {name: "Where does it lose its beat?" for name in OF_MAPS if QUANTITIES[name].shown not in (NUMBER, SIGNED)},
+        | {name: "Where does it lose its beat?" for name in OF_MAPS if "f" not in QUANTITIES[name].dtype},
         "states": [state.name.lower() for state in vd.State],
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
     }
+
+
+SCRIPTS = "page.js", "picture.js", "controls.js", "sound.js", "motion.js"
+
+
+def build(view: View, refused: str, messages: Sequence[str] = (), places: Sequence[float] = ()) -> str:
+    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
+    is not the view of the address, or "". A saved page contains `messages` instead of a server: its picture, and its
+    motions at `places`."""
+    names = "page.html", "page.css", *SCRIPTS, "first.json"
+    text, style, *scripts, first = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
+    own = {"view": view.state(), "address": view.address(), "refused": refused, "places": places}
+    own["stored"] = messages or (json.loads(first) if view == View() else [])
+    told = json.dumps(known() | own).replace("</", "<\\/")
+    for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
+        text = text.replace("{{ " + name + " }}", part)
+    return text

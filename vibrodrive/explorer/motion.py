@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
+import vibrodrive as vd
 from vibrodrive.batch import describe, sweep, trajectory
 from vibrodrive.explorer.view import DIAGRAM, SI, View
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, physical, records
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.quantities import SECTIONS
-from vibrodrive.model.states import State
 
 SHOWN = 12  # largest number of excitation periods drawn; motions of the periods 1, 2, 3, 4 and 6 join at its ends
 POINTS = 100  # points of a curve per excitation period
@@ -73,12 +72,12 @@ def beats_of(motion: trajectory.Trajectory, plan: Plan, view: View) -> dict[str,
     def times(rows: np.ndarray) -> np.ndarray:
         return rows["period"] + rows["phase"] / TURN - _start(motion)
 
-    hits, row = motion.switches[motion.switches["after"] == State.IMPACT], records.QUANTITIES[view.quantity]
+    hits, row = motion.switches[motion.switches["after"] == vd.State.IMPACT], records.QUANTITIES[view.quantity]
     when, dots = times(motion.impacts), motion.impacts["speed"][:0]
     if view.sectioned:
         first = view.section_phase / TURN - _start(motion)
         when = first - math.ceil(first) + 1.0 + np.arange(len(motion.section))
-        dots = motion.section[:, [one.name for one in SECTIONS].index(row.name)]
+        dots = motion.section[:, [one.name for one in records.SECTION.quantities].index(row.name)]
     elif view.mode == DIAGRAM:
         dots = motion.impacts[row.name.removeprefix("impact_")]
     made = times(hits)[np.searchsorted(times(hits), when, "right") - 1] if len(hits) else when[:0]

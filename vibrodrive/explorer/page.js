@@ -182,7 +182,7 @@ const hear = (item) => {
   if (item.saved) save(`${parameter("y")}_over_${page.view.x}.html`, item.saved);
   if (item.limits) { Object.assign(page.limits, item.limits); wait(""); }
   if (item.waits) wait(`waiting for another open page: ${item.waits}`);
-  if (item.compiling) wait(`compiling the program for this machine, once after an installation: ${item.compiling} s of about ${COMPILES}`);
+  if (item.compiling) wait(`compiling the program for this machine, once after an installation: ${item.compiling} s, usually about ${COMPILES} s`);
   if (item.done !== undefined && item.done === page.seq) answered(item);
 };
 // The last request has its motion or, without a view, is refused.

@@ -15,13 +15,11 @@ A request with a body is answered with status 400 before its body is read, becau
 from __future__ import annotations
 
 import hmac
-import json
 import logging
 import os
 import re
 import secrets
 import socket
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -31,7 +29,7 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import Application, RequestHandler
 
-from vibrodrive.explorer.controls import known
+from vibrodrive.explorer.controls import build
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.session import Session, one_line
 from vibrodrive.explorer.view import View, read_address
@@ -41,8 +39,6 @@ ADDRESS = "127.0.0.1"
 HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
 """Default port of the page, 1000 · 2π. With the same port in each run a browser remembers what is open on the page."""
-
-SCRIPTS = "page.js", "picture.js", "controls.js", "sound.js", "motion.js"
 
 HEADERS = {
     "Cache-Control": "no-store",
@@ -69,20 +65,6 @@ def kept_token(path: Path) -> str:
     if not re.fullmatch(r"[\w-]{20,}", token, re.ASCII):
         raise ValueError(parameters.bad("--token", str(path), "a file with at least 20 letters, digits, - and _"))
     return token
-
-
-def build(view: View, refused: str, messages: Sequence[str] = (), places: Sequence[float] = ()) -> str:
-    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
-    is not the view of the address, or "". A saved page contains `messages` instead of a server: its picture, and its
-    motions at `places`."""
-    names = "page.html", "page.css", *SCRIPTS, "first.json"
-    text, style, *scripts, first = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
-    own = {"view": view.state(), "address": view.address(), "refused": refused, "places": places}
-    own["stored"] = messages or (json.loads(first) if view == View() else [])
-    told = json.dumps(known() | own).replace("</", "<\\/")
-    for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
-        text = text.replace("{{ " + name + " }}", part)
-    return text
 
 
 class Page(RequestHandler):

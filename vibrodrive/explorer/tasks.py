@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from vibrodrive.explorer.controls import build
 from vibrodrive.explorer.engine import KEPT
 from vibrodrive.explorer.image import picture_of
 from vibrodrive.explorer.motion import limit_at, limit_plans, shown_motion
-from vibrodrive.explorer.server import build
 from vibrodrive.explorer.session import Session, message_of, stored
 from vibrodrive.explorer.view import View, inside
 from vibrodrive.explorer.work import Work
