@@ -1,5 +1,5 @@
-"""Words, views and controls of the page, and its HTML: a control for each field of a view (view.py) that is no range and
-no place."""
+"""Words, views and controls of the page, and its HTML. Each field of a view (view.py) that is no range and no place has
+a control."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ const draw_motion = () => {
 };
 const draw_mass = () => {
   const {c, width, height, size} = begun("mechanism"), {motion} = page, at = clock.at;
-  const length = Math.min(0.88 * width, 1.7 * height), block = 0.27 * length, wall = 0.05 * length;
+  const length = Math.min(0.84 * width, 1.7 * height), block = 0.27 * length, wall = 0.05 * length;
   let k = 0, gap = 0.45, state = "rest";
   if (motion) {
     k = Math.max(0, motion.time.findLastIndex((t) => t <= at));
