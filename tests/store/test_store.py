@@ -642,7 +642,8 @@ def test_file_of_schema_3_is_read_and_resumed(path, monkeypatch):
     writer.write(fake.block(writer.plan, 1))
     writer.close()
     assert verify(path).complete
-    assert_complete(path, report.header.plan)
+    margins = np.concatenate([block.margin for block in fake.run_blocks(report.header.plan)])
+    np.testing.assert_allclose(load(path).margin, margins, rtol=1e-15)  # np.exp has other last bits on other processors
     with h5py.File(path, "r+") as file:
         assert file.attrs["schema_version"] == 3
         file["checksum"][2:4] = 0

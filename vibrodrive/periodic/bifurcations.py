@@ -52,6 +52,7 @@ from vibrodrive.model.slips import slip, warn
 from vibrodrive.model.spacing import geometric
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.itineraries import flying
 from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, beside, cells_to_search, check_period, orbits_of
 
 ONSET = "onset"
@@ -314,7 +315,7 @@ class Search:
 
         The number of itineraries at the highest A is used for all values of A.
         """
-        each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
+        each = flying(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
             raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter, because {work}"))

@@ -28,7 +28,7 @@ from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.plan import plan_motion
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
-from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
+from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, cells_of
 
 HORIZON = 10_000  # longest flight that is computed, in excitation periods; for a small B flights may be longer
 
@@ -60,6 +60,17 @@ def states(psi: float, A: float, B: float) -> list[State]:
             falling = not falling
         word.append(State.DOWN if falling else State.UP)
     return [*word, State.IMPACT] if k >= 0 else word
+
+
+_WORDS: dict[int, list[State]] = {}
+
+
+def word_after(phi: float, code: int, A: float, B: float) -> list[State]:
+    """Return the states from an impact at φ to the next, whose word has the number `code` (`impacts`)."""
+    if code not in _WORDS:
+        psi, rests = launch_after(phi, A, B)
+        _WORDS[code] = [State.REST] * int(rests) + states(psi, A, B)
+    return _WORDS[code]
 
 
 def spell(word: list[State]) -> str:
@@ -136,20 +147,20 @@ class ImpactMap:
             raise ValueError(bad("phi", start[~(abs(start) <= LARGEST_PHASE)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size
-        phase, speed, slope = (np.full(start.shape, np.nan) for _ in range(3))
-        periods, code = np.full(start.shape, -1, dtype=np.int64), np.zeros(start.shape, dtype=np.int64)
+        motions, counts = np.full((n, 3), np.nan), np.tile([-1, 0], (n, 1))
         if self.moves:
             done = 0
 
             def advance(steps: int) -> bool:
                 nonlocal done
                 part = slice(done, done + steps)
-                out = (values.reshape(-1)[part] for values in (phase, periods, speed, slope, code))
-                impacts(flat[part], self.A, self.B, HORIZON, *out, NO_SLIDES)
+                impacts(flat[part], self.A, self.B, HORIZON, motions[part], counts[part])
                 done += steps
                 return done >= n
 
             in_slices(advance, first=FEW)
+        columns = np.ascontiguousarray(motions.T), np.ascontiguousarray(counts.T)
+        (phase, speed, slope), (periods, code) = (each.reshape(-1, *start.shape) for each in columns)
         return Impacts(start, phase, periods, speed, slope, code, self.A, self.B)
 
     def __repr__(self) -> str:
@@ -165,7 +176,7 @@ class ImpactMap:
             return np.empty(0), (), ()
         up, end = self.window
         low, high = math.nextafter(up, end), math.nextafter(end, up)
-        cells = intervals(low, high, 1, self.A, self.B, horizon)
+        cells = cells_of((low, high), 1, self.A, self.B, horizon)[1:, :2].tolist()
         phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
         for (_, last), (first, _) in itertools.pairwise(cells):
             before, after = (states(psi, self.A, self.B) for psi in (last, first))

@@ -25,9 +25,8 @@ LEVEL A, because rounding would then determine whether the orbit is found.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Unpack
 
@@ -41,9 +40,10 @@ from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import plan_motion
 from vibrodrive.model.slips import names_scene, slip, warn
 from vibrodrive.model.states import State
-from vibrodrive.periodic.fixed_points import fixed_points
-from vibrodrive.periodic.impact_map import ImpactMap, spell, states
-from vibrodrive.periodic.itineraries import FLYING, NO_SLIDES, RESTS, flights, intervals
+from vibrodrive.periodic.fixed_points import CELL, CERTAIN, ROOT, fixed_points
+from vibrodrive.periodic.flight import impacts
+from vibrodrive.periodic.impact_map import HORIZON, ImpactMap, spell, word_after
+from vibrodrive.periodic.itineraries import FLOWN, HIGH, LOW, NO_SLIDES, RESTS, cells_of, flights, flying
 
 STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", "undecided"
 
@@ -218,13 +218,11 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
         yield trace_orbit(system, up, n, True)
 
 
-def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
-    """Return the `itinerary_cells` for up to `limit` periods. Raises ValueError if there are too many cells."""
-    if system.B <= LEVEL * system.A:
-        return []
+def cells_to_search(system: ImpactMap, limit: int) -> np.ndarray:
+    """Return the `itinerary_cells` for up to `limit` periods. Raises ValueError if too many of them are FLYING."""
     most = MOST_ITINERARIES // limit
-    there = list(itertools.islice(itinerary_cells(system, limit), most + 1))
-    if len(there) > most:
+    there = itinerary_cells(system, limit if system.B > LEVEL * system.A else 0, limit, limit=most)
+    if flying(there) > most:
         beside = f"A = {system.A!r} and B = {system.B!r}"
         raise ValueError(
             bad("max_period", limit, f"smaller, because more than {most} sequences of states exist at {beside}")
@@ -232,85 +230,51 @@ def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, i
     return there
 
 
-def itinerary_cells(
-    system: ImpactMap, limit: int, only: Sequence[int] | None = None
-) -> Iterator[tuple[float, float, int, int]]:
-    """Yield (low, high, n, periods) for every cell of n flights without a rest.
-
-    low, high : first and last launch phase of the cell
-    n : number of flights
-    periods : number of excitation periods of these flights
-
-    If `only` is given, yield only cells whose itineraries of the first 1, 2, … flights are those in `only`.
-    """
-    A, B = system.A, system.B
+def itinerary_cells(system: ImpactMap, flown: int, horizon: int, **choice: Any) -> np.ndarray:
+    """Return the cells of up to `flown` flights after an impact without a rest; `choice` as in `cells_of`."""
     up, end = system.window
-    alive = [(math.nextafter(up, end), math.nextafter(end, up))]
-    for n in range(1, (limit if only is None else len(only)) + 1):
-        above = alive
-        alive = []
-        for low, high in above:
-            for a, b in intervals(low, high, n, A, B, limit):
-                itinerary, periods, _, _, _, fate, _ = flights(a, n, A, B, limit, NO_SLIDES)
-                if fate == FLYING and (only is None or itinerary == only[n - 1]):
-                    alive.append((a, b))
-                    yield a, b, n, periods
+    inside = math.nextafter(up, end), math.nextafter(end, up)
+    return cells_of(inside, flown, system.A, system.B, horizon, **choice)
 
 
 def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
     """Yield the orbits without a rest. Each orbit is found in the cell of its smallest launch phase."""
-    for low, high, n, periods in cells_to_search(system, limit):
-        for psi, certain in returning_launches(system, low, high, n, periods):
-            if psi == min(launches(system, psi, n, periods)):
-                yield trace_orbit(system, psi, n, certain)
+    for launches, certain in returning_launches(system, cells_to_search(system, limit)):
+        if launches[0] == min(launches):
+            yield trace_orbit(system, launches[0], len(launches), certain)
 
 
-def returning_launches(
-    system: ImpactMap, low: float, high: float, n: int, periods: int
-) -> Iterator[tuple[float, bool]]:
-    """Yield (ψ, certain) for every launch phase ψ in the cell that returns to itself after n flights, but not earlier.
+def returning_launches(system: ImpactMap, cells: np.ndarray, least: int = 1) -> Iterator[tuple[list[float], bool]]:
+    """Yield (launches, certain) for every launch phase that returns to itself after n >= `least` flights, not earlier.
 
-    `certain` is False if rounding determines whether this launch phase exists.
+    launches : this launch phase and those of the n - 1 flights that follow
+    certain : False if rounding determines whether this launch phase exists.
     """
-    phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
-    for own, psi in enumerate(phases.tolist()):
-        others = launches(system, psi, n, periods)[1:]
-        # leave out an orbit of fewer impacts, which returns to this root after fewer flights
-        if not any(
-            abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in others
-        ):
-            yield psi, bool(certain[own])
-
-
-def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]:
-    """Return the n launch phases of the orbit through ψ."""
-    phases = [psi]
-    for _ in range(n - 1):
-        phases.append(flights(phases[-1], 1, system.A, system.B, periods, NO_SLIDES)[2])
-    return phases
+    found = fixed_points(cells, least, system.A, system.B)
+    for row in np.unique(found[:, CELL]).astype(int).tolist():
+        low, high, n = cells[row, LOW], cells[row, HIGH], int(cells[row, FLOWN])
+        here = found[found[:, CELL] == row]
+        for own, (psi, *others) in enumerate(here[:, ROOT : ROOT + n].tolist()):
+            # leave out an orbit of fewer impacts, which returns to this root after fewer flights
+            if not any(
+                abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(here[:, ROOT] - p)) == own)
+                for p in others
+            ):
+                yield [psi, *others], bool(here[own, CERTAIN])
 
 
 def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
     """Compute the orbit of n impacts through the launch phase `psi`. If not `certain`, its kind is "undecided"."""
     A, B = system.A, system.B
     up, end = system.window
-    phases, speeds, gaps, words = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64), []
-    multiplier = 1.0
-    phase = psi
-    if psi == up:
-        for _ in range(n):
-            phase = float(system(phase).phase)
-    for i in range(n):
-        step = system(phase)
-        phases[i] = phase
-        gaps[i] = step.periods
-        multiplier *= float(step.derivative)
-        rests = not up < phase < end
-        words.append([State.REST] * rests + states(up if rests else phase, A, B))
-        phase = float(step.phase)
-        speeds[(i + 1) % n] = step.speed
-    if any(State.REST in word for word in words):
-        multiplier = 0.0  # exactly 0, because the orbit contains a rest
+    before = n if psi == up else 0  # impacts until the launch at φ_up follows one, after a rest
+    motions, counts = np.empty((before + n, 3)), np.empty((before + n, 2), np.int64)
+    impacts(np.array([psi]), A, B, HORIZON, motions, counts)
+    phases = np.append(psi, motions[:-1, 0])[before:]
+    (_, speeds, slopes), (gaps, codes) = motions[before:].T, counts[before:].T
+    words = [word_after(*one, A, B) for one in zip(phases.tolist(), codes.tolist(), strict=True)]
+    rests = any(State.REST in word for word in words)
+    multiplier = 0.0 if rests else math.prod(slopes.tolist())
     late = (phases >= end).astype(np.int64)
     spans = gaps + np.roll(late, -1) - late  # periods between launches; a rest may begin before 2π and end after 2π
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
@@ -320,7 +284,7 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         period=int(gaps.sum()),
         impacts=n,
         phases=np.roll(phases, -first),
-        speeds=np.roll(speeds, -first),
+        speeds=np.roll(speeds, 1 - first),
         gaps=np.roll(gaps, -first),
         multiplier=multiplier + 0.0,
         kind=kind_of(multiplier) if certain else UNDECIDED,
