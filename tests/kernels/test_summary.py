@@ -296,7 +296,7 @@ ALTERNATING = [
     dict(A=np.linspace(3.05, 3.065, 40)),
     dict(A=[10.76, 10.7825, 10.783, 10.79], B=2.2, transient=20_000),
     dict(A=np.linspace(2.6, 2.608, 10), method="muller", dtau=1e-2),
-    dict(A=[2.9259506337558374, 2.95], eps=1e-2, eta=3.0),
+    dict(A=[2.9259506337558374, 2.95], eps=1e-2, eta=3.0, periods=64),
     dict(A=[4.459984996249062, 8.02263565891473]),
 ]
 
