@@ -54,7 +54,7 @@ const build = (c) => {
   range?.addEventListener("pointerdown", () => (keyed = false));
   range?.addEventListener("input", () => slide(name, Number(range.value)));
   for (const end of ["change", "keyup"]) range?.addEventListener(end, () => {
-    if (end === "change" && keyed) return; // a key that is held down goes on
+    if (!page.pressed || (end === "change" && keyed)) return; // a key that is held down goes on
     page.pressed = false; page.ask(true);
   });
   control.querySelector("[data-play]")?.addEventListener("click", () => (page.played ? end_play() : start_play(name)));

@@ -88,6 +88,7 @@ class Worker:
         while (chosen := self._next()) is not None:
             page, task, halt = chosen
             turn = threading.Timer(self._turn, self._end_turn, chosen)
+            turn.daemon = True  # or the end of the program would wait for it
             turn.start()
             try:
                 task(halt)
