@@ -64,7 +64,7 @@ def test_results_have_the_stored_digest():
     assert digest.hexdigest() == DIGEST
 
 
-OTHERS = "f2f1b35fce40daef3e19ace3028b2675c148f99683bf2b8cea56df6aaae8f06a"
+OTHERS = "fca5bf777f736f25c18b662cc499618a5d7ccb5520232fca9a3d7c00fdea05b8"
 
 WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3)]
 RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
