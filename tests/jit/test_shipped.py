@@ -15,7 +15,6 @@ import pytest
 from tests.support.process import python
 from vibrodrive.explorer.density import darken
 from vibrodrive.jit import shipped
-from vibrodrive.jit.fletcher import _RAMP, sums
 from vibrodrive.periodic.flight import launch_after, launch_window
 from vibrodrive.periodic.itineraries import DEPTH, NO_SLIDES, PIECE, flights, split
 from vibrodrive.shipped import build
@@ -50,10 +49,10 @@ def found(monkeypatch, tmp_path, capsys):
         for level in shipped.LEVELS:
             (tmp_path / f"{level}.so").write_text(level)
         arrays = [{"dtype": dtype, "ndim": 1} for dtype in ("<u2", "<u4")]
-        build.write_table(tmp_path, {sums.name: ["kernel0", arrays, ["u8"] * 3]})
+        build.write_table(tmp_path, {darken.name: ["kernel0", arrays, ["u8"] * 3]})
         change(tmp_path)
         shipped._table_and_library.cache_clear()
-        return shipped.function(sums.name), opened[-1], capsys.readouterr().err
+        return shipped.function(darken.name), opened[-1], capsys.readouterr().err
 
     yield look
     shipped._table_and_library.cache_clear()
@@ -150,7 +149,7 @@ def test_arrays_of_other_kinds_are_refused(found):
     run, *_ = found()
     for wrong in (np.zeros(4), np.zeros((2, 2), np.uint16), np.zeros(8, np.uint16)[::2]):
         with pytest.raises(TypeError, match="must be a contiguous uint16 array of 1 dimensions"):
-            run(wrong, _RAMP)
+            run(wrong, np.zeros(4, np.uint32))
 
 
 @pytest.mark.skipif(shutil.which("qemu-x86_64") is None, reason="needs qemu-x86_64 (Debian: qemu-user)")
@@ -168,7 +167,7 @@ def test_other_systems_get_no_machine_code(monkeypatch):
 
 LEVEL = next(filter(shipped.can_run, shipped.LEVELS), None)
 
-KERNELS = [sums, darken, launch_after, launch_window, flights, split]
+KERNELS = [darken, launch_after, launch_window, flights, split]
 
 MAKE = f"""
 import sys
@@ -215,7 +214,6 @@ def _darken(run):
 _SHADES = np.array([0, 9, 7, 5], np.uint8)
 
 CALLS = {
-    sums: lambda run: run(np.frombuffer(bytes(range(200)), np.uint16), _RAMP),  # the first cannot be written to
     darken: _darken,
     launch_after: lambda run: run(7.0, 3.04, 0.1),
     launch_window: lambda run: run(3.04, 0.0),

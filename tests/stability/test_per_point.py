@@ -101,7 +101,7 @@ def test_points_without_a_limit_have_a_status_of_their_own(arguments, status):
         ({"record": [settling, settling]}, "must be functions of different names"),
         ({"record": [3]}, "or functions of a motion"),
         ({"record": lambda motion: {"section": 1.0}}, "a name of function = 'section': must be a name of its own"),
-        ({"record": lambda motion: {"checksum": 1.0}}, "a name of function = 'checksum': must be a name of its own"),
+        ({"record": lambda motion: {"digests": 1.0}}, "a name of function = 'digests': must be a name of its own"),
         ({"record": lambda motion: {"section_xi": 1.0}}, "because this one is taken"),
         ({"record": lambda motion: {"impact": 1.0}}, "because this one is taken"),
         ({"record": lambda motion: {"title": 1.0}}, "because this one is taken"),

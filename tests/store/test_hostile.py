@@ -44,7 +44,7 @@ def resume(path, plan):
     try:
         writer.check()
     finally:
-        writer.abandon()
+        writer.close(sync=False)
 
 
 def read(path, _):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, say, stoppable
+from vibrodrive.cli.common import FILE, say
 from vibrodrive.cli.plot import left_out
 from vibrodrive.model.drawing import DIMENSIONLESS
 
@@ -39,16 +39,12 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
     from vibrodrive.store.reader import contradictions, look, verify
 
     show = Show(sys.stderr, file.name)
-    with stoppable(file) as advances:
-
-        def watch(done: int, total: int) -> None:
-            advances()
-            show.update(lambda: f"block {done} of {total}")
-
-        try:
-            found = verify(file, watch) if check else look(file)
-        finally:
-            show.clear()
+    try:
+        found = (
+            verify(file, lambda done, total: show.update(lambda: f"block {done} of {total}")) if check else look(file)
+        )
+    finally:
+        show.clear()
     size, versions = file.stat().st_size, found.header.versions
     written = f"{np.datetime64(int(file.stat().st_mtime), 's')}+00:00"  # also in the year 10000
     title, faults = found.header.origin.title, found.complaints()

@@ -1,8 +1,7 @@
 """Plan of a sweep: its points, their order and their blocks. This module does not import Numba.
 
 The points are the product of the axes, flattened in C-order. One axis, `point`, may represent several parameters that
-change together. A block is a contiguous range of points. It is exactly one chunk of the result file, so that it is
-written only once.
+change together. A block is a contiguous range of points, which a result file has with a digest.
 """
 
 import math

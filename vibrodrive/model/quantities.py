@@ -281,12 +281,11 @@ FAILURE_COUNTS = (
 MARGIN = number("margin", "smallest distance of a decision from the opposite decision",
                 label="distance of the closest decision")  # fmt: skip
 SWITCHES = Quantity("switches", "<i8", -1, "switches into each state within the recorded periods", along="state")
-CHECKSUM = Quantity("checksum", "<u8", 0, "weighted sum of the words of a point's values (see checksums.py)")
 STATUS = Quantity("status", "<i1", int(Status.NOT_COMPUTED), "result of the computation", label="status",
                   shown=STATUSES)  # fmt: skip
 
-POINTS = (MARGIN, SWITCHES, CHECKSUM, STATUS)
-"""Variables of the file of every sweep. The status of a block is written last and marks the block as computed."""
+POINTS = (MARGIN, SWITCHES, STATUS)
+"""Variables of the file of every sweep. The status of a block is written last, for readers while a sweep runs."""
 
 OF_MOTION = (
     number("tau", "time τ", scales="time"),

@@ -176,6 +176,6 @@ def quantities(record: Records) -> tuple[Quantity, ...]:
 
 
 TAKEN = {
-    *QUANTITIES, *(q.variable for q in QUANTITIES.values()), *RECORDS, "point", "impact", "state",
+    *QUANTITIES, *(q.variable for q in QUANTITIES.values()), *RECORDS, "point", "impact", "state", "digests",
 }  # fmt: skip
 """Names that a number of a function cannot have, because files and figures use them."""

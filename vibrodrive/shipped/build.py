@@ -26,10 +26,7 @@ from vibrodrive.jit.compile import Kernel, Marked
 from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE, sum_of
 from vibrodrive.jit.sources import fingerprints
 
-MODULES = (
-    "jit.fletcher", "kernels.sampling", "kernels.single", "periodic.fixed_points", "stability.impulses",
-    "explorer.density",
-)  # fmt: skip
+MODULES = "kernels.sampling", "kernels.single", "periodic.fixed_points", "stability.impulses", "explorer.density"
 """Modules whose kernels, and those of the modules that they import, are made. `kernels` adds those of factories."""
 
 FEATURES = {
