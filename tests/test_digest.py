@@ -63,7 +63,7 @@ def test_results_have_the_stored_digest():
     assert digest.hexdigest() == DIGEST
 
 
-OTHERS = "fca5bf777f736f25c18b662cc499618a5d7ccb5520232fca9a3d7c00fdea05b8"
+OTHERS = "38084730d6fb271e5859b1053adb2200ebc0c4991500045dcf378a7503796a66"
 
 WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3)]
 RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
