@@ -161,7 +161,7 @@ def test_python_of_the_readme_gives_the_shown_values():
         else:
             exec(ast.unparse(line), names)
     assert names["r"].section.shape == (1000, 2, 500, 2)
-    motion, k2, doubling, (A, B), machine, velocity = values
+    motion, k2, doubling, (A, B), machine, velocity, every = values
     assert "period 2; impacts per excitation period: 0.5" in str(motion)
     assert "mean impact speed 2.12872" in str(motion)
     assert k2 == pytest.approx(1.76e-4, abs=5e-7)
@@ -170,6 +170,7 @@ def test_python_of_the_readme_gives_the_shown_values():
     shown = machine.rows["machine"]
     assert (round(shown["impacts"], 9), round(shown["impact_power"], 1)) == (12, 10.7)
     assert velocity == pytest.approx(5.8e-4, abs=5e-6)
+    assert every == pytest.approx(2.1e-4, abs=5e-6)
 
 
 @pytest.mark.jit

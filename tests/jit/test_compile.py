@@ -257,7 +257,7 @@ def without(module):
     return kept
 
 def hide(name, globals=None, locals=None, wanted=(), level=0):
-    ours = wanted and globals["__name__"].startswith("vibrodrive.")
+    ours = wanted and globals.get("__name__", "").startswith("vibrodrive.")
     if ours and name.startswith(hidden):
         raise ImportError(name)
     module = found(name, globals, locals, wanted, level)

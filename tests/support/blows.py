@@ -115,16 +115,20 @@ def main_impacts(found):
 def attack(V, m, cycle, count, rng):
     """Return `count` disturbances for each of several V, with the force m, against an orbit.
 
-    Among them are those that make all main impacts late, or early, or both in turn. In others parts of these are
-    replaced, so that the mass also touches the obstacle.
+    The first ones make main impacts late and early in turn, or all late, or all early. The next ones wait for half a
+    period and then touch the obstacle as fast as possible. In all others parts of such rows are replaced.
     """
     per_period, rows = 48, 2
     segments = per_period * (int(cycle.gaps.max()) + 1)
     actions = np.empty((count, rows, segments), int)
     actions[:] = rng.choice([LATE, EARLY], (count, rows, 1))
     actions[:3] = np.array([[LATE, EARLY], [LATE, LATE], [EARLY, EARLY]])[..., None]
+    half = per_period // 2
+    for k, one in enumerate(actions[3:9]):
+        one[0, :], one[1, :], one[0, half + k : half + k + 1] = HOVER, EARLY, DOWN
+        one[0, half + k + 1 :] = LATE
     others = [LATE, EARLY, LATE, EARLY, *range(UP, DRAWN + 1)]
-    for one in actions[3:]:
+    for one in actions[9:]:
         for _ in range(rng.integers(1, 5)):
             at = rng.integers(segments - 1)
             end = segments if rng.random() < 0.5 else at + rng.integers(1, segments // 3)

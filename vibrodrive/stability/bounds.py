@@ -196,11 +196,13 @@ def height_after_rest(c, first):
 
 
 @part
-def fall_in_rest(c, m, first, launch):
-    """Return (speed, sound) for a rest from `first` to the launch of the motion below, c, in which H may be below -1.
+def fall_in_rest(c, m, first, end):
+    """Return (speed, sound) for the part of a rest from `first` to `end`, in which H may be below -1.
+
+    c is the motion below, and H >= -1 at `end`.
 
     speed : largest speed of a touch.
-    sound : whether no mass falls faster than V at the launch, because one that still did would have touched before.
+    sound : whether no mass falls faster than V at `end`, because one that still did would have touched before.
     """
     begin, back = max(first, c.down - TWO_PI), PI - c.down
     if c.V == 0.0 or begin >= back:
@@ -209,13 +211,13 @@ def fall_in_rest(c, m, first, launch):
     if first < begin:
         height += 0.5 * c.V * (c.V + room(c, first, begin) + 2.0 * m * (begin - first))
     speed = c.V + math.sqrt(2.0 * (c.A + c.B - 1.0) * height)
-    if room(c, begin, launch) >= 0.0:
+    if room(c, begin, end) >= 0.0:
         return speed, True
     lo, hi = begin, back
     for _ in range(50):
         t = 0.5 * (lo + hi)
-        lo, hi = (t, hi) if room(c, t, launch) < 0.0 else (lo, t)
-    d = launch - hi
+        lo, hi = (t, hi) if room(c, t, end) < 0.0 else (lo, t)
+    d = end - hi
     sine, cosine = sincos(hi)
-    moved = 0.5 * (1.0 - c.B) * d * d + c.A * (d * cosine - sincos(launch)[0] + sine)
-    return speed, height + moved + m * (launch - begin) * (launch - begin) < 0.0
+    moved = 0.5 * (1.0 - c.B) * d * d + c.A * (d * cosine - sincos(end)[0] + sine)
+    return speed, height + moved + m * (end - begin) * (end - begin) < 0.0

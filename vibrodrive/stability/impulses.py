@@ -54,8 +54,8 @@ ABOVE = 6  # largest number of motions above: one, and one from each place at wh
 STEPS = 300  # most steps in which intervals grow
 PAD = 1e-9  # width by which intervals are enlarged at each end, so that the end of their growth is inside
 ROUNDING = 1e-12  # distance from a decision within which rounding may change it
-MARGIN = 1e-9  # share of 1 + A by which V and m are less than what is tried. It exceeds the effect of all rounding
-LEAST_TRIED = 1e-7  # smallest V and m tried, in units of 1 + A
+MARGIN = 1e-10  # share of 1 + A by which V and m are less than what is tried. It exceeds the effect of all rounding
+LEAST_TRIED = 1e-8  # smallest V and m tried, in units of 1 + A
 RATIO = 1.0 + 2.0**-13  # ratio of two values that ends a search
 
 
@@ -207,11 +207,11 @@ def judge_touches(c, first, launch, near, after):
     after[NEAR] = near
     after[LONE] = after[FAR] if after[TOUCH_FIRST] < before and after[TOUCH_LAST] > half else 0.0
     if c.rows[0, 0 if low.V == 0.0 else 1, bounds.BEGIN] > half:  # touches before the mass rises for sure
-        begin, speed = max(first, low.down - TWO_PI), low.V
+        speed = low.V
         if half > launch:
             speed -= bounds.slide_velocity(low, 1.0, launch, half)
-        elif begin < PI - low.down and bounds.room(low, begin, half) < 0.0:
-            speed = near
+        elif half < PI - low.down or not bounds.fall_in_rest(low, c.m, first, half)[1]:
+            speed = near  # falls faster than V have not all ended
         after[FAR] = max(after[FAR], speed)
         after[LONE] = max(after[LONE], speed if before > half else 0.0)
 

@@ -293,6 +293,7 @@ def limit(
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
         `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
+        `velocity_any` and `force_any` are the impulse and the force below which no disturbance destroys the structure.
         `velocity_si` is the limit as a velocity in m/s, if there is a scene.
 
     Raises
