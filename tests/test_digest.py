@@ -63,7 +63,7 @@ def test_results_have_the_stored_digest():
     assert digest.hexdigest() == DIGEST
 
 
-OTHERS = "38084730d6fb271e5859b1053adb2200ebc0c4991500045dcf378a7503796a66"
+OTHERS = "89439d7c4ba5dc5870dce34b860c6c1e05089971a5e1fe7357eff3591117eab9"
 
 WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3)]
 RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
