@@ -9,7 +9,8 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.model.choices import Method
-from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Machine, Parameters, Settings
+from vibrodrive.model.keywords import Machine, Parameters
+from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit]
 OWN = {

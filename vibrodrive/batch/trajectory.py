@@ -22,8 +22,7 @@ from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import documented
-from vibrodrive.model.keywords import takes
-from vibrodrive.model.names import Point
+from vibrodrive.model.keywords import Point, takes
 from vibrodrive.model.parameters import COLUMNS, check_count, unknown, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle

@@ -16,8 +16,7 @@ from vibrodrive.jobs.progress import Tally, make_display, shown
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.described import counted
-from vibrodrive.model.keywords import Axis, Points, takes
-from vibrodrive.model.names import Point
+from vibrodrive.model.keywords import Axis, Point, Points, takes
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.records import functions

@@ -1,8 +1,8 @@
 """Signatures and help of `simulate`, `sweep`, `limit` and the orbits, made from the table of names.
 
-Each of these functions takes the keywords of a TypedDict of names.py as `**parameters: Unpack[…]`, from which a type
-checker knows names and types. `takes` makes a signature with every keyword and its default of it, for `help()`, editors
-and the site, and writes the keywords into the docstring, in the place of a line "**parameters".
+Each of these functions takes the keywords of a TypedDict as `**parameters: Unpack[…]`, from which a type checker, which
+does not run the table, knows names and types. `takes` makes a signature with every keyword and its default of it, for
+`help()`, editors and the site, and writes the keywords into the docstring, in the place of a line "**parameters".
 
 Python passes keywords in the order of the signature, but the axes of a sweep must have the order of the call. Python
 does not report which keywords the caller omitted, and it refuses an unknown keyword with a message of its own. So the
@@ -17,7 +17,7 @@ import math
 import re
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Concatenate, ParamSpec, TypeAlias, TypeVar, cast
+from typing import Any, Concatenate, Generic, ParamSpec, TypeAlias, TypedDict, TypeVar, cast
 
 import numpy as np
 
@@ -31,6 +31,44 @@ Axis: TypeAlias = (
 
 Points: TypeAlias = Mapping[str, Sequence[float] | np.ndarray]
 """Parameters that change together: sequences of one length, by the names of the parameters."""
+
+One = TypeVar("One")
+"""Type of a parameter in a signature: a number, or a number or a sequence of numbers."""
+
+
+class Parameters(TypedDict, Generic[One], total=False):
+    """Keywords for a motion, apart from A and the method, whose place in the signatures differs."""
+
+    B: One
+    eps: One
+    eta: One
+    dtau: One | None
+    tol: One | None
+    xi0: One
+    dxi0: One
+    tau0: One
+    transient: int
+    periods: int
+    section_phase: One
+    budget: int
+
+
+class Machine(TypedDict, Generic[One], total=False):
+    """Keywords for a machine in SI units."""
+
+    scene: Scene | None
+    a0: One | None
+    omega0: One | None
+    frequency: One | None
+    mu: One | None
+    alpha: One | None
+    mass: One | None
+    g: float | None
+
+
+class Point(Parameters[One], Machine[One], total=False):
+    """Keywords for a point of a sweep, or for a motion."""
+
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -1,9 +1,8 @@
 """Table of all parameters, quantities of the scene, settings and coordinates, one row for each of them.
 
 Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table, and so do the
-signatures and the help of `simulate`, `sweep`, `limit` and the orbits (keywords.py). The types of the keywords stand
-beside it, in `Machine` and `Parameters`, because a type checker does not run this module. It does not import NumPy, and
-no kernel imports it: an edit recompiles nothing.
+signatures and the help of `simulate`, `sweep`, `limit` and the orbits (keywords.py). This module does not import NumPy,
+and no kernel imports it: an edit recompiles nothing.
 
 The parameters have the order of the columns of `Plan.points`.
 """
@@ -13,12 +12,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypedDict, TypeVar
+from typing import NamedTuple
 
 from vibrodrive.model.choices import IN_LANES, Method
-
-if TYPE_CHECKING:
-    from vibrodrive.model.physical import Scene
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -150,44 +146,6 @@ SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
 AXES = PARAMETERS | SCENE_AXES
 
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
-
-One = TypeVar("One")
-"""Type of a parameter in a signature: a number, or a number or a sequence of numbers."""
-
-
-class Parameters(TypedDict, Generic[One], total=False):
-    """Keywords for a motion, apart from A and the method, whose place in the signatures differs."""
-
-    B: One
-    eps: One
-    eta: One
-    dtau: One | None
-    tol: One | None
-    xi0: One
-    dxi0: One
-    tau0: One
-    transient: int
-    periods: int
-    section_phase: One
-    budget: int
-
-
-class Machine(TypedDict, Generic[One], total=False):
-    """Keywords for a machine in SI units."""
-
-    scene: Scene | None
-    a0: One | None
-    omega0: One | None
-    frequency: One | None
-    mu: One | None
-    alpha: One | None
-    mass: One | None
-    g: float | None
-
-
-class Point(Parameters[One], Machine[One], total=False):
-    """Keywords for a point of a sweep, or for a motion."""
-
 
 COSTS = {Method.CERTIFIED: (0.1, 0.1), Method.FIXED: (0.5, 0.1), Method.MULLER: (1.5, 0.15)}
 """CPU time in microseconds of an excitation period without a disturbance, and of a switch with one, by method

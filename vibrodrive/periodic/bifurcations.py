@@ -43,8 +43,8 @@ import numpy as np
 from vibrodrive.jit.trig import log
 from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.described import counted
-from vibrodrive.model.keywords import Axis, takes
-from vibrodrive.model.names import SCENE, Machine
+from vibrodrive.model.keywords import Axis, Machine, takes
+from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, bad_axes, real_number
 from vibrodrive.model.physical import AMPLITUDES, INCLINES, Scene, amplitude_axis, scene_of, with_A_and_B
 from vibrodrive.model.plan import Plan, check_at, make_plan, of_motion

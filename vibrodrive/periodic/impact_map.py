@@ -22,8 +22,7 @@ from numpy.typing import ArrayLike
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI
 from vibrodrive.kernels.release import moves
-from vibrodrive.model.keywords import takes
-from vibrodrive.model.names import Machine
+from vibrodrive.model.keywords import Machine, takes
 from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.plan import plan_motion
 from vibrodrive.model.states import State

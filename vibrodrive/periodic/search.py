@@ -33,8 +33,8 @@ from typing import Any, Unpack
 import numpy as np
 
 from vibrodrive.model.described import counted
-from vibrodrive.model.keywords import takes
-from vibrodrive.model.names import SCENE, Machine
+from vibrodrive.model.keywords import Machine, takes
+from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import plan_motion

@@ -27,8 +27,7 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
-from vibrodrive.model.keywords import takes
-from vibrodrive.model.names import Point
+from vibrodrive.model.keywords import Point, takes
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
