@@ -123,7 +123,9 @@ _memory: Callable[[Any], Any] = (ctypes.c_char * 0).from_buffer
 """Function that returns what ctypes passes as the address of memory that may be written to"""
 
 _LETTERS = {"i8": "q", "u8": "Q", "f8": "d", "b1": "?", None: "x"}
-"""Letter of `struct` for each kind of number, and for nothing"""
+"""Letter of `struct` for each kind of number of a result, and for nothing"""
+
+_WORDS = _LETTERS | {"b1": "q"}  # of an argument, which is a whole word
 
 
 def _argument(kind: Any) -> tuple[Callable[[list[Any], Any], None], str]:
@@ -132,9 +134,9 @@ def _argument(kind: Any) -> tuple[Callable[[list[Any], Any], None], str]:
     kind : name of a number, {"dtype": …, "ndim": …} for an array, or a list of names for a tuple
     """
     if isinstance(kind, str):
-        return list.append, _LETTERS[kind]
+        return list.append, _WORDS[kind]
     if isinstance(kind, list):
-        return list.extend, "".join(map(_LETTERS.__getitem__, kind))
+        return list.extend, "".join(map(_WORDS.__getitem__, kind))
     dtype, ndim = _dtype(kind["dtype"]), kind["ndim"]
 
     def add(flat: list[Any], array: np.ndarray) -> None:

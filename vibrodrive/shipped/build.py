@@ -95,7 +95,7 @@ def _entry(compiled: Any, context: Any, name: str) -> Any:
                 sizes.insert(0, builder.mul(sizes[0], length))
             elements = builder.udiv(sizes[0], sizes[-1])
             flat.extend([word(0), word(0), elements, sizes[-1], address, *shape, *sizes[1:]])  # no owner
-        elif isinstance(kind, types.Number):
+        elif isinstance(kind, types.Number | types.Boolean):
             flat.append(load())
         else:  # a tuple
             for each in kind:
