@@ -131,12 +131,20 @@ _WORDS = _LETTERS | {"b1": "q"}  # of an argument, which is a whole word
 def _argument(kind: Any) -> tuple[Callable[[list[Any], Any], None], str]:
     """Return a function that appends the words of an argument of this kind to a list, and the letters of these words.
 
-    kind : name of a number, {"dtype": …, "ndim": …} for an array, or a list of names for a tuple
+    kind : name of a number, {"dtype": …, "ndim": …} for an array, or a list of kinds for a tuple
     """
     if isinstance(kind, str):
         return list.append, _WORDS[kind]
-    if isinstance(kind, list):
+    if isinstance(kind, list) and all(isinstance(each, str) for each in kind):
         return list.extend, "".join(map(_WORDS.__getitem__, kind))
+    if isinstance(kind, list):
+        adders, words = zip(*map(_argument, kind), strict=True)
+
+        def add_all(flat: list[Any], values: Sequence[Any]) -> None:
+            for add, each in zip(adders, values, strict=True):
+                add(flat, each)
+
+        return add_all, "".join(words)
     dtype, ndim = _dtype(kind["dtype"]), kind["ndim"]
 
     def add(flat: list[Any], array: np.ndarray) -> None:
