@@ -85,7 +85,7 @@ LOW, HIGH, FLOWN, PERIODS, FATE = range(5)
 """Columns of cells, float64 (cells, 5): first and last launch phase, number of flights, number of excitation periods of
 these flights, and fate. Rows are ordered by the number of flights and by the launch phase."""
 
-PIECE = np.dtype([("low", "f8"), ("high", "f8"), ("left", "i8"), ("right", "i8")])
+PIECE = np.dtype((np.record, [("low", "f8"), ("high", "f8"), ("left", "i8"), ("right", "i8")]))  # with attributes
 """A piece of a cell that is not searched yet: its ends, and the itineraries at its ends"""
 
 
