@@ -15,6 +15,7 @@ import vibrodrive as vd
 from vibrodrive.explorer.density import darken
 from vibrodrive.jit.compile import Kernel
 from vibrodrive.periodic.flight import launch_after
+from vibrodrive.periodic.impact_map import states
 from vibrodrive.shipped.build import kernels
 from vibrodrive.stability.failures import compared
 
@@ -63,7 +64,7 @@ def test_results_have_the_stored_digest():
     assert digest.hexdigest() == DIGEST
 
 
-OTHERS = "89439d7c4ba5dc5870dce34b860c6c1e05089971a5e1fe7357eff3591117eab9"
+OTHERS = "f8f5bfbe4146d0345bacdab7ab37b95ecb413756421ffd193b6d580e00ba2db0"
 
 WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3)]
 RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
@@ -101,6 +102,7 @@ def test_all_other_kernels_have_the_stored_digest(monkeypatch):
             add([*orbit.phases, *orbit.speeds, orbit.multiplier])
     found = vd.impact_map(3.04)(np.linspace(0.0, 6.2, 60))
     add([found.phase, found.speed, found.derivative])
+    add(states(1.0, 3.04, 0.1))
     add([launch_after(phase, 3.04, 0.1) for phase in np.linspace(0.0, 6.2, 40)])
     image, counts = np.zeros((50, 30), np.uint8), np.zeros(50, np.int64)
     values, shades = np.random.default_rng(7).random((20, 40)), np.arange(41, dtype=np.uint8)

@@ -55,7 +55,8 @@ class Family:
         ends of a gap, because a branch may be steep beside a bifurcation."""
         there, step = dict(zip(self.A.tolist(), self.orbits, strict=True)), np.ptp(self.A) / CURVE
         for a, b in itertools.pairwise([*there]):
-            share = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, math.ceil((b - a) / step) + 1)[1:-1])
+            x = np.linspace(0.0, 1.0, math.ceil((b - a) / step) + 1)[1:-1]
+            share = x * x * (3.0 - 2.0 * x)
             there |= {at: orbits_of(ImpactMap(at, self.B), self.max_period) for at in (a + (b - a) * share).tolist()}
         return replace(self, A=np.array(sorted(there)), orbits=[there[at] for at in sorted(there)])
 
