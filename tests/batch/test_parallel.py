@@ -19,9 +19,14 @@ from vibrodrive.batch.sweep import check_threads, run_blocks
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.sources import build
 from vibrodrive.kernels.arguments import Arguments, packed
+from vibrodrive.kernels.engine import batch
 from vibrodrive.model.plan import make_plan
 
 TWO = int(numba.config.NUMBA_NUM_THREADS) > 1
+LOOP = pytest.mark.skipif(
+    not TWO or bool(batch(0, False, False).shipped),
+    reason="Numba's loop runs with several threads, and with kernels that Numba has compiled",
+)
 POINTS = dict(A=np.linspace(1.2, 3.25, 20), transient=2, periods=3)
 WAYS = [
     dict(eps=[0.0, 2e-4]),
@@ -30,7 +35,7 @@ WAYS = [
 
 
 @pytest.mark.jit
-@pytest.mark.skipif(not TWO, reason="Numba has one thread")
+@LOOP
 @pytest.mark.parametrize("way", WAYS)
 def test_sweeps_run_in_the_loop_with_the_bits_of_one_thread(way, monkeypatch):
     used = []
@@ -316,7 +321,7 @@ def test_error_after_ctrl_c_is_not_raised_by_the_next_call():
 
 
 @pytest.mark.jit
-@pytest.mark.skipif(not TWO, reason="Numba has one thread")
+@LOOP
 @pytest.mark.parametrize("chosen", [{}, {"OMP_WAIT_POLICY": "active"}, {"GOMP_SPINCOUNT": "7"}])
 def test_idle_threads_wait_briefly_unless_the_user_has_chosen(chosen, monkeypatch):
     others = {name: value for name, value in os.environ.items() if "OMP_" not in name}
