@@ -105,3 +105,20 @@ def test_each_lost_digest_is_a_lost_block(tmp_path, name):
         assert list(report.faults) == [1] * (quantity.name != "status")
         assert compute(path, plan) == [1]
         assert path.read_bytes() == whole
+
+
+@pytest.mark.parametrize("bit", [3, 4, 10, 63])
+def test_damaged_address_leads_no_writer_elsewhere(tmp_path, bit):
+    """Blocks of the variable would not have their digests, and would be written again over those of another."""
+    path, plan = tmp_path / "x.h5", made("section")
+    compute(path, plan, [0])
+    with h5py.File(path) as file:
+        address = file["section_dxi"].id.get_offset()
+    content = path.read_bytes()
+    at = content.index(address.to_bytes(8, "little"))
+    path.write_bytes(content[:at] + (address ^ 1 << bit).to_bytes(8, "little") + content[at + 8 :])
+    holed = path.read_bytes()
+    for attempt in (load, verify, lambda path: compute(path, plan)):
+        with pytest.raises(NoResult, match="section_dxi: no variable of this file"):
+            attempt(path)
+    assert path.read_bytes() == holed

@@ -1,6 +1,7 @@
 """Open a result file, and read and check its header."""
 
 import contextlib
+import errno
 import io
 import itertools
 import json
@@ -109,7 +110,7 @@ def _opened(path: Path, access: h5py.h5p.PropFAID) -> h5py.File:
 
 def unwritable(error: OSError, path: Path) -> Unwritable:
     """Return Unwritable with the words of the system."""
-    return Unwritable(error.errno, error.strerror, str(path))
+    return Unwritable(error.errno or errno.EIO, error.strerror or str(error), str(path))
 
 
 def damaged(path: str | Path, what: str) -> Damaged:

@@ -17,7 +17,8 @@ def create(content: Any) -> h5py.File:
     track_order=True)` also stores the time, before h5py 3.15, so that two files of one configuration would differ.
     """
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
-    access.set_libver_bounds(h5py.h5f.LIBVER_EARLIEST, h5py.h5f.LIBVER_LATEST)  # the default of h5py, not of all HDF5
+    # from HDF5 1.8 on headers have checksums: a damaged address of a variable would lead writers elsewhere
+    access.set_libver_bounds(h5py.h5f.LIBVER_V18, h5py.h5f.LIBVER_LATEST)
     access.set_alignment(1, 8)  # for numpy.memmap
     access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
     made = h5py.h5f.create(b"a new file", h5py.h5f.ACC_TRUNC, _in_order(h5py.h5p.FILE_CREATE), access)

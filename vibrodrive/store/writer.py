@@ -75,8 +75,11 @@ class Writer:
         """Write a finished block. Raises Unwritable."""
         self._refuse_rewritten()
         self._refuse_lost()
+        found: dict[str, np.ndarray] = {**block._asdict(), **block.records}
+        if block.section is not None:
+            found |= {q.name: block.section[..., column] for column, q in enumerate(SECTIONS)}
         for quantity in self._at:
-            values = np.ascontiguousarray(_values(block, quantity), quantity.dtype)
+            values = np.ascontiguousarray(found[quantity.name], quantity.dtype)
             self._put(quantity, block.index, values, digest(quantity, block.index, values))
         self.done[block.index] = True
 
@@ -126,13 +129,6 @@ class Writer:
             self._lock.write(memoryview(of_values.to_bytes(8, "little")), digests + 8 * k)
         except OSError as error:
             raise unwritable(error, self.path) from None
-
-
-def _values(block: Block, quantity: Quantity) -> np.ndarray:
-    """Return the values of a variable in a block."""
-    if block.section is not None and quantity in SECTIONS:
-        return block.section[..., SECTIONS.index(quantity)]
-    return {**block._asdict(), **block.records}[quantity.name]
 
 
 def open_writer(path: Path, plan: Plan, origin: Origin, *, overwrite: bool = False) -> Writer:
