@@ -74,7 +74,7 @@ def refusals(path, plan):
 
 WRONG = [
     None, 99, -1, 0, 1.5, 1e400, -1e308, True, 10**30, "abc", "", "\x1b[31m", [], [1], [None], {}, {"a": 1}, "eps",
-    "limit", [9, 2], [2, 2, 2], "O", "<f4", "f: a, a (function " + "0" * 64 + ")",
+    "limit", [9, 2], [2, 2, 2], "O", "<f4", "<f1", "f: a, a (function " + "0" * 64 + ")",
 ]  # fmt: skip
 
 
