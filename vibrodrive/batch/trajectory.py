@@ -47,7 +47,7 @@ MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("ro
 
 
 class Rows(np.ndarray):
-    """Switches or impacts. An unknown field is refused with the names of the fields."""
+    """Switches. An unknown field is refused with the names of the fields."""
 
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, str):
@@ -474,8 +474,8 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
     known = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
     found = Trajectory(
-        rows.view(Rows)[1:], section, main_impacts(a.impacts[0]).view(Rows), Status(int(a.status[0])),
-        float(a.margin[0]), bounds, switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
+        rows[1:].view(Rows), section, main_impacts(a.impacts[0]), Status(int(a.status[0])), float(a.margin[0]), bounds,
+        switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
     )  # fmt: skip
     if kept:
         memory.give_back(a)
