@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.store.tables import rows_of
 
 pandas = pytest.importorskip("pandas")
 
@@ -57,3 +58,8 @@ def test_motion_is_shown_in_one_line(motion):
     shown = f"<Trajectory A 3.04, B 0.1, eps 0.0001: certified, 3 + 4 periods; {len(motion.switches)} switches, "
     assert repr(motion).startswith(shown)
     assert f"; OK, margin {motion.margin:.2g}>" in repr(motion)
+
+
+def test_rows_are_those_of_the_columns_beyond_a_block():
+    values = np.arange(40_000)
+    assert [*rows_of({"a": values, "b": -values})] == [*zip(values.tolist(), (-values).tolist(), strict=True)]

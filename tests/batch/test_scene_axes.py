@@ -8,6 +8,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.model.physical import PER_KG, UNITS
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.store.reader import look
@@ -55,6 +56,8 @@ def test_machines_with_tolerances_are_points(tmp_path):
 
 
 def test_figures_over_a_frequency_are_in_si_units():
+    grows = [name for name, unit in UNITS.items() if unit.one(2.0, 3.0, 5.0) != unit.one(2.0, 3.0, 1.0)]
+    assert grows == [*PER_KG], "what grows with the mass is per kilogram without one"
     f = np.array([20.0, 22.0, 24.0])
     plan = make_plan({"scene": MACHINE, "frequency": f, "periods": 20, "record": ["section", "impacts", "summary"]})
     r = Results.collect(plan, fake.run_blocks(plan))

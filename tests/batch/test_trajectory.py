@@ -178,6 +178,7 @@ def test_conveying_velocity_has_settled_or_is_not_given(omega0, monkeypatch):
     told = motion.describe()
     assert math.isnan(told.rows["machine"]["conveying"])
     assert "has not settled" in told
+    assert [line[-1] for line in told.splitlines() if line.startswith(("machine", "a0"))] == ["–"] * 3
 
 
 @pytest.mark.jit

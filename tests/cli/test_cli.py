@@ -317,6 +317,7 @@ def test_figures_of_finished_unfinished_and_damaged_files(run, quick):
     assert looks == seen
     Path("wide.toml").write_text(SMALL.replace("num = 40", "num = 3000"))
     fake.write("wide.h5", Path("wide.toml").read_text(), which=[1, 2])
+    assert run("plot", "wide.h5")[0] == 0, "an unfinished file is sound"
     flip_bit("wide.h5", "section_dxi", 2000 * 6 * 8)  # in block 2
     code, _, err = run("plot", "wide.h5", "-o", "wide.pdf", "--quantity", "xi")
     assert (code, "% computed" in err, "wide.pdf drawn" in err) == (1, True, True)

@@ -28,6 +28,7 @@ from tests.support.messages import messages
 from tests.support.process import python
 from vibrodrive.cli.explore import explore
 from vibrodrive.explorer.session import Session
+from vibrodrive.explorer.view import MOST_COLUMNS
 
 pytestmark = pytest.mark.jit
 
@@ -149,7 +150,10 @@ def test_each_message_is_answered_or_refused_in_one_line(explorer):
             assert "\n" not in found["refused"]
         await socket.write_message('{"seq": 1, "ping": true}')
         assert json.loads(await socket.read_message()) == {}
+        await socket.write_message('{"seq": 1, "pixels": [1e9, 1e9], "toml": true, "view": {}}')
+        assert f"num = {MOST_COLUMNS}," in json.loads(await socket.read_message())["toml"]
         socket.close()
+        assert await socket.read_message() is None, "closed at both ends"
 
     wrong = ["", "[]", '{"seq": 1}', '{"seq": "x"}', '{"seq": 1, "address": "y=9"}']
     asyncio.run(ask(*wrong, '{"seq": 1, "view": {"low": "<b>"}}'))
@@ -293,7 +297,12 @@ def test_kept_token_makes_a_link_work_in_the_next_run(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="modes of files")
 @pytest.mark.parametrize(
     ("content", "mode", "allowed"),
-    [("x" * 30, 0o644, "only its owner may read"), ("short", 0o600, "at least 20"), ("a b" * 20, 0o600, "at least 20")],
+    [
+        ("x" * 30, 0o604, "only its owner may read"),
+        ("x" * 30, 0o640, "only its owner"),
+        ("short", 0o600, "at least 20"),
+        ("a b" * 20, 0o600, "at least 20"),
+    ],
 )
 def test_file_that_others_may_read_or_without_a_token_is_refused(tmp_path, content, mode, allowed):
     from vibrodrive.explorer.server import kept_token

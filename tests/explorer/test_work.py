@@ -22,7 +22,7 @@ from vibrodrive.explorer.image import (
     pictures,
     values_of,
 )
-from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, shown_motion, words
+from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, shown_motion, undisturbed, words
 from vibrodrive.explorer.tasks import answer, save, work_of
 from vibrodrive.explorer.view import View
 from vibrodrive.explorer.work import Level, Pace, Part, Work, coarse_first
@@ -182,6 +182,9 @@ def test_limits_are_those_of_limit_and_end_when_they_are_halted():
     for name, method in (("eps", "certified"), ("dtau", "fixed")):
         wanted, found = vd.limit(3.04, name, method), limit_at(plans[name], Halt())
         assert (float(found["k2"]), float(found["last_kept"])) == (wanted.k2, wanted.last_kept)
+    given = {}, {"method": "fixed", "dtau": 0.05, "eps": 1e-4}
+    plain, disturbed = (View.read({"at": 3.04, "transient": 50, **more}).motion_plan() for more in given)
+    assert np.array_equal(motion_at(undisturbed(disturbed), Halt()).section, motion_at(plain, Halt()).section)
     never = View.read({"method": "muller", "dtau": 0.3, "at": 3.04})
     assert limit_at(limit_plans(never.motion_plan())["dtau"], Halt())["k2"] == "Infinity"
     halt = Halt()

@@ -39,6 +39,9 @@ def test_only_long_irregular_motions_have_a_faint_line_for_each_period(periods, 
 
 
 def test_impact_breaks_the_curve_and_is_stored_as_a_jump():
+    deep = fall()
+    deep.switches["xi"][0] = -0.1  # on a grid the mass is below the obstacle before an impact is noticed
+    assert curve(deep).jumps[0, :, 1].tolist() == [-0.1, 0.0]
     drawn = curve(fall(), points_per_period=5)
     assert (np.diff(drawn.tau) >= 0).all()
     assert drawn.jumps.tolist() == [[[2, 0, -1], [2, 0, 0]]]

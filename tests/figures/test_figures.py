@@ -198,6 +198,8 @@ def test_diagram_of_motions_that_rest_at_the_section_says_so(two_regimes):
         assert "at rest at every section point" in " ".join(map(note, draw(two_regimes).axes))
     two_regimes.section[50:] = 1.0
     assert "at rest at 25 % of the section points" in note(figures.bifurcation(two_regimes).axes[0])
+    two_regimes.status[:25] = Status.NEVER_LEAVES
+    assert "at rest at 14 % of the section points" in note(figures.bifurcation(two_regimes).axes[0]), "25 of 175"
     two_regimes.status[:50] = Status.NEVER_LEAVES
     assert "section point" not in note(figures.bifurcation(two_regimes).axes[0])
 

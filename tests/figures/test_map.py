@@ -15,7 +15,7 @@ import vibrodrive as vd
 from tests.figures import made
 from tests.support import fake
 from vibrodrive.figures.colours import APART, MANY, SHADES, paint
-from vibrodrive.figures.image import borders_of
+from vibrodrive.figures.image import borders_of, is_geometric
 from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.plane import Exact, joined
@@ -187,16 +187,6 @@ def test_cursor_reads_the_value_of_a_cell(plane):
         assert ax.images[0].get_cursor_data(SimpleNamespace(x=x, y=y)) == value
 
 
-@pytest.mark.parametrize("quantity", ["friction_loss", "lyapunov"])
-def test_few_extreme_values_do_not_set_the_scale(quantity):
-    values = np.linspace(1.0, 2.0, MANY)
-    values[0], values[-1] = -50.0, 60.0
-    painted = paint(QUANTITIES[quantity], values, np.full(MANY, Status.OK), None)
-    assert 1.99 < painted.norm.vmax < 2.0
-    assert painted.extend == "both"
-    assert paint(QUANTITIES[quantity], values[1:], np.full(MANY - 1, Status.OK), None).norm.vmax == 60.0
-
-
 LINEAR, DECADES, ONE = np.linspace(1.0, 2.0, 2 * MANY), np.geomspace(1.0, 1e3, 2 * MANY), np.full(2 * MANY, 1.0)
 
 
@@ -211,6 +201,8 @@ def test_extreme_is_out_of_the_scale_only_where_it_would_hide_the_others(most, f
     assert painted.extend == ("neither" if not cut else "max" if few > most.max() else "min")
     assert painted.counts[SHADES:].sum() <= 16
     assert cut or {painted.norm.vmin, painted.norm.vmax} == {values.min(), values.max()}
+    some = values[1 - MANY :]
+    assert paint(QUANTITIES["energy"], some, np.full(some.size, Status.OK), None).extend == "neither", "too few"
 
 
 def test_extremes_are_stated_with_their_points(plane):
@@ -240,6 +232,10 @@ def test_exponent_has_its_zero_in_the_middle(plane):
     fig = map_figure(plane, "lyapunov")
     assert fig.axes[1].get_ylim() == (-2.0, 2.0)
     assert key(fig) == ["−∞: the mass rests from time to time"]
+    values = np.append(LINEAR, -60.0)
+    painted = paint(QUANTITIES["lyapunov"], values, np.full(values.size, Status.OK), None)
+    assert painted.extend == "both"
+    assert -painted.norm.vmin == painted.norm.vmax == pytest.approx(2.0, abs=0.01)
 
 
 @pytest.mark.parametrize("dpi", [40, 120])
@@ -276,6 +272,7 @@ def test_cells_of_unequal_width_keep_their_width():
     assert [row.count(c) / len(row) for c in PALETTE[:3]] == pytest.approx([1 / 6, 2 / 6, 3 / 6], abs=0.01)
     assert borders_of(np.geomspace(1e-6, 1e-2, 3)) == pytest.approx([-7.0, -5.0, -3.0, -1.0])
     assert borders_of(np.array([2.0])).tolist() == [1.5, 2.5]
+    assert [is_geometric(np.geomspace(1.0, end, 9)) for end in (4.9, 5.1)] == [False, True]
 
 
 def test_one_axis_has_marks_and_a_third_is_named():
@@ -451,12 +448,12 @@ def limits_over(k2, **parameters):
 
 
 def test_limit_is_a_line_over_the_map(disturbed):
-    found = limits_over([1e-5, 2e-5, np.inf], A=[1.0, 2.5, 3.0])
+    found = limits_over([1e-5, 2e-5, np.inf, 0.0], A=[1.0, 2.5, 2.7, 3.0])
     for x, order in (("A", slice(None)), ("eps", slice(None, None, -1))):
         fig = map_figure(disturbed, "gaps", x=x, over=found)
         line = fig.axes[0].lines[-1]
         assert line.get_xydata()[:2, order].tolist() == [[1.0, 1e-5], [2.5, 2e-5]]
-        assert np.isnan(line.get_xydata()[2]).any()
+        assert np.isnan(line.get_xydata()[2:]).any(axis=1).all()
         assert any("k_2" in text for text in key(fig))
 
 
@@ -518,11 +515,12 @@ def test_limits_over_one_axis_are_bands_of_velocities():
     several.orbit_period[:] = [1] * 400 + [2, 3, 4] + [5] * 197 + [6, 0, 7] + [8] * 397
     texts = [text.get_text() for text in vd.plot.limits(several).axes[0].texts]
     assert texts == ["$n = 1$", *"234", "$n = 5$", *"67", "$n = 8$"]
+    certified.half_kept[1] = 0.0  # nothing is kept above
     ax = (fig := vd.plot.limits([certified, fixed])).axes[0]
     first, last = ax.lines[:2]
     assert first.get_xdata().tolist() == [1.0, 1.5, 2.0]
     assert first.get_ydata()[:2] == pytest.approx([1e-2, 1e-1])
-    assert last.get_ydata()[:2] == pytest.approx([2e-2, 2e-1])
+    assert last.get_ydata()[:2] == pytest.approx([1e-2, 2e-1])
     assert np.isnan(first.get_ydata()[2])
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_yscale()) == ("$A$", "limit as a velocity $V$", "log")
     assert "missing points: no limit found (1)" in note_of(ax)

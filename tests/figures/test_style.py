@@ -138,8 +138,6 @@ def test_same_figure_is_the_same_file_with_its_letters(swept, tmp_path):
     assert all(text.encode("utf-16-be") in written.replace(b"\\)", b")") for text in (title, said))
     assert f"<title>{title}</title>\n <desc>{said}" in svg
     figures.bifurcation(swept).savefig(tmp_path / "one.jpg")  # this format has no title
-    figures.bifurcation(swept).savefig(tmp_path / "mine.png", metadata={"Author": "me"})
-    assert Image.open(tmp_path / "mine.png").text.items() >= {"Title": title, "Author": "me"}.items()
     shown = results({"A": [1.0, 2.0], "B": [0.1, 0.2]}, ("summary",), drive_work=np.array([[1.0, 2.0], [3.0, 4e-9]]))
     title, said = about(figures.map_figure(shown, "drive_work"))
     assert title == "work of the excitation per excitation period over A and B"

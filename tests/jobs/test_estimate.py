@@ -54,6 +54,8 @@ def test_estimate_contains_the_time(clock, case):
     spent = clock(cost)
     seconds, least, most = estimate._computing(plan, 2)
     every = dict(zip(COLUMNS, plan.points(0, plan.n_points).T, strict=True))
-    assert least < np.sum(cost(every, plan.settings.transient + plan.settings.periods)) / 2 < most
+    true = np.sum(cost(every, plan.settings.transient + plan.settings.periods)) / 2
+    assert least < true < most
+    assert seconds == pytest.approx(true, rel=0.05)
     assert least < seconds < most < 5 * least
     assert spent[0] < 20, "the estimate must take a few seconds only"

@@ -59,7 +59,10 @@ def test_never_leaves_is_a_valid_status():
 
 @pytest.mark.jit
 def test_budget_is_per_period_and_configurable():
-    """The motion has 83 switches in a period. A budget of 100 suffices for all periods, a budget of 50 for none."""
+    """The motion has 83 switches in a period, and without the disturbance five. A budget of 100 suffices for all
+    periods, a budget of 50 for none."""
+    few = [vd.simulate(1.5, transient=0, periods=3, budget=budget).status for budget in (4, 5)]
+    assert few == [Status.BUDGET, Status.OK]
     scene = {"A": 1.5, "eps": 5e-4, "transient": 0, "periods": 30}
     assert vd.simulate(**scene, budget=200).status == Status.OK
     spent = vd.simulate(**scene, budget=50)

@@ -11,7 +11,7 @@ from tests.exact.reference import IMPACT, mp, reference
 from tests.support.mp_flight import orbit_phase, slope
 from vibrodrive.model.physical import Scene
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
-from vibrodrive.periodic.bifurcations import Search, bifurcations, gap_between, spread
+from vibrodrive.periodic.bifurcations import Search, _multiplier, bifurcations, gap_between, spread
 from vibrodrive.periodic.continuation import Continuation
 from vibrodrive.periodic.family import Family, family, traces
 from vibrodrive.periodic.search import orbits
@@ -136,6 +136,7 @@ def test_phase_differences_are_measured_on_the_circle():
     one, other, two, three = (replace(orbit, phases=np.array(phases)) for phases in places)
     assert gap_between(one, other) == gap_between(other, one) == pytest.approx(0.03)
     assert gap_between(one, two) == gap_between(two, one) == pytest.approx(0.03)
+    assert math.isnan(_multiplier(one, [replace(one, period=2)])), "another orbit at the same phases"
     assert gap_between(two, three) == gap_between(three, two) == pytest.approx(0.2), "the largest of 0.2 and 0.03"
 
 

@@ -150,6 +150,8 @@ def test_longer_periods_contain_the_shorter_ones():
     short, long = orbits(3.17, 0.1, 3), orbits(3.17, 0.1, 6)
     assert [o.phases.tolist() for o in long if o.period <= 3] == [o.phases.tolist() for o in short]
     assert len({o.name for o in long}) == len(long)
+    periods = [o.period for o in orbits(3.8, 0.1, 6)]  # one of four periods has fewer impacts than one of three
+    assert periods == sorted(periods)
 
 
 def test_orbit_keeps_its_name_if_an_impact_passes_the_end_of_a_period():

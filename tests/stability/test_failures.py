@@ -12,6 +12,8 @@ import vibrodrive as vd
 from vibrodrive.model.states import State
 from vibrodrive.stability.failures import Comparison, compared, count_failures, next_switches
 
+SLOW = {"A": 1.05, "eps": 0.9, "eta": 0.3}
+
 
 def motion(method, **arguments):
     return vd.simulate(method=method, **{"transient": 20, "periods": 10, **arguments})
@@ -19,14 +21,15 @@ def motion(method, **arguments):
 
 @pytest.mark.jit
 @pytest.mark.parametrize("method", ["fixed", "muller"])
-@pytest.mark.parametrize("arguments", [{"A": 3.04}, {"A": 1.05, "eps": 0.9, "eta": 0.3, "periods": 30}])
+@pytest.mark.parametrize("arguments", [{"A": 3.04}, SLOW | {"periods": 30}, SLOW | {"transient": 25, "periods": 5}])
 def test_fine_grid_has_no_failures(method, arguments):
     """Zeros of these motions are more than 0.001 apart, and all margins are larger than 0.001.
 
-    Under the slow disturbance the mass rests for several periods at a time.
+    Under the slow disturbance the mass rests for several periods at a time, in the last case longer than the numbers of
+    the periods of any two successive switches differ.
     """
     verdict = count_failures(motion(method, dtau=1e-3, **arguments))
-    assert verdict.judged > 15
+    assert verdict.judged > 2
     assert verdict[1:] == (0, 0, 0)
 
 

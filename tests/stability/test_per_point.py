@@ -47,6 +47,8 @@ def test_record_limit_equals_the_limit_at_each_point():
             assert r.orbit_period[at, to] == k.n
             assert r.status[at, to] == vd.Status.OK
     assert How(r.how[0, 0]) == How.GAPS
+    spent = vd.sweep(A=[1.5], budget=8, record="limit", **SHORT)
+    assert How(spent.how[0]) == How.BUDGET
 
 
 def test_a_grid_method_without_a_step_has_its_limit_in_the_step():

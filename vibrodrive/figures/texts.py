@@ -30,8 +30,6 @@ MATHTEXT = {row.mathtext: row.symbol for row in NAMES.values() if "\\" in row.ma
 }  # fmt: skip
 """Commands of the mathtext in figures, and what they mean as plain text."""
 
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
 ALWAYS_SAID = ("A", "B", "a0", "omega0", "frequency", "mu", "alpha", "mass", "eps")
 PANELS = 6  # largest number of panels of one figure
 
@@ -68,7 +66,8 @@ def plain(text: str) -> str:
     """Return a text of a figure without mathtext and line breaks, such as ε = 2·10⁻⁴."""
     for code in sorted(MATHTEXT, key=len, reverse=True):  # some are beginnings of others
         text = text.replace(code, MATHTEXT[code])
-    text = re.sub(r"\^\{?(-?\d+)\}?", lambda power: power[1].translate(SUPERSCRIPTS), text)
+    high = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    text = re.sub(r"\^\{?(-?\d+)\}?", lambda power: power[1].translate(high), text)
     return " ".join(re.sub(r"[${}\\]", "", text).split())
 
 
