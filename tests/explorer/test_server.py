@@ -5,6 +5,7 @@ import gc
 import json
 import os
 import re
+import shlex
 import signal
 import socket
 import subprocess
@@ -215,7 +216,7 @@ def test_browser_in_the_foreground_shows_the_page_if_there_is_a_display(display,
         monkeypatch.delenv(name, raising=False)
     (tmp_path / "browser.py").write_text(BROWSER)
     (tmp_path / "shown").touch()
-    browser = f"{sys.executable} {tmp_path / 'browser.py'} {tmp_path / 'shown'} %s"
+    browser = shlex.join([sys.executable, str(tmp_path / "browser.py"), str(tmp_path / "shown")]) + " %s"
     process, address = started("--port", "0", BROWSER=browser, **({display: ":0"} if display else {}))
     try:
         assert answer(address)[0] == 200

@@ -16,13 +16,7 @@ from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW
 from vibrodrive.periodic.flight import NO_WORD, flight
 from vibrodrive.periodic.impact_map import ImpactMap, kind_of_change, states
 from vibrodrive.periodic.itineraries import NO_SLIDES, flights
-from vibrodrive.periodic.search import (
-    Orbit,
-    itinerary_cells,
-    returning_launches,
-    touching_orbit,
-    trace_orbit,
-)
+from vibrodrive.periodic.search import Orbit, itinerary_cells, returning_launches, touching_orbit, trace_orbit
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 

@@ -27,7 +27,7 @@ from vibrodrive.model.parameters import bad, check, real_array
 from vibrodrive.model.plan import plan_motion
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
-from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, cells_of
+from vibrodrive.periodic.itineraries import FEW, cells_of
 
 HORIZON = 10_000  # longest flight that is computed, in excitation periods; for a small B flights may be longer
 
@@ -46,12 +46,14 @@ def states(psi: float, A: float, B: float) -> list[State]:
 
     For a flight that never lands, return the states of its first SLIDES_NAMED slides.
     """
-    k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, NO_SLIDES)
-    slides = np.empty((count if k >= 0 else SLIDES_NAMED, 3))
-    flight(psi, A, B, HORIZON, NO_WORD, slides)
+    slides = np.empty((SLIDES_NAMED, 3))
+    k, *_, count = flight(psi, A, B, HORIZON, NO_WORD, slides)
+    if k >= 0 and count > SLIDES_NAMED:
+        slides = np.empty((count, 3))
+        flight(psi, A, B, HORIZON, NO_WORD, slides)
     word: list[State] = []
     falling = True
-    for tau, _, begun in slides:
+    for tau, _, begun in slides[:count].tolist():
         if begun == FROM_STICK:
             word.append(State.STICK)
             falling = tau > 0.5 * PI
@@ -59,17 +61,6 @@ def states(psi: float, A: float, B: float) -> list[State]:
             falling = not falling
         word.append(State.DOWN if falling else State.UP)
     return [*word, State.IMPACT] if k >= 0 else word
-
-
-_WORDS: dict[int, list[State]] = {}
-
-
-def word_after(phi: float, code: int, A: float, B: float) -> list[State]:
-    """Return the states from an impact at φ to the next, whose word has the number `code` (`impacts`)."""
-    if code not in _WORDS:
-        psi, rests = launch_after(phi, A, B)
-        _WORDS[code] = [State.REST] * int(rests) + states(psi, A, B)
-    return _WORDS[code]
 
 
 def spell(word: list[State]) -> str:

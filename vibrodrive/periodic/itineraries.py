@@ -18,8 +18,8 @@ boundary, to neighbouring floats, without sampling. Bisection can miss only an i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from math import inf
 
 import numpy as np
 
@@ -127,14 +127,8 @@ def split(most, A, B, horizon, only, steps, under_way, cells, stack):
             whole += 1
             if whole < found and cells[whole, FATE] == FLYING and cells[whole, FLOWN] < most:
                 a, b, n = cells[whole, LOW], cells[whole, HIGH], int(cells[whole, FLOWN]) + 1
-                put(
-                    stack,
-                    0,
-                    a,
-                    b,
-                    flights(a, n, A, B, horizon, no_slides)[0],
-                    flights(b, n, A, B, horizon, no_slides)[0],
-                )
+                left, right = flights(a, n, A, B, horizon, no_slides)[0], flights(b, n, A, B, horizon, no_slides)[0]
+                put(stack, 0, a, b, left, right)
                 top = 1
                 cells[found, LOW] = a
             continue
@@ -157,13 +151,7 @@ def split(most, A, B, horizon, only, steps, under_way, cells, stack):
 
 
 def cells_of(
-    whole: tuple[float, float],
-    most: int,
-    A: float,
-    B: float,
-    horizon: int,
-    only: Sequence[int] = (),
-    limit: float = math.inf,
+    whole: Sequence[float], most: int, A: float, B: float, horizon: int, only: Sequence[int] = (), limit: float = inf
 ) -> np.ndarray:
     """Return the cells of 1 to `most` flights in the interval `whole` of launch phases, after a row for `whole`.
 

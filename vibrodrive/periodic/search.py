@@ -42,7 +42,7 @@ from vibrodrive.model.slips import names_scene, slip, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.fixed_points import CELL, CERTAIN, ROOT, fixed_points
 from vibrodrive.periodic.flight import impacts
-from vibrodrive.periodic.impact_map import HORIZON, ImpactMap, spell, word_after
+from vibrodrive.periodic.impact_map import HORIZON, ImpactMap, spell, states
 from vibrodrive.periodic.itineraries import FLOWN, HIGH, LOW, NO_SLIDES, RESTS, cells_of, flights, flying
 
 STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", "undecided"
@@ -271,10 +271,13 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
     motions, counts = np.empty((before + n, 3)), np.empty((before + n, 2), np.int64)
     impacts(np.array([psi]), A, B, HORIZON, motions, counts)
     phases = np.append(psi, motions[:-1, 0])[before:]
-    (_, speeds, slopes), (gaps, codes) = motions[before:].T, counts[before:].T
-    words = [word_after(*one, A, B) for one in zip(phases.tolist(), codes.tolist(), strict=True)]
-    rests = any(State.REST in word for word in words)
-    multiplier = 0.0 if rests else math.prod(slopes.tolist())
+    (_, speeds, slopes), gaps = motions[before:].T, counts[before:, 0]
+    words = []
+    for phase in phases.tolist():
+        rests = not up < phase < end
+        words.append([State.REST] * rests + states(up if rests else phase, A, B))
+    # exactly 0 if the orbit contains a rest
+    multiplier = 0.0 if any(State.REST in word for word in words) else math.prod(slopes.tolist())
     late = (phases >= end).astype(np.int64)
     spans = gaps + np.roll(late, -1) - late  # periods between launches; a rest may begin before 2π and end after 2π
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
