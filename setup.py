@@ -33,9 +33,10 @@ class BuildWithKernels(build_py):
             if path.suffix in (".so", ".json"):
                 path.unlink()
         if WANTED:
-            found = os.pathsep.join(filter(None, (str(package), os.environ.get("PYTHONPATH"))))
-            environment = os.environ | {"PYTHONPATH": found, "PYTHONDONTWRITEBYTECODE": "1"}
-            subprocess.run([sys.executable, "-m", "vibrodrive.shipped.build"], cwd=package, env=environment, check=True)
+            paths = os.pathsep.join(filter(None, (str(package), os.environ.get("PYTHONPATH"))))
+            environment = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
+            program = Path(__file__).parent / "build_kernels.py"
+            subprocess.run([sys.executable, "-P", program], env=environment, check=True)
 
 
 def for_an_index(readme: str) -> str:

@@ -2,7 +2,7 @@
 
 Each number is the CPU time of a separate process, or its peak memory. A "cold" process begins with an empty folder of
 compiled kernels, a "warm" one with the folder that the cold one has left. A clone compiles its kernels; a wheel with
-machine code is the same package with the result of `vibrodrive.shipped.build`.
+machine code is the same package with the result of `build_kernels.py`.
 """
 
 import os
@@ -72,7 +72,7 @@ def measure(quick: bool) -> dict[str, Any]:
         places = {"clone": PACKAGE}
         if (sys.platform, platform.machine()) == ("linux", "x86_64"):
             subprocess.run(
-                [sys.executable, "-m", "vibrodrive.shipped.build"], check=True, cwd=folder,
+                [sys.executable, "-P", PACKAGE.parent / "build_kernels.py"], check=True,
                 env=os.environ | {"PYTHONPATH": folder},
             )  # fmt: skip
             places["wheel"] = wheel

@@ -16,9 +16,9 @@ import numpy.testing  # noqa: F401  NumPy 1.26 starts a process when it is impor
 import pytest
 from hypothesis import settings
 
+from build_kernels import kernels
 from vibrodrive.jit.compile import Kernel, Marked
 from vibrodrive.jobs.signals import SIGNALS
-from vibrodrive.shipped.build import kernels
 
 settings.register_profile("tests", deadline=None, derandomize=True)  # the same examples in every run
 settings.load_profile("tests")

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from build_kernels import kernels
 from vibrodrive.explorer.density import darken
 from vibrodrive.jit.compile import Kernel
 from vibrodrive.periodic.flight import launch_after
 from vibrodrive.periodic.impact_map import states
-from vibrodrive.shipped.build import kernels
 from vibrodrive.stability.failures import compared
 
 DIGEST = "f7c0ae3808dccd32acb0d92d92dbc623a635d338012056ba90dc25addd1ecaf1"

@@ -3,6 +3,7 @@
 A message is shown during a long compilation.
 """
 
+import ast
 import os
 import re
 import shutil
@@ -19,6 +20,7 @@ import pytest
 from numba.core.event import trigger_event
 
 import vibrodrive as vd
+from build_kernels import _marked, kernels
 from tests.support import fake
 from tests.support.process import python
 from vibrodrive.jit import compiler as _jit
@@ -34,58 +36,30 @@ ROOT = Path(vd.__file__).parent
 
 def fingerprint(root: Path) -> str:
     """Return the hash of the sources of kernels in a copy of the package."""
-    found, packages = _sources.read(root)
-    return _sources.hash_of(found, _sources.kernels(found, packages))
+    found = _sources.read(root)
+    return _sources.hash_of(found, filter(_sources.is_compiled, found))
 
 
-def test_kernels_depend_on_what_computes_only():
-    """An edit of a figure, of the command line or of the page in the browser compiles nothing again."""
-    found, packages = _sources.read(ROOT)
-    names = {name.removeprefix("vibrodrive.") for name in _sources.kernels(found, packages)}
-    assert {"kernels.engine", "kernels.codes", "jit.trig", "jit.pieces", "model.choices", "model.states"} <= names
-    assert not {name for name in names if name.split(".")[0] in ("cli", "explorer", "figures", "jobs", "store")} - {
-        "explorer.density"
-    }
+def imports_of(source: bytes) -> set[str]:
+    """Return the modules, and the names in modules, that a module imports when it is imported itself."""
+    names = set()
+    for statement in ast.parse(source).body:
+        if isinstance(statement, ast.Import):
+            names |= {alias.name for alias in statement.names}
+        elif isinstance(statement, ast.ImportFrom):
+            assert statement.level == 0, "relative"
+            names |= {f"{statement.module}.{alias.name}" for alias in statement.names} | {statement.module}
+    return names
 
 
-TREE = {
-    "__init__.py": "",
-    "jit/__init__.py": "from vibrodrive.jit.compile import inline\n",
-    "jit/compile.py": '"""Options.\n\nfrom here on, and import\n"""\n',
-    "kernels/engine.py": "import re\nfrom vibrodrive.jit.compile import jit\nfrom vibrodrive.kernels.step import *\n",
-    "kernels/step.py": "import vibrodrive.kernels.deep.clock as clock\nfrom .zero import find as f\n",
-    "kernels/zero.py": "from .. import model\nfrom . import table as t, codes\n",
-    "kernels/table.py": "from ..model.states import (  # Fig. 2 (a)\n    UP,\n)\n",
-    "kernels/codes.py": "from vibrodrive.model \\\n    import physical\n",
-    "kernels/deep/__init__.py": "",
-    "kernels/deep/clock.py": "from vibrodrive.jit import inline\nfrom ...model.units import *\n",
-    "model/__init__.py": "",
-    "model/states.py": "",
-    "model/physical.py": "",
-    "model/units.py": "",
-    "apart.py": "from vibrodrive.jit import inline\n",
-    "model/names.py": "from vibrodrive.kernels import engine\n",
-    "figures/draw.py": "from vibrodrive.kernels.engine import x\ndef f():\n from vibrodrive.jit.compile import jit\n",
-    "cli/sweep.py": "import vibrodrive.kernels.engine\nimport vibrodrive.figures.diagrams.draw\n",
-}
-"""Sources of a package with subpackages, by path. They contain every form of import, at any depth."""
-
-
-def test_imports_are_followed_into_packages_of_packages(tmp_path):
-    for name, source in TREE.items():
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(source)
-
-    first, deaf = fingerprint(tmp_path), []
-    for name, source in TREE.items():
-        (tmp_path / name).write_text(source + "\nx = 1\n")
-        if fingerprint(tmp_path) == first:
-            deaf.append(name)
-        (tmp_path / name).write_text(source)
-    assert fingerprint(tmp_path) == first
-    # no kernel uses these modules; a kernel that imports a module of a package need not import the package itself
-    assert deaf == ["__init__.py", "kernels/deep/__init__.py", "model/names.py", "figures/draw.py", "cli/sweep.py"]
+def test_machine_code_depends_on_the_named_modules_only():
+    """These are all modules with kernels, and what they import. An edit of a figure compiles nothing again."""
+    found = _sources.read(ROOT)
+    named = {name for name in found if _sources.is_compiled(name)}
+    assert {kernel.__module__ for kernel in (*kernels(), *_marked())} < named
+    used = {each for name in named for each in imports_of(found[name]) if each in found and found[each].strip()}
+    assert used - named == {"vibrodrive.version"}, "whose number changes no machine code"
+    assert {f"vibrodrive.{each}" for each in _sources.COMPILED} <= set(found)
 
 
 @pytest.mark.parametrize(
@@ -148,7 +122,7 @@ def test_fingerprint_of_an_archive_and_of_a_frozen_program(tmp_path, monkeypatch
     shutil.rmtree(copy / "jit")
     assert fingerprint(zipfile.Path(archive, "vibrodrive/")) == before != fingerprint(copy)
     monkeypatch.setattr(sys, "executable", archive)
-    assert _sources.read(tmp_path / "frozen") == ({"": Path(archive).read_bytes()}, set())
+    assert _sources.read(tmp_path / "frozen") == {"": Path(archive).read_bytes()}
 
 
 NOWHERE = """

@@ -12,14 +12,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import build_kernels
 from tests.support.process import python
 from vibrodrive.explorer.density import darken
 from vibrodrive.jit import shipped
 from vibrodrive.periodic.flight import launch_after, launch_window
 from vibrodrive.periodic.itineraries import DEPTH, NO_SLIDES, PIECE, flights, split
-from vibrodrive.shipped import build
 
-ROOT = Path(build.__file__).parents[1]
+ROOT = Path(shipped.__file__).parents[1]
 
 V4, V3 = shipped.LEVELS
 
@@ -49,7 +49,7 @@ def found(monkeypatch, tmp_path, capsys):
         for level in shipped.LEVELS:
             (tmp_path / f"{level}.so").write_text(level)
         arrays = [{"dtype": dtype, "ndim": 1} for dtype in ("<u2", "<u4")]
-        build.write_table(tmp_path, {darken.name: ["kernel0", arrays, ["u8"] * 3]})
+        build_kernels.write_table(tmp_path, {darken.name: ["kernel0", arrays, ["u8"] * 3]})
         change(tmp_path)
         shipped._table_and_library.cache_clear()
         return shipped.function(darken.name), opened[-1], capsys.readouterr().err
@@ -100,7 +100,7 @@ def _swap(folder):
 
 def _leave_out(folder):
     (folder / f"{V4}.so").unlink()
-    build.write_table(folder, json.loads((folder / shipped.TABLE).read_text())["kernels"])
+    build_kernels.write_table(folder, json.loads((folder / shipped.TABLE).read_text())["kernels"])
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ MAKE = f"""
 import sys
 from pathlib import Path
 from tests.jit.test_shipped import KERNELS
-from vibrodrive.shipped.build import make_library, write_table
+from build_kernels import make_library, write_table
 folder = Path(sys.argv[1])
 write_table(folder, make_library("{LEVEL}", folder, KERNELS))
 """
@@ -190,7 +190,7 @@ def made(tmp_path_factory):
     if LEVEL is None:
         pytest.skip("no Linux on x86-64-v3")
     try:
-        build._linker()
+        build_kernels._linker()
     except FileNotFoundError as error:
         pytest.skip(str(error))
     folder = tmp_path_factory.mktemp("shipped")
@@ -233,7 +233,7 @@ def test_shipped_code_gives_what_numba_compiles(made, monkeypatch, kernel):
 
 def test_every_kernel_is_shipped():
     """Each function of the package that is marked as a kernel is made, except the loop of Numba's threads."""
-    kernels = list(build.kernels())
+    kernels = list(build_kernels.kernels())
     assert len({kernel.name for kernel in kernels}) == len(kernels) > 25
     made = {(kernel.__module__, kernel.__name__) for kernel in kernels}
     marked = set()
@@ -266,9 +266,9 @@ def test_the_modules_that_compute_are_imported_without_numba():
 
 
 def test_a_linker_is_asked_for(monkeypatch):
-    monkeypatch.setattr(build, "which", lambda command: None)
-    monkeypatch.setattr(build, "find_spec", lambda name: SimpleNamespace(name=name))
-    assert build._linker() == [sys.executable, "-m", "ziglang", "cc"]
-    monkeypatch.setattr(build, "find_spec", lambda name: None)
+    monkeypatch.setattr(build_kernels, "which", lambda command: None)
+    monkeypatch.setattr(build_kernels, "find_spec", lambda name: SimpleNamespace(name=name))
+    assert build_kernels._linker() == [sys.executable, "-m", "ziglang", "cc"]
+    monkeypatch.setattr(build_kernels, "find_spec", lambda name: None)
     with pytest.raises(FileNotFoundError, match="no compiler of C was found"):
-        build._linker()
+        build_kernels._linker()

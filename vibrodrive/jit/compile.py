@@ -34,7 +34,7 @@ def _disabled() -> bool:
 
 COMPILED = not _disabled()
 
-with suppress(OSError, SyntaxError):  # the compiler, or the loader of machine code, says what is wrong
+with suppress(OSError):  # the compiler, or the loader of machine code, says what is wrong
     fingerprints()  # of the sources that are imported now, whatever becomes of them before the first call
 
 

@@ -1,8 +1,9 @@
 """Machine code of the kernels that came with the package, in the folder `vibrodrive/shipped` of a wheel.
 
-`shipped/build.py` makes this folder: a library for each kind of processor, and a table of the kernels in them, with the
-hash of their sources. Each kernel is a function of C, whose argument is the address of words of 64 bits: the numbers
-of its arguments in order, and for an array its address and its shape. The result is written over them.
+`build_kernels.py`, in the repository, makes this folder: a library for each kind of processor, and a table of the
+kernels in them, with the hash of their sources. Each kernel is a function of C, whose argument is the address of words
+of 64 bits: the numbers of its arguments in order, and for an array its address and its shape. The result is written
+over them.
 
 The code is used if it belongs to the sources that are installed, if the processor can run it, if its checksum is right,
 and if nobody asks Numba to compile: by NUMBA_CPU_NAME or NUMBA_CPU_FEATURES, or by VIBRODRIVE_CODE=numba.

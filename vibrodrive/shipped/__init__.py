@@ -1,1 +1,1 @@
-"""Machine code of the kernels, in wheels that contain it (`jit/shipped.py` loads it), and the program that makes it."""
+"""Machine code of the kernels, in wheels that contain it (`jit/shipped.py` loads it)."""

@@ -1,7 +1,8 @@
 """Make the machine code of all kernels: a library for each kind of processor, and the table of the kernels in it.
 
-`python -m vibrodrive.shipped.build FOLDER` compiles each kernel with Numba for each kind of processor, takes Numba's
-optimised LLVM module, keeps of it what the kernel calls, and links all into one library. It needs the linker of a
+`python build_kernels.py FOLDER` compiles each kernel with Numba for each kind of processor, takes Numba's
+optimised LLVM module, keeps of it what the kernel calls, and links all into one library. Without FOLDER the files get
+into the package, where they are used until a kernel is edited. It needs the package on the path, and the linker of a
 compiler of C. The result depends on the sources and on the versions of Numba and LLVM, and on nothing else.
 """
 
@@ -195,9 +196,9 @@ def _make_apart(level: str, folder: Path, cache: str) -> Any:
     others = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     settings = {
         "NUMBA_CPU_NAME": level, "NUMBA_CPU_FEATURES": FEATURES[level], "NUMBA_CACHE_DIR": cache,
-        "PYTHONHASHSEED": "0", "VIBRODRIVE_CODE": "numba",
+        "PYTHONHASHSEED": "0", "VIBRODRIVE_CODE": "numba", "PYTHONPATH": os.pathsep.join(sys.path),
     }  # fmt: skip
-    command = [sys.executable, "-m", "vibrodrive.shipped.build", str(folder), level]
+    command = [sys.executable, "-P", __file__, str(folder), level]
     done = subprocess.run(command, check=True, env=others | settings, stdout=subprocess.PIPE, text=True)
     return json.loads(done.stdout)
 
