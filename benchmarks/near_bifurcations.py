@@ -132,7 +132,7 @@ def kept_of(A: float) -> Any:
         alternation = np.diff(phase) * (-1.0) ** np.arange(len(phase) - 1)
         rests = np.count_nonzero(motion.switches["after"] == vd.State.REST) / len(motion.section)
         flips = int(np.count_nonzero(np.diff(np.sign(alternation))))
-        return {"kept": int(keeps(base, motion.section, motion.impacts, ("impacts",))), "flips": flips, "rests": rests}
+        return {"kept": int(keeps(base, motion.section, motion.impacts)), "flips": flips, "rests": rests}
 
     return numbers
 

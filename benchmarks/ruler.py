@@ -41,7 +41,6 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.names import ETA
 from vibrodrive.model.plain import plain
 from vibrodrive.model.plan import make_plan
-from vibrodrive.stability.criterion import IMPACTS, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.limit import LimitSearch, plan_limits
 from vibrodrive.stability.limit_search import GRIDS, Band, Grid, search_band
@@ -124,7 +123,7 @@ def main_impacts(way: Disturbance, A: float, value: float) -> np.ndarray | None:
 def kept(way: Disturbance, A: float, base: ReferenceOrbit, value: float) -> bool:
     """Return True if the motion under one disturbance keeps the structure of the undisturbed motion."""
     impacts = main_impacts(way, A, value)
-    return impacts is not None and keeps(base, np.zeros((PERIODS, 2)), impacts, (IMPACTS,))
+    return impacts is not None and keeps(base, np.zeros((PERIODS, 2)), impacts)
 
 
 def repeats(name: str, A: float, value: float) -> bool:
@@ -153,7 +152,7 @@ def orbits(amplitudes: Iterable[float]) -> list[ReferenceOrbit | None]:
     """Return the undisturbed orbit at each A, or None if the motion is not periodic."""
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "transient": TRANSIENT, "periods": PERIODS})
     with Evaluator(plan, "eps", THREADS, Halt()) as evaluator:
-        found = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
+        found = evaluator.undisturbed(np.arange(plan.n_points))
     return [one if isinstance(one, ReferenceOrbit) else None for one in found]
 
 
@@ -203,7 +202,7 @@ def measure(path: Path, names: Iterable[str], amplitudes: tuple[float, ...]) -> 
     bases = orbits(amplitudes)
     if data.get("A") != list(amplitudes):
         data = {"limits": {}}
-    data |= {"transient": TRANSIENT, "periods": PERIODS, "criterion": IMPACTS, "B": B, "eta": ETA, "A": amplitudes}
+    data |= {"transient": TRANSIENT, "periods": PERIODS, "B": B, "eta": ETA, "A": amplitudes}
     data["n"] = [base.n if base is not None else 0 for base in bases]
     for name in names:
         data["limits"][name] = {"environment": environment(), "points": measured(name, amplitudes, bases)}

@@ -27,17 +27,15 @@ from benchmarks.paper.motions import (
 )
 from benchmarks.paper.orbit_curve import curve_distance, orbit_curve
 from benchmarks.paper.unique_motion import unique_limit as band_of_one_motion
+from benchmarks.paper.words import keeps_words
 from vibrodrive.stability.main_impacts import impact_gaps
 from vibrodrive.stability.structure import compare_structure, deviation, order, period
 
 
 @claim("fig08", "At A = 1.5 the constant step Δτ = 0.5 does not change the structure of the orbit.")
 def step_kept(paper: Paper) -> Outcome:
-    found, step = _structure(paper, "fig08", 0)
-    text = f"at Δτ = {step:g}, over {LONG} periods, {_answers(found, 'impacts', 'word')}"
-    return Outcome(
-        text, {"dtau": step, "word": found.word, "impacts": found.impacts}, when(bool(found.impacts and found.word))
-    )
+    text, found = _words_kept(paper, paper.points("fig08")[0])
+    return Outcome(text, found, when(found["impacts"] and found["word"]))
 
 
 @claim("fig08", "Fig. 8a can be compared with Fig. 5b: late switches make a band, as ε does.")
@@ -62,12 +60,13 @@ def band_beside_band(paper: Paper) -> Outcome:
 
 @claim("fig08", "Δτ = 0.7 is beyond the limit and destroys the structure.")
 def step_lost(paper: Paper) -> Outcome:
-    found, step = _structure(paper, "fig08", 1)
     arguments = paper.points("fig08", 2)[1]
-    k = vd.limit(arguments["A"], "dtau", "fixed", "word", B=arguments["B"])
-    text = f"at Δτ = {step:g}, over {LONG} periods, {_answers(found, 'impacts', 'word')}"
-    text += f"; the least step that changes it is {k.k2:.4g}"
-    return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not (found.impacts and found.word)))
+    text, found = _words_kept(paper, arguments)
+    base, words = paper.undisturbed("fig08"), paper.words("fig08")
+    longer = arguments | {"transient": 1000, "periods": 1500}
+    k2 = band_of_motions("dtau", lambda motion: keeps_words(base, words, motion), **longer).lost
+    text += f"; the least step that changes it is {k2:.4g}"
+    return Outcome(text, found | {"k2_word": k2}, when(not (found["impacts"] and found["word"])))
 
 
 @claim("fig08", "Beyond the limit (Δτ = 0.7) the solution has a multiple of the excitation period as its period.")
@@ -272,16 +271,16 @@ def why_six(paper: Paper) -> Outcome:
     return Outcome(text, numbers, when(multiple > 0.8 and multiple > 3 * numbers["chance"], multiple > 0.5))
 
 
-def _structure(paper: Paper, name: str, index: int) -> tuple[Any, float]:
-    arguments = paper.points(name, index + 1)[index]
-    motion = vd.simulate(**(arguments | {"periods": LONG}))
-    return compare_structure(paper.undisturbed(name), motion), arguments["dtau"]
+def _words_kept(paper: Paper, arguments: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return whether a motion of Fig. 8 keeps the impacts and the states of the orbit, as a text and as numbers."""
+    motion, base = vd.simulate(**(arguments | {"periods": LONG})), paper.undisturbed("fig08")
+    impacts, word = compare_structure(base, motion).impacts, keeps_words(base, paper.words("fig08"), motion)
+    text = f"at Δτ = {arguments['dtau']:g}, over {LONG} periods, the impacts are {kept(impacts)} "
+    return text + f"and the sequence of states is {kept(word)}", {
+        "dtau": arguments["dtau"], "word": word, "impacts": impacts
+    }  # fmt: skip
 
 
-def _answers(found: Any, *asked: str) -> str:
-    """Return a text with the properties that the motion keeps and the properties that it loses.
-
-    `asked` contains names of attributes of Structure; by default they are "impacts" and "order".
-    """
-    named = {"order": "the order at the section is", "impacts": "the impacts are", "word": "the sequence of states is"}
-    return " and ".join(f"{named[name]} {kept(getattr(found, name))}" for name in asked or ("impacts", "order"))
+def _answers(found: Any) -> str:
+    """Return a text that says whether the motion keeps the impacts and the order at the section."""
+    return f"the impacts are {kept(found.impacts)} and the order at the section is {kept(found.order)}"

@@ -19,6 +19,7 @@ from benchmarks.paper.motions import (
     structures,
     widths,
 )
+from benchmarks.paper.words import keeps_words
 from vibrodrive.stability.structure import compare_structure, order, period
 
 READING = 10.0  # a step may be larger than the paper's by this factor before the paper's number is contradicted
@@ -29,7 +30,8 @@ DRAWN = 1e-3  # largest error of a section point that Fig. 7 hides
 @claim("fig05", "ε = 5e-4 keeps the structure at A = 1.5: the states follow each other as without disturbance.")
 def structure_kept(paper: Paper) -> Outcome:
     undisturbed, disturbed = _two(paper.motions("fig05"))
-    found = compare_structure(paper.undisturbed("fig05"), disturbed)
+    base = paper.undisturbed("fig05")
+    found, same = compare_structure(base, disturbed), keeps_words(base, paper.words("fig05"), disturbed)
     rows = [len(m.switches) / len(m.section) for m in (undisturbed, disturbed)]
     # an impact begins and ends at the same time, so it counts as one switching time
     rates = [
@@ -39,11 +41,11 @@ def structure_kept(paper: Paper) -> Outcome:
     text = (
         f"the main impacts are {kept(found.impacts)}; a period has {rates[1]:.0f} switching times with the disturbance "
         f"and {rates[0]:.0f} without it (an impact counts once; `switches` has two rows for it, {rows[1]:.1f} and "
-        f"{rows[0]:.0f} in all), and the sequence of states is {'the same' if found.word else 'another one'}"
+        f"{rows[0]:.0f} in all), and the sequence of states is {'the same' if same else 'another one'}"
     )
-    numbers = {"impacts": found.impacts, "word": found.word, "switches_per_period": rates, "rows_per_period": rows}
+    numbers = {"impacts": found.impacts, "word": same, "switches_per_period": rates, "rows_per_period": rows}
     coarse = bool(found.impacts)
-    return Outcome(text, numbers, when(coarse and bool(found.word), coarse))
+    return Outcome(text, numbers, when(coarse and same, coarse))
 
 
 @claim("fig05", "Periods differ from one another: the phase curve becomes a broad band.")

@@ -142,7 +142,7 @@ def n_solutions(paper: Paper) -> Outcome:
 )
 def two_interruptions(paper: Paper) -> Outcome:
     base = paper.undisturbed("fig05")
-    names = [[s.name for s in word] for word in base.word]
+    names = [[s.name for s in word] for word in paper.words("fig05")]
     both = all({"STICK", "REST"} <= set(word) for word in names) and base.n == 1
     return Outcome("the states of a period are " + "; ".join(" ".join(w) for w in names), {"word": names}, when(both))
 

@@ -1,4 +1,7 @@
-"""Fig. 1: mass, vibrating incline and obstacle. Fig. 2: states and transitions, from the table that the kernels use."""
+"""Fig. 1: mass, vibrating incline and obstacle. Fig. 2: states and transitions, from a table.
+
+Tests compare the table with the decisions of the kernels.
+"""
 
 import math
 from collections.abc import Collection
@@ -12,7 +15,22 @@ from matplotlib.patches import Arc, Circle, Polygon, Rectangle
 
 from vibrodrive import State
 from vibrodrive.figures import sheet as sheets
-from vibrodrive.model.states import TRANSITIONS
+
+TRANSITIONS = (
+    # state, switching function, decision, next state
+    (State.UP, "S3", "H < -1", State.DOWN),
+    (State.UP, "S3", "|H| <= 1", State.STICK),
+    (State.DOWN, "S1", "", State.IMPACT),
+    (State.DOWN, "S2", "H > 1", State.UP),
+    (State.DOWN, "S2", "|H| <= 1", State.STICK),
+    (State.STICK, "S4", "H = 1", State.UP),
+    (State.STICK, "S4", "H = -1", State.DOWN),
+    (State.REST, "S5", "", State.UP),
+    (State.IMPACT, "", "H > 1", State.UP),
+    (State.IMPACT, "", "H <= 1", State.REST),
+)
+"""The arrows of Fig. 2. In kernels/switch.py, `terminating_function` implements the second column and `decide` the last
+two columns. tests/kernels/test_scheme.py compares both functions with this table."""
 
 INK = "black"
 SIZE = 9.5  # of the letters, in points

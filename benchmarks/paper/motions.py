@@ -9,6 +9,7 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks.paper.grids import returning
+from benchmarks.paper.words import Word, cycle_of_words
 from vibrodrive import State
 from vibrodrive.model.config import read
 from vibrodrive.stability.main_impacts import are_main_impacts, impact_gaps
@@ -82,11 +83,19 @@ class Paper:
         `changes` are arguments of `simulate` that replace those of the configuration.
         Raises NotApplicable if the motion has no period.
         """
-        point = without_grid(self.plan(name).arguments(0)) | {"eps": 0.0, "periods": 256} | changes
-        found = reference_orbit(vd.simulate(**point))
+        motion = self._undisturbed(name, changes)
+        found = reference_orbit(motion)
         if found is None:
-            raise NotApplicable(f"the undisturbed motion at A = {point['A']:g} has no period")
+            raise NotApplicable(f"the undisturbed motion at A = {motion.arguments['A']:g} has no period")
         return found
+
+    def words(self, name: str) -> tuple[Word, ...]:
+        """Return the words of this orbit: the states between its main impacts."""
+        return cycle_of_words(self._undisturbed(name, {}))
+
+    def _undisturbed(self, name: str, changes: dict[str, Any]) -> vd.Trajectory:
+        point = without_grid(self.plan(name).arguments(0)) | {"eps": 0.0, "periods": 256}
+        return vd.simulate(**(point | changes))
 
 
 def without_grid(arguments: dict[str, Any]) -> dict[str, Any]:

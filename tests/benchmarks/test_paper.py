@@ -17,11 +17,10 @@ HERE = Path(program.__file__).parent
 INNER = {
     "figures": {"sheet"},
     "model.config": {"read"},
-    "model.states": {"TRANSITIONS"},
     "stability.failures": {"compared"},
     "stability.limit": {"LimitSearch", "plan_limits"},
     "stability.limit_search": {"GRIDS", "search_band"},
-    "stability.main_impacts": {"are_main_impacts", "impact_gaps"},
+    "stability.main_impacts": {"are_main_impacts", "follow_cycle", "impact_gaps"},
     "stability.structure": {"compare_structure", "deviation", "order", "period", "reference_orbit"},
 }
 """Names within the package that the paper's code uses besides the public ones: at most fifteen."""

@@ -17,7 +17,6 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.jobs.maps import undisturbed_gaps
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
-from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.structure import ReferenceOrbit
 
@@ -29,7 +28,7 @@ def test_undisturbed_gaps_equal_the_cycle_of_limits():
     found = undisturbed_gaps(swept)
     assert found.shape == (len(A), 1, 2)
     with Evaluator(make_plan({"A": A}), "eps", 1, Halt()) as evaluator:
-        orbits = evaluator.undisturbed(np.arange(len(A)), parse_criterion("impacts"))
+        orbits = evaluator.undisturbed(np.arange(len(A)))
     for gaps, orbit in zip(found[:, 0, 0].tolist(), orbits, strict=True):
         if not isinstance(orbit, ReferenceOrbit) or orbit.cycle is None:
             assert gaps == 0

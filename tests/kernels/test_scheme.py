@@ -8,9 +8,9 @@ import math
 import pytest
 
 import vibrodrive as vd
+from benchmarks.paper.drawing import TRANSITIONS
 from vibrodrive.kernels.codes import S1, S2, S3, S4, S5
 from vibrodrive.kernels.switch import decide, terminating_function
-from vibrodrive.model.states import TRANSITIONS
 
 FUNCTIONS = {"S1": S1, "S2": S2, "S3": S3, "S4": S4, "S5": S5}
 ENDED_BY = {vd.State.UP: ["S3"], vd.State.DOWN: ["S1", "S2"], vd.State.STICK: ["S4"], vd.State.REST: ["S5"]}

@@ -27,7 +27,6 @@ OWN = {
     vd.limit: {
         **dict.fromkeys(["A", "scene", "method", "threads", *SCENE]),
         "disturbance": "eps",
-        "criterion": "impacts",
         "periods": 1500,
     },
 }

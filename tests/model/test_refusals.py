@@ -83,9 +83,6 @@ VALUES = {
     "limit disturbance": ("disturbance", lambda v: vd.limit(3.04, v, **JUDGED), [*TEXT, "B", "tau0"]),
     "limit method": ("method", lambda v: vd.limit(3.04, method=v, **JUDGED), TEXT[1:]),
     "limit dtau": ("method", lambda v: vd.limit(3.04, "dtau", v, **JUDGED), ["certified"]),
-    "limit criterion": ("criterion", lambda v: vd.limit(3.04, criterion=v, **JUDGED), [
-        *TEXT[1:], "shape", "rho < 0.5", "impacts or gaps", "order and gaps"
-    ]),
     "limit eps": ("eps", lambda v: vd.limit(3.04, eps=v, **JUDGED), [*OPTIONAL, 1e-4]),
     "limit periods": ("periods", lambda v: vd.limit(3.04, transient=20, periods=v), [*COUNT, 1, 10**12]),
     "limit threads": ("threads", lambda v: vd.limit(3.04, threads=v, **JUDGED), [*OPTIONAL, 0, 10**6]),

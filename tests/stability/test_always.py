@@ -116,7 +116,7 @@ def test_limit_has_it_for_epsilon_certified_impacts_only():
     assert 0.9 * k.k2 < k.k2_always == k.always.k2 < 1.1 * k.k2
     assert k.starts_width == k.always.starts[0][1] - k.always.starts[0][0]
     assert k.always.starts[0][0] <= cycle_of(1.9).phase[0] <= k.always.starts[0][1]
-    others = {"disturbance": "dtau"}, {"criterion": "word"}, {"method": "fixed", "dtau": 1e-3}
+    others = {"disturbance": "dtau"}, {"method": "fixed", "dtau": 1e-3}
     for other in others:
         none = vd.limit(1.9, **short, **other)
         assert none.always is None

@@ -1,4 +1,4 @@
-"""The scheme of Fig. 2 as data: the five states, their switching functions and next states."""
+"""The five states of Fig. 2, and the sequences of them that a motion has."""
 
 from __future__ import annotations
 
@@ -25,24 +25,6 @@ class State(Named):
 
 
 IN_WORDS = ", ".join(state.name.capitalize() for state in State)
-
-LASTING = (State.UP, State.DOWN, State.STICK, State.REST)  # all states but the impact, which takes no time
-
-TRANSITIONS = (
-    # state, switching function, decision, next state
-    (State.UP, "S3", "H < -1", State.DOWN),
-    (State.UP, "S3", "|H| <= 1", State.STICK),
-    (State.DOWN, "S1", "", State.IMPACT),
-    (State.DOWN, "S2", "H > 1", State.UP),
-    (State.DOWN, "S2", "|H| <= 1", State.STICK),
-    (State.STICK, "S4", "H = 1", State.UP),
-    (State.STICK, "S4", "H = -1", State.DOWN),
-    (State.REST, "S5", "", State.UP),
-    (State.IMPACT, "", "H > 1", State.UP),
-    (State.IMPACT, "", "H <= 1", State.REST),
-)
-"""Fig. 2 as a table. In kernels/switch.py, `terminating_function` implements the second column and `decide` the last
-two columns. tests/kernels/test_scheme.py compares both functions with this table."""
 
 PLAIN_STATES = 12
 """Largest number of states of a sequence that is shown as letters; a longer sequence is shown as its number."""

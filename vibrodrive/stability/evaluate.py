@@ -1,8 +1,7 @@
 """Computation and evaluation of the many disturbed motions that a search for limits requests.
 
 A point is one set of parameters of a plan (model/plan.py). All motions that are requested at a time are points of one
-sweep, which records section points and main impacts (main_impacts.py). If a criterion needs the individual switches,
-each motion is computed separately.
+sweep, which records section points and main impacts (main_impacts.py).
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
 from types import TracebackType
 from typing import TypeVar
 
@@ -19,20 +17,17 @@ import numpy as np
 from vibrodrive.batch.parallel import Pool
 from vibrodrive.batch.records import Arrays
 from vibrodrive.batch.sweep import fill
-from vibrodrive.batch.trajectory import Trajectory, follow, main_impacts
+from vibrodrive.batch.trajectory import main_impacts
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import How
-from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, keeps, reference_orbit
 
 BATCH_BYTES = 48 << 20  # largest size of the results of motions computed together (a batch); at most two batches exist
-
-SINGLE = 64  # motions with all their switches, of up to a megabyte each, that are computed together
 
 T = TypeVar("T")
 Owner = TypeVar("Owner")
@@ -48,30 +43,19 @@ class Motion:
 
     section: np.ndarray
     impacts: np.ndarray
-    _followed: Callable[[], Trajectory]
 
     @property
     def complete(self) -> bool:
         """False if the motion has exceeded its budget, so that its last section points are NaN."""
         return bool(np.isfinite(self.section).all())
 
-    @cached_property
-    def trajectory(self) -> Trajectory:
-        """The same motion with all its switches, computed at the first access."""
-        return self._followed()
-
     def copy(self) -> Motion:
         """Return a copy, which does not keep the arrays of the motions computed together with this one in memory."""
         return replace(self, section=self.section.copy())
 
-    def seen(self, criterion: Criterion) -> Motion | Trajectory:
-        """Return the motion as the criterion needs it: with all its switches, or with main impacts only."""
-        return self.trajectory if criterion.needs_switches else self
-
-    def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
-        """Return True if the motion satisfies the criterion."""
-        switches = self.trajectory.switches if criterion.needs_switches else None
-        return keeps(base, self.section, self.impacts, criterion.names, switches)
+    def keeps(self, base: ReferenceOrbit) -> bool:
+        """Return True if the motion keeps the structure of an orbit."""
+        return keeps(base, self.section, self.impacts)
 
 
 def compute_impacts(
@@ -105,11 +89,10 @@ class Evaluator:
             self._halt.call()
         self._ahead.shutdown()
 
-    def undisturbed(self, numbers: np.ndarray, criterion: Criterion | None = None) -> list[ReferenceOrbit | Status]:
+    def undisturbed(self, numbers: np.ndarray) -> list[ReferenceOrbit | Status]:
         """Return the orbit on which the undisturbed motion settles, for each point, or the reason why there is none.
 
-        `numbers` are the numbers of the points in the plan. Without a criterion the orbits have no words, which take
-        most of the time.
+        `numbers` are the numbers of the points in the plan.
         """
         points = self._plan.rows(numbers)
         points[:, COLUMNS.index("eps")] = 0.0
@@ -118,7 +101,7 @@ class Evaluator:
         settings = Settings(transient=max(SETTLING, s.transient), periods=WATCHED, budget=s.budget)
         orbits: list[ReferenceOrbit | Status] = []
         for motion in self._motions(points, settings):
-            orbit = reference_orbit(motion if criterion is None else motion.seen(criterion))
+            orbit = reference_orbit(motion)
             orbits.append(orbit or (Status.NO_ORBIT if motion.complete else Status.BUDGET))
         return orbits
 
@@ -126,33 +109,19 @@ class Evaluator:
         self,
         requests: Sequence[tuple[int, Owner, np.ndarray]],
         ask: Callable[[Owner, Motion], T],
-        one_by_one: bool = False,
         **brief: int,
     ) -> list[list[T]]:
         """Return the results of ask(owner, motion), one list for each request, asked in the order of the disturbances.
 
-        A request is (number of a point, its owner, such as an orbit, disturbances). If `one_by_one`, each motion is
-        computed separately with all its switches, and each thread computes one motion at a time. Otherwise the records
-        may be `brief`, with a smaller `transient` or fewer `periods` than those of the plan.
+        A request is (number of a point, its owner, such as an orbit, disturbances). The records may be `brief`, with a
+        smaller `transient` or fewer `periods` than those of the plan.
         """
         settings = replace(self._plan.settings, **brief)
         owners = [owner for _, owner, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
         points[:, self._column] = np.concatenate([values for _, _, values in requests])
-        motions = self._single_motions(points) if one_by_one else self._motions(points, settings)
-        found = iter(list(map(ask, owners, motions)))
+        found = iter(list(map(ask, owners, self._motions(points, settings))))
         return [[next(found) for _ in values] for _, _, values in requests]
-
-    def _single_motions(self, points: np.ndarray) -> Iterator[Motion]:
-        """Yield the motions at these points with all their switches, in order. At most SINGLE of them are in memory."""
-        with Pool(self._threads) as pool:
-            for at in range(0, len(points), SINGLE):
-                yield from pool.map(self._compute_single, points[at : at + SINGLE])
-
-    def _compute_single(self, point: np.ndarray) -> Motion:
-        """Compute a disturbed motion with all its switches."""
-        trajectory = self._follow(point, self._plan.settings)
-        return Motion(trajectory.section, trajectory.impacts, lambda: trajectory)
 
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
         """Yield the motions at these points, in order. While one batch is evaluated, the next batch is computed."""
@@ -163,45 +132,33 @@ class Evaluator:
             section, impacts = tasks.pop().result()
             if n + 1 < len(parts):
                 tasks.append(self._ahead.submit(self._computed, parts[n + 1], settings))
-            for k, point in enumerate(part):
-                yield Motion(section[k], main_impacts(impacts[k]), partial(self._follow, point, settings))
+            for k in range(len(part)):
+                yield Motion(section[k], main_impacts(impacts[k]))
 
     def _computed(self, points: np.ndarray, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
         section = np.empty((len(points), settings.periods, 2))
         return section, compute_impacts(points, settings, self._threads, self._halt, section)[1]
 
-    def _follow(self, point: np.ndarray, settings: Settings) -> Trajectory:
-        scalars = dict(zip(COLUMNS, point.tolist(), strict=True))
-        return follow(Plan({}, scalars, settings), self._halt)
 
-
-def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, found: Structure) -> tuple[How, str]:
-    """Return how the motion has lost the structure of the orbit: as a code and as a text with the parts that it lost.
-
-    The code refers to the main impacts.
-    """
-    how, reasons = How.KEPT, []
+def explain_loss(base: ReferenceOrbit, motion: Motion, found: Structure) -> tuple[How, str]:
+    """Return how the motion has lost the structure of the orbit, as a code and as a text."""
     if not motion.complete:
-        how, reasons = How.BUDGET, [How.BUDGET.meaning]
-    elif "impacts" in criterion.names and not found.gaps:
-        usual: Sequence[int] = ()
-        seen = impact_gaps(motion.impacts)
-        if base.cycle is not None:
-            cycle = base.cycle.gaps.tolist()
-            usual = min(cycle[n:] + cycle[:n] for n in range(len(cycle)))
-            seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
-        now = np.unique(seen).tolist()
-        text = f"gaps {_listed(usual)} became {_listed(now)}"
-        how = How.GAPS
-        if now == sorted(set(usual)):
-            how = How.GAPS_IN_ANOTHER_ORDER if len(now) > 1 else How.FEWER_IMPACTS
-            text += " in another order" if len(now) > 1 else ", of fewer impacts"
-        reasons = [text]
-    elif "impacts" in criterion.names and not found.impacts:
-        how, reasons = How.ORDER, ["impacts in another order"]
-    if "word" in criterion.names and not found.word:
-        reasons.append("other states between impacts")
-    return how, "; ".join(reasons)
+        return How.BUDGET, How.BUDGET.meaning
+    if found.gaps:
+        return How.ORDER, "impacts in another order"
+    usual: Sequence[int] = ()
+    seen = impact_gaps(motion.impacts)
+    if base.cycle is not None:
+        cycle = base.cycle.gaps.tolist()
+        usual = min(cycle[n:] + cycle[:n] for n in range(len(cycle)))
+        seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
+    now = np.unique(seen).tolist()
+    text = f"gaps {_listed(usual)} became {_listed(now)}"
+    if now != sorted(set(usual)):
+        return How.GAPS, text
+    if len(now) > 1:
+        return How.GAPS_IN_ANOTHER_ORDER, text + " in another order"
+    return How.FEWER_IMPACTS, text + ", of fewer impacts"
 
 
 def _listed(numbers: Sequence[int]) -> str:

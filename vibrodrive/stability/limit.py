@@ -1,7 +1,7 @@
 """`vd.limit`, and the search for limits k₂ (§1): the disturbances at which the structure of an orbit is lost.
 
-structure.py defines the structure, and criterion.py the criteria. A value of the disturbance is *kept* if the motion
-under this disturbance still satisfies the criterion, and *lost* if the motion does not.
+structure.py defines the structure. A value of the disturbance is *kept* if the motion under this disturbance still has
+the main impacts of the undisturbed orbit, in their gaps and order, and *lost* if the motion does not.
 
 In ε the loss has a narrow edge: the structure is kept below the edge and lost above it. Within the edge, on a fine
 scale, kept and lost values sometimes alternate (at A = 3.9, B = 0.6 from ε = 2.45e-3 to 2.54e-3). In Δτ the loss has no
@@ -36,7 +36,6 @@ from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
 from vibrodrive.model.slips import names_scene, unlikely, warn
 from vibrodrive.stability.always import Always, find_always
-from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
 from vibrodrive.stability.impulses import Tolerated, find_tolerated, velocity_beside
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
@@ -74,12 +73,12 @@ BRIEF_TRANSIENT = 64  # largest transient of these records in periods; at most t
 class Limit:
     """The limit k₂ of one orbit (§1).
 
-    A disturbance is a dimensionless value of ε or Δτ. It is *kept* if the motion under it satisfies the criterion, and
+    A disturbance is a dimensionless value of ε or Δτ. It is *kept* if the motion under it keeps the structure, and
     *lost* if the motion does not.
 
     Attributes
     ----------
-    A, disturbance, method, criterion
+    A, disturbance, method
         arguments of the search.
     B, eta
         parameters of the motion.
@@ -114,7 +113,7 @@ class Limit:
         OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
     always : Always or None
         limit for all times, starts and phases of the disturbance (always.py), with the intervals of starts; None for
-        another disturbance than ε, another method than certified, another criterion than "impacts", or no impacts. It
+        another disturbance than ε, another method than certified, or no impacts. It
         is computed when it is first asked for, which takes some seconds.
     k2_always : float
         the largest ε up to which the structure is kept for all times, for all starts in these intervals, and for all
@@ -142,7 +141,6 @@ class Limit:
     eta: float
     disturbance: str
     method: str
-    criterion: str
     k2: float = math.nan
     kept_below: float = math.nan
     last_kept: float = math.nan
@@ -164,7 +162,7 @@ class Limit:
         si = f" ({1e3 * self.velocity_si:.4g} mm/s)" if self.scene is not None else ""
         found = f"k2 = {self.k2:.6g}{si} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
         how = f"{self.how}; kept up to {self.kept_below:.6g}" if math.isfinite(self.k2) else self.how
-        return f"<Limit {found}: {how}; period {self.n}, {self.method}, criterion {self.criterion}>"
+        return f"<Limit {found}: {how}; period {self.n}, {self.method}>"
 
     def as_velocity(self, value: float) -> float:
         """Return the dimensionless amplitude of the velocity that a value of the disturbance adds to the motion.
@@ -249,14 +247,14 @@ def limit(
     A: float | None = None,
     disturbance: Disturbance = "eps",
     method: MethodLike | None = None,
-    criterion: str = IMPACTS,
     *,
     threads: int | None = None,
     **parameters: Unpack[Point[float]],
 ) -> Limit:
     """Find the limit k₂ of practically orbital stability (§1) at one A.
 
-    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit. All parameters apply
+    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit, that is, at which its
+    main impacts (docs/stability.md) no longer follow each other as in the orbit. All parameters apply
     to each disturbed motion, except the quantity that `disturbance` names, which is left out. For a limit in ε, the
     methods "muller" and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
 
@@ -271,10 +269,6 @@ def limit(
         method that finds the switches of the disturbed motion. The default is "certified" for a limit in ε and "fixed"
         for a limit in Δτ. A limit in Δτ cannot have the method "certified", which has no grid. The undisturbed motion
         is always computed with ε = 0 and the method "certified".
-    criterion : str, optional
-        condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
-        (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
-        the orbit. Both conditions may be joined by "and".
     threads : int, optional
         number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
     **parameters
@@ -282,12 +276,12 @@ def limit(
     Returns
     -------
     Limit
-        `k2` is the smallest disturbance found at which the criterion fails, dimensionless.
-        `kept_below` is the largest disturbance found below `k2` at which the criterion holds.
-        `half_kept` is the value above which the criterion holds at less than half of the values around any value tried.
-        `kept_at` is the curve behind it: whether the criterion holds, for each value tried.
-        `last_kept` is the largest value at which the criterion holds together with its lower neighbour, and
-        `share_kept` the share of the values between `k2` and `last_kept` at which it holds, 0 to 1.
+        `k2` is the smallest disturbance found at which the structure is lost, dimensionless.
+        `kept_below` is the largest disturbance found below `k2` at which it is kept.
+        `half_kept` is the value above which it is kept at less than half of the values around any value tried.
+        `kept_at` is the curve behind it: whether the structure is kept, for each value tried.
+        `last_kept` is the largest value at which it is kept together with its lower neighbour, and
+        `share_kept` the share of the values between `k2` and `last_kept` at which it is kept, 0 to 1.
         `k2_always` is the largest value found at which it holds for all times, starts and phases of the disturbance.
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
@@ -319,11 +313,11 @@ def limit(
     >>> f"{k.k2:.3g}: {k.how}"
     '0.00388: gaps 1 became 1, 2'
     """
-    own = ("disturbance", "method", "criterion", "threads")
+    own = ("disturbance", "method", "threads")
     plan = plan_limits({name: value for name, value in written.items() if name not in own}, disturbance, method)
     refuse_axes(plan.axes, ' (for axes use `sweep` with record = "limit")')
     refuse_idle(plan, written)
-    search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads))
+    search = LimitSearch(plan, check_threads(threads))
     warn(unlikely(plan, names_scene(written, plan)))
     with above("the progress of a call")("limit"):
         ((_, found),) = search.run([0])
@@ -360,11 +354,11 @@ class _Problem:
     lost, kept : the least value found to be lost and the largest value kept below it, with the motions at these values.
     """
 
-    def __init__(self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion) -> None:
+    def __init__(self, index: int, base: ReferenceOrbit, search: BandSearch) -> None:
         self.index, self.base = index, base
         self.kept: tuple[float, Motion | None] = (0.0, None)
         self.lost: tuple[float, Motion | None] = (math.inf, None)
-        self._search, self._wanted = search, wanted
+        self._search = search
 
     def begin(self) -> None:
         self._request(next(self._search))
@@ -394,7 +388,7 @@ class _Problem:
     def take(self, motion: Motion) -> bool:
         """Return whether the next of the requested motions keeps the structure."""
         value = next(self._order)
-        keeps = motion.keeps(self.base, self._wanted)
+        keeps = motion.keeps(self.base)
         if keeps and self.kept[0] < value < self.lost[0]:
             self.kept = value, motion.copy()
         elif not keeps and value < self.lost[0]:
@@ -416,7 +410,6 @@ class LimitSearch:
     """Searches for the limits in the disturbance `plan.sought` at points of a plan."""
 
     plan: Plan
-    wanted: Criterion = field(default_factory=lambda: parse_criterion(IMPACTS))
     threads: int = field(default_factory=lambda: check_threads(None))
     halt: Halt = field(default_factory=Halt)
 
@@ -444,7 +437,7 @@ class LimitSearch:
             return TOGETHER // len(active)
 
         begun = []
-        for index, base in zip(points, evaluator.undisturbed(np.array(points), self.wanted), strict=True):
+        for index, base in zip(points, evaluator.undisturbed(np.array(points)), strict=True):
             if isinstance(base, Status):
                 how = NO_PERIOD if base == Status.NO_ORBIT else base.advice
                 yield index, self._limit(index, how=how, status=base)
@@ -455,15 +448,14 @@ class LimitSearch:
             else:
                 begun.append((index, base))
         for (index, base), begin in zip(begun, self._beginnings(begun, evaluator), strict=True):
-            active.append(_Problem(index, base, search_band(GRIDS[self.plan.sought], ahead, begin), self.wanted))
+            active.append(_Problem(index, base, search_band(GRIDS[self.plan.sought], ahead, begin)))
         for problem in active[len(active) - len(begun) :]:
             problem.begin()
 
     @property
     def _of_force(self) -> bool:
-        """Whether limits are those of the impacts of certified motions in ε."""
-        way = self.plan.sought, self.plan.settings.method, self.wanted.names
-        return way == ("eps", Method.CERTIFIED, (IMPACTS,))
+        """Whether limits are those of certified motions in ε."""
+        return (self.plan.sought, self.plan.settings.method) == ("eps", Method.CERTIFIED)
 
     def _beginnings(self, begun: Sequence[tuple[int, ReferenceOrbit]], evaluator: Evaluator) -> list[float]:
         """Return the disturbance at which the search for the limit of each orbit begins."""
@@ -471,7 +463,7 @@ class LimitSearch:
             return [0.0] * len(begun)
         answers = evaluator.answers(
             [(index, base, GLANCES) for index, base in begun],
-            lambda base, motion: motion.keeps(base, self.wanted),
+            lambda base, motion: motion.keeps(base),
             transient=min(self.plan.settings.transient, BRIEF_TRANSIENT),
             periods=min(self.plan.settings.periods, BRIEF_PERIODS),
         )
@@ -494,7 +486,7 @@ class LimitSearch:
             for problem, lost in zip(active, brief, strict=True):
                 problem.drop(lost)
         requests = [(p.index, p, p.requested) for p in active]
-        answers = evaluator.answers(requests, _Problem.take, self.wanted.needs_switches)
+        answers = evaluator.answers(requests, _Problem.take)
         for problem, kept in zip(list(active), answers, strict=True):
             band = problem.go_on(kept)
             if band is not None:
@@ -505,7 +497,7 @@ class LimitSearch:
         """Return whether brief records of this number of motions are possible and save time."""
         enough, s = motions >= 4 * TOGETHER, self.plan.settings
         half = s.periods >= max(s.transient + 2 * BRIEF_PERIODS, LEAST_BEGINNINGS * BRIEF_PERIODS)
-        return enough and half and self.wanted.names == (IMPACTS,)
+        return enough and half
 
     def _explained(self, problem: _Problem, band: Band) -> Limit:
         """Return the limit of a search that has ended."""
@@ -514,17 +506,17 @@ class LimitSearch:
         numbers["find_always"] = self._always(problem.index, base)
         del numbers["lost"]
         if (motion := problem.lost[1]) is None:
-            how: dict[str, Any] = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
+            how: dict[str, Any] = {"how": f"the structure is kept up to {band.searched_to:g}", "code": How.KEPT}
             return self._limit(problem.index, **numbers, **how)
-        lost = compare_structure(problem.base, motion.seen(self.wanted))
-        code, text = explain_loss(self.wanted, problem.base, motion, lost)
+        lost = compare_structure(problem.base, motion)
+        code, text = explain_loss(problem.base, motion, lost)
         if (below := problem.kept[1]) is None:
             text = f"k2 is below the smallest value tried: {text}"
-        kept = None if below is None else compare_structure(problem.base, below.seen(self.wanted))
+        kept = None if below is None else compare_structure(problem.base, below)
         return self._limit(problem.index, **numbers, kept=kept, lost=lost, code=code, how=text)
 
     def _limit(self, index: int, **found: Any) -> Limit:
         """Return the Limit at a point of the plan."""
         plan, at = self.plan, self.plan.arguments(index)
-        way = plan.sought, plan.settings.method_name, self.wanted.text
+        way = plan.sought, plan.settings.method_name
         return Limit(at["A"], at["B"], at["eta"], *way, scene=scene_of(plan.scalars), **found)

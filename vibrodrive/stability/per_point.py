@@ -33,8 +33,6 @@ from vibrodrive.model.records import IMPACTS, IMPULSES, SECTION, functions
 from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
-from vibrodrive.stability.criterion import IMPACTS as KEEPS_IMPACTS
-from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.limit import LimitSearch
@@ -97,7 +95,7 @@ def find_limits(
     owner = {at: span for span in blocks for at in range(span[1], span[2])}
     empty = {span: _empty(plan, *span) for span in blocks}
     left = {span: span[2] - span[1] for span in blocks}
-    for point, found in LimitSearch(plan, parse_criterion(KEEPS_IMPACTS), threads, halt).run(list(owner)):
+    for point, found in LimitSearch(plan, threads, halt).run(list(owner)):
         span = owner[point]
         block, at = empty[span], point - span[1]
         block.status[at] = found.status
