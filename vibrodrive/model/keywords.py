@@ -74,7 +74,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-PLACE = "    **parameters\n"
+PLACE = "**parameters\n"
 
 IN_WORDS = {"float": "float", "Axis": "float or sequence of float", "int": "int", "Scene": "Scene"}
 """Types of a signature in the words of help"""
@@ -107,7 +107,7 @@ def takes(
 
         call.__signature__ = public  # type: ignore[attr-defined]
         if function.__doc__:
-            call.__doc__ = function.__doc__.replace(PLACE, "".join(map(_explained, made)))
+            call.__doc__ = inspect.cleandoc(function.__doc__).replace(PLACE, "".join(map(_explained, made)))
         return call
 
     return wrap
@@ -133,7 +133,7 @@ def _explained(parameter: inspect.Parameter) -> str:
     kind += ", optional" if parameter.default is None else f", default {_number(parameter.default)}"
     unit = "" if row.unit == "1" else f" in {row.unit.replace(' s-1', '/s').replace(' s-2', '/s²')}"
     said = textwrap.fill(f"{row.meaning}{unit}. {row.note}".rstrip(), 108, break_on_hyphens=False)
-    return f"    {parameter.name} : {kind}\n{textwrap.indent(said, 8 * ' ')}\n"
+    return f"{parameter.name} : {kind}\n{textwrap.indent(said, 4 * ' ')}\n"
 
 
 def _number(value: float) -> str:
