@@ -11,6 +11,7 @@ import vibrodrive as vd
 from vibrodrive.model.choices import Method
 from vibrodrive.model.keywords import Machine, Parameters
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
+from vibrodrive.model.results import Results
 
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit]
 OWN = {
@@ -72,6 +73,7 @@ def test_help_says_of_each_keyword_type_range_default_meaning_and_unit():
     told = inspect.getdoc(vd.limit)
     assert "periods : int, default 1500\n    excitation periods recorded." in told
     assert "dtau : float, 1e-12 to 1e6, optional\n    step Δτ of the grid" in told
+    assert '\n- "error" adds arrays over the axes: error_xi, ' in inspect.getdoc(Results)
 
 
 @pytest.mark.integration

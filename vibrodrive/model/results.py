@@ -6,6 +6,7 @@ import copy
 import functools
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -558,12 +559,12 @@ def _records_in_words() -> str:
         if known := quantities((one,)):
             along = f"(axes…, {known[0].along})" if known[0].along else "the axes"
             text = f'- "{one}" adds arrays over {along}: {", ".join(q.name for q in known)}.'
-            lines += textwrap.wrap(text, 116, initial_indent="    ", subsequent_indent="      ")
+            lines += textwrap.wrap(text, 112, subsequent_indent="  ")
     return "\n".join(lines)
 
 
 if Results.__doc__:  # not with -OO
-    Results.__doc__ = Results.__doc__.replace("    (the records and their arrays)", _records_in_words())
+    Results.__doc__ = cleandoc(Results.__doc__).replace("(the records and their arrays)", _records_in_words())
 
 ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "title")
 """Attributes of each object of Results, which `dir(Results)` does not contain."""
