@@ -4,7 +4,7 @@
 
 prints the tables of benchmarks/paper/CRITERION.md; docs/stability.md defines the terms. They contain k₂ over three
 choices: the phase of the section; the dividing speed between touches and main impacts, prescribed or below a bound;
-the length of the record and the start. The tables are the reason to use the main impacts as the default criterion.
+the length of the record and the start. The tables are the reason to use the main impacts as the criterion.
 """
 
 import math
@@ -15,12 +15,11 @@ import numpy as np
 from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.plan import make_plan
-from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion
 from vibrodrive.stability.limit import LimitSearch, plan_limits
 from vibrodrive.stability.limit_search import GRIDS, search_band
 from vibrodrive.stability.main_impacts import are_main_impacts, follow_cycle
-from vibrodrive.stability.structure import ReferenceOrbit
+from vibrodrive.stability.structure import ReferenceOrbit, keeps, order
 
 A = (1.3, 2.4, 2.65, 2.7, 2.75, 3.04, 3.1, 3.15, 3.17, 3.2, 3.25)
 PHASES = (0.0, 0.8, math.pi / 2, 2.4, math.pi, 4.0, 4.8, 5.6)
@@ -29,19 +28,15 @@ SHARES = (0.05, 0.1, 0.2, 0.3)
 Kept = Callable[[ReferenceOrbit, Motion], bool]  # returns True if the motion keeps the structure of the orbit
 
 
-def over_phase(criterion: str, amplitudes: Sequence[float] = A, periods: int = 1500) -> np.ndarray:
-    """Return k₂(ε) over the phase of the section: float64 (phases, A)."""
-    wanted = Criterion(criterion, (criterion,))  # `vd.limit` does not accept the criteria "order" and "gaps"
-    found = []
-    for phase in PHASES:
-        arguments = {"A": list(amplitudes), "periods": periods, "section_phase": phase}
-        limits = dict(LimitSearch(plan_limits(arguments), wanted).run())
-        found.append([limits[i].k2 for i in range(len(amplitudes))])
-    return np.array(found)
+CRITERIA: dict[str, Kept] = {
+    "order": lambda base, motion: bool(order(base.points, motion.section)),
+    "gaps": lambda base, motion: keeps(base, motion.section, motion.impacts, ordered=False),
+    "impacts": lambda base, motion: keeps(base, motion.section, motion.impacts),  # that of `vd.limit`
+}
 
 
 def with_free_speed(share: float) -> Kept:
-    """Return the criterion "impacts" with `share` in place of its default.
+    """Return the criterion of impacts with `share` in place of its default.
 
     An impact can be a touch only if it is slower than `share` times the speed of the slowest main impact of the orbit.
     """
@@ -52,7 +47,7 @@ def with_free_speed(share: float) -> Kept:
 
 
 def with_given_speed(share: float) -> Kept:
-    """Return the criterion "impacts" with a prescribed dividing speed between touches and main impacts.
+    """Return the criterion of impacts with a prescribed dividing speed between touches and main impacts.
 
     The dividing speed is `share` times the speed of the slowest main impact of the orbit.
     """
@@ -72,7 +67,7 @@ def k2(kept: Kept, amplitudes: Sequence[float] = A, **arguments: float) -> np.nd
     plan = make_plan({"A": list(amplitudes), "eps": 1e-3, "periods": 1500, **arguments})
     found = np.full(plan.n_points, np.nan)
     with Evaluator(plan, "eps", check_threads(None), Halt()) as evaluator:
-        orbits = evaluator.undisturbed(np.arange(plan.n_points), parse_criterion(IMPACTS))
+        orbits = evaluator.undisturbed(np.arange(plan.n_points))
         searches = {i: search_band(GRIDS["eps"]) for i, base in enumerate(orbits) if isinstance(base, ReferenceOrbit)}
         wanted = {i: next(search) for i, search in searches.items()}
         while wanted:
@@ -117,10 +112,9 @@ def table(name: str, rows: dict[str, np.ndarray]) -> str:
 
 
 def main() -> None:
-    for criterion in ("order", "gaps", "impacts"):
-        rows = over_phase(criterion)
-        print(f"\n{criterion}, over the phase of the section\n")
-        print(table("φ_s", {f"{phase:.3g}": row for phase, row in zip(PHASES, rows, strict=True)}))
+    for name, criterion in CRITERIA.items():
+        print(f"\n{name}, over the phase of the section\n")
+        print(table("φ_s", {f"{phase:.3g}": k2(criterion, section_phase=phase) for phase in PHASES}))
     for name, criterion_of in (("prescribed", with_given_speed), ("free below the share", with_free_speed)):
         print(f"\nimpacts, the dividing speed {name}\n")
         print(table("share", {f"{share:g}": k2(criterion_of(share)) for share in SHARES}))
