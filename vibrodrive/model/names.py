@@ -64,6 +64,11 @@ class Name(NamedTuple):
         return self.low < value <= self.high or (value == self.low and not self.open_low)
 
     @property
+    def unit_text(self) -> str:
+        """The unit in files as it is written by hand, such as m/s² or degrees."""
+        return self.unit.replace("degree", "degrees").replace(" s-1", "/s").replace(" s-2", "/s²")
+
+    @property
     def allowed(self) -> str:
         """Allowed values of a parameter as text."""
         if self.low == -self.high:
