@@ -40,6 +40,8 @@ WORDS = {
 }
 """Parameters in the words of axes, and what more of them means."""
 
+WORDS |= {name: (row.meaning, f"Increase {row.symbol}") for name, row in names.AXES.items() if name not in WORDS}
+
 
 class Control(NamedTuple):
     """Control of one field. `options` contains (value, text on the page) for each choice; `slider` the ends and the
@@ -85,7 +87,7 @@ def title_of(view: View) -> tuple[str, str]:
     given += ["eps"]
     given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
     given += ["dtau"] if view.method != "certified" else []
-    given += [name for name in ("xi0", "dxi0", "tau0") if getattr(view, name)]
+    given += [name for name in names.OTHERS if getattr(view, name) != names.NAMES[name].default]
     given += ["section_phase"] if view.sectioned else []
     values = [
         ("seen at phase " if name == "section_phase" else "")
@@ -137,7 +139,7 @@ CONTROLS = (
     _choice("shade", "Colour", "The quantity that the colours of the map show.",
             {q: q.replace("_", " ") for q in OF_MAPS}, only=MAP),
     _number("eta"), _number("section_phase"), _number("transient"), _number("periods"),
-    _number("xi0"), _number("dxi0"), _number("tau0"),
+    *(_number(name) for name in names.OTHERS),
 )  # fmt: skip
 """All controls, in the order of the page."""
 

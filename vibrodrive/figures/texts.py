@@ -11,8 +11,7 @@ import numpy as np
 
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.described import counted
-from vibrodrive.model.drawing import STARTS
-from vibrodrive.model.names import NAMES, SCENE_AXES
+from vibrodrive.model.names import NAMES, OTHERS, SCENE_AXES
 from vibrodrive.model.plan import POINT
 
 if TYPE_CHECKING:
@@ -112,7 +111,7 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
             said.append(equation("dtau", known["dtau"]))
     if {"transient", "periods"} <= known.keys():
         said.append(f"periods {known['transient'] + 1}–{known['transient'] + known['periods']}")
-    last = [*(["section_phase"] if section else []), *STARTS]
+    last = [*(["section_phase"] if section else []), *OTHERS]
     return said + [equation(n, known[n]) for n in last if n in known and n not in apart]
 
 

@@ -150,6 +150,9 @@ SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
 
 AXES = PARAMETERS | SCENE_AXES
 
+OTHERS = tuple(n for n in PARAMETERS if n not in ("A", "B", "eps", "eta", "dtau", "tol", "section_phase"))
+"""Parameters that captions, the explorer and limits treat alike: the start, and any that the table gets."""
+
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
 
 COSTS = {Method.CERTIFIED: (0.1, 0.1), Method.FIXED: (0.5, 0.1), Method.MULLER: (1.5, 0.15)}
