@@ -5,7 +5,7 @@ change together. A block is a contiguous range of points, which a result file ha
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import product
@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from vibrodrive.model.choices import ACTS_ON, Method, used_by
-from vibrodrive.model.names import AXES, PARAMETERS, SCENE, SETTINGS, Settings
-from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
-from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, with_A_and_B
+from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
+from vibrodrive.model.parameters import COLUMNS, bad, cast_arguments, missing
+from vibrodrive.model.physical import follow_scene, with_A_and_B, with_scene
 from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.records import SECTION, Records, check_record, quantities
 
@@ -281,37 +281,29 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with a message that gives the
     argument, its value and the allowed values (`bad`).
     """
-    arguments = _with_scene(arguments)
-    chosen: dict[str, int] = {}
-    record: Records = (SECTION,)
-    axes: dict[str, np.ndarray] = {}
-    together: dict[str, np.ndarray] = {}
-    scalars = {**DEFAULTS}
-    for key, value in arguments.items():
-        if key in SETTINGS:
-            chosen[key] = check_setting(key, value)
-        elif key == "record":
-            record = check_record(value)
-        elif key in PARAMETERS or key in SCENE:
-            _sort_in(key, value, axes, scalars)
-        elif key != "points":
-            raise TypeError(unknown("argument", key, [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]))
-        elif value is not None:
-            together = _together(value, arguments)
-            scalars = {name: default for name, default in scalars.items() if name not in together}
-            axes[POINT] = np.arange(len(next(iter(together.values()))))
-    given = {*scalars, *axes, *together}
-    if not given.isdisjoint(SCENE):
-        _follow_scene({**axes, **together}, scalars, {**arguments, **together})
-    if given.isdisjoint(("A", "a0")):
-        raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
+    arguments = with_scene(arguments)
+    values = cast_arguments(arguments)
+    record = check_record(values.pop("record", SECTION))
+    settings = {name: values.pop(name) for name in SETTINGS if name in values}
     for one in record:
         if one.periods is not None:
-            chosen.setdefault("periods", one.periods)
-    plan = Plan(axes, scalars, Settings(**chosen), record=record, together=together)
+            settings.setdefault("periods", one.periods)
+    together = values.get("points", {})
+    scalars = {name: default for name, default in DEFAULTS.items() if name not in together}
+    scalars |= {name: value for name, value in values.items() if isinstance(value, float)}
+    axes = {name: value for name, value in values.items() if not isinstance(value, float)}
+    if together:
+        number = np.arange(len(next(iter(together.values()))))
+        axes = {POINT if name == "points" else name: number if name == "points" else axes[name] for name in axes}
+    varied = {**axes, **together}
+    if not {*scalars, *varied}.isdisjoint(SCENE):
+        follow_scene(varied, scalars, {**arguments, **together})
+    if {*scalars, *varied}.isdisjoint(("A", "a0")):
+        raise TypeError(missing("A", f", {PARAMETERS['A'].allowed}"))
+    plan = Plan(axes, scalars, Settings(**settings), record=record, together=together)
     if plan.sought == "dtau" and not plan.seeks:
-        name = plan.settings.method_name
-        raise ValueError(f"dtau is missing: must be given for method = {name!r}, {PARAMETERS['dtau'].allowed}")
+        method = plan.settings.method_name
+        raise ValueError(missing("dtau", f" for method = {method!r}, {PARAMETERS['dtau'].allowed}"))
     for one in record:
         one.refuse(plan)
     return plan
@@ -337,138 +329,3 @@ def refuse_axes(axes: Mapping[str, np.ndarray], hint: str = "") -> None:
     """Refuse an axis where one number is needed. Raises TypeError."""
     for name, values in axes.items():
         raise TypeError(f"{name} = array of length {len(values)}: must be one number{hint}")
-
-
-def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:
-    """Check a parameter or a quantity of the scene, and add it to the axes or to the scalars."""
-    if value is None and key in PARAMETERS:
-        if PARAMETERS[key].default is None:
-            raise TypeError(bad(key, value, PARAMETERS[key].allowed))
-        return
-    if key in SCENE and key not in AXES and np.ndim(value):  # type: ignore[arg-type]
-        check_scene(key, value)  # g is no axis: refused, because it is no number
-    values = _checked(key, value)
-    if isinstance(values, float):
-        scalars[key] = values
-    else:
-        axes[key] = values
-
-
-def _with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments with the quantities of `scene` instead of it, apart from an a0 of 0, which A replaces. Another
-    argument, or a key of `points`, replaces a quantity of the scene. Raises TypeError."""
-    given = {name: value for name, value in arguments.items() if value is not None or name not in (*SCENE, "scene")}
-    scene = given.pop("scene", None)
-    if scene is None:
-        return given
-    if not isinstance(scene, Scene):
-        raise TypeError(bad("scene", scene, "a Scene"))
-    if given.get("A", 0.0) is None:  # as in the signature
-        del given["A"]
-    keys = getattr(given.get("points"), "keys", None)
-    replaced = {*given, *(keys() if callable(keys) else ()), *([] if scene.a0 else ["a0"])}
-    replaced |= PACES if PACES & replaced else set()
-    return {name: value for name, value in scene.given.items() if name not in replaced} | given
-
-
-def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
-    """Return the parameters and quantities of a scene that change together, checked.
-
-    Raises TypeError or ValueError.
-    """
-    allowed = 'sequences of one length, by parameter name, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
-    if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
-        raise TypeError(bad("points", value, allowed))
-    found = {}
-    for name in value.keys():  # noqa: SIM118 - also for a pandas.DataFrame
-        if name not in AXES:
-            raise ValueError(unknown("key of points", name, AXES))
-        if arguments.get(name) is not None:
-            raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
-        values = _checked(name, value[name], "points.")
-        if isinstance(values, float):
-            raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
-        found[name] = values
-    labels = {name: labels for name in found if (labels := _labels(value[name])) is not None}
-    for name in labels:
-        if not labels[name].equals(labels[first := next(iter(labels))]):
-            allowed = f"in the order of the labels of points.{first}, or an array without labels"
-            raise ValueError(bad(f"points.{name}", value[name], allowed))
-    lengths = {name: len(values) for name, values in found.items()}
-    if len({*lengths.values()}) != 1:
-        told = ", ".join(f"{n} of {name}" for name, n in lengths.items()) or "nothing"
-        raise ValueError(f"points = {told}: must be {allowed}")
-    return found
-
-
-def _labels(values: Any) -> Any:
-    """Return the labels of a pandas.Series or of an xarray.DataArray of one dimension, or None without labels."""
-    if hasattr(values, "get_index"):
-        return values.get_index(values.dims[0])
-    index = getattr(values, "index", None)
-    return index if hasattr(index, "equals") else None
-
-
-def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float], written: Mapping[str, Any]) -> None:
-    """Check a scene. Add A or B to the scalars if it is the same at all points. Raises ValueError.
-
-    `axes` contains the values of all that varies, `written` the arguments of the call, in which a scene replaces A and
-    B.
-    """
-    scalars.setdefault("g", Scene.g)
-    known = {**scalars, **axes}
-    refuse_incomplete(known, axes)
-    if known.keys() >= PACES:
-        raise ValueError(bad("frequency", np.asarray(known["frequency"]).tolist(), "left out if omega0 is given"))
-    for name, source in (("A", "a0"), ("B", "alpha")):
-        if source in known and written.get(name) is not None:
-            raise ValueError(bad(name, written[name], "left out, because it follows from the scene"))
-    scene = {name: value for name, value in scalars.items() if name in SCENE}
-    # A and B are largest where friction is least
-    ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in axes.items() if name in SCENE}
-    extreme = Scene.quiet(**(scene | ends))
-    pace = "frequency" if "frequency" in known else "omega0"
-    for name, sources in (("A", ("a0", pace, "mu", "alpha")), ("B", ("mu", "alpha"))):
-        if name == "A" and "a0" not in scene | ends:
-            continue
-        value, row = float(getattr(extreme, name)), PARAMETERS[name]
-        if not row.allows(value):
-            computed = ", ".join(f"{key} = {getattr(extreme, key):g}" for key in sources)
-            raise ValueError(f"{name} = {value!r}, computed from {computed}: must be {row.allowed}")
-        if set(sources) & set(axes):
-            scalars.pop(name, None)
-        else:
-            scalars[name] = value
-    for name in (*SCENE, "A"):  # in an order that does not depend on the call
-        if name in scalars:
-            scalars[name] = scalars.pop(name)
-
-
-def _checked(key: str, value: object, place: str = "") -> float | np.ndarray:
-    """Return one value of a parameter, a float, or its values along an axis, float64 (n,), checked.
-
-    Messages put `place` before the name. Raises TypeError or ValueError.
-    """
-    if isinstance(value, float) or type(value) is int:  # nearly always
-        return check_at(key, value, place + key)
-    allowed = PARAMETERS[key].allowed if key in PARAMETERS else "a number or a one-dimensional axis"
-    array = real_array(place + key, value, allowed)
-    if array.ndim == 0:
-        return check_at(key, value, place + key)
-    if array.ndim > 1:
-        raise ValueError(f"{place}{key} = array of shape {array.shape}: must be a number or a one-dimensional axis")
-    if array.size == 0:
-        raise ValueError(bad(place + key, [], "an axis with at least one value"))
-    suspects: Iterable[int] = range(len(array))
-    if key in PARAMETERS:  # an axis may have millions of values: find those to be refused without a loop
-        p = PARAMETERS[key]
-        within = (array > p.low if p.open_low else array >= p.low) & (array <= p.high)
-        suspects = (~within).nonzero()[0].tolist()
-    for i in suspects:
-        check_at(key, array[i].item(), f"{place}{key}[{i}]")
-    return array + 0.0
-
-
-def check_at(key: str, value: object, place: str) -> float:
-    """Return one value of a parameter or quantity of the scene, checked; `place` is its name in the error message."""
-    return check_scene(key, value, place) if key in SCENE else check(key, value, place)
