@@ -68,7 +68,7 @@ assert limit_plans(plain.motion_plan())["eps"].scalars["zeta"] == 0.75
 across = adapted(plain.state() | {"x": "zeta"}, "x")
 assert (across.low, across.high) == (0.0, 1.0)
 assert title_of(across)[0].endswith("against damping ζ (ζ)")
-assert '"name": "zeta"' in build(across, "")
+assert '"name": "zeta"' in build(across)
 """
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -232,15 +232,23 @@ def known() -> dict[str, Any]:
 SCRIPTS = "page.js", "picture.js", "controls.js", "sound.js", "motion.js"
 
 
-def build(view: View, refused: str, messages: Sequence[str] = (), places: Sequence[float] = ()) -> str:
-    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
-    is not the view of the address, or "". A saved page contains `messages` instead of a server: its picture, and its
-    motions at `places`."""
+NOT_REFUSED = {"refused": "", "field": ""}
+
+
+def build(
+    view: View,
+    refused: Mapping[str, str] = NOT_REFUSED,
+    messages: Sequence[str] = (),
+    places: Sequence[float] = (),
+) -> str:
+    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the sentence of
+    why it is not the view of the address, with the field that it is about. A saved page contains `messages` instead of
+    a server: its picture, and its motions at `places`."""
     names = "page.html", "page.css", *SCRIPTS, "first.json"
     text, style, *scripts, first = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
-    own = {"view": view.state(), "address": view.address(), "refused": refused, "places": places}
+    own = {"view": view.state(), "address": view.address(), "places": places, **refused}
     own["stored"] = messages or (json.loads(first) if view == View() else [])
-    told = json.dumps(known() | own).replace("</", "<\\/")
-    for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
+    values = json.dumps(known() | own).replace("</", "<\\/")
+    for name, part in {"style": style, "known": values, "script": "\n".join(scripts)}.items():
         text = text.replace("{{ " + name + " }}", part)
     return text

@@ -19,7 +19,7 @@ from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.choices import Method
 from vibrodrive.model.names import AXES, NAMES, Settings
 from vibrodrive.model.own import Own
-from vibrodrive.model.parameters import check, check_count, has_control
+from vibrodrive.model.parameters import Refusal, check, check_count, has_control
 from vibrodrive.model.plan import POINT, Plan, make_plan
 from vibrodrive.model.quantities import SCALES, Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
@@ -77,7 +77,7 @@ def open_result(path: Path) -> Iterator[h5py.File]:
     Raises NoResult, Damaged if HDF5 cannot interpret the bytes, and OSError if the system refuses to read them.
     """
     if (what := special(path)) is not None:  # raises OSError for a missing file
-        raise NoResult(f"{path}: must be a result file, but is {what}")
+        raise no_result(path, f"must be a result file, but is {what}")
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)
     try:
@@ -85,10 +85,8 @@ def open_result(path: Path) -> Iterator[h5py.File]:
             start = bytearray(len(SIGNATURE))
             if content.readinto(start) < len(start) or start != SIGNATURE:
                 if path.suffix == ".toml":
-                    raise NoResult(
-                        f"{path}: not a result file; `vibrodrive sweep {path} --plot` computes and draws one"
-                    )
-                raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
+                    raise no_result(path, f"not a result file; `vibrodrive sweep {path} --plot` computes and draws one")
+                raise no_result(path, "not a result file (not HDF5, or its beginning is damaged)")
             access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
             with _opened(path, access) as file:
                 yield file
@@ -112,6 +110,11 @@ def unwritable(error: OSError, path: Path) -> Unwritable:
     return Unwritable(error.errno, error.strerror, str(path))
 
 
+def no_result(path: str | Path, why: str) -> NoResult:
+    """Return the error for a file that is no result file of this version. Its refusal is about the path."""
+    return NoResult(Refusal(str(path), f": {why}"))
+
+
 def damaged(path: str | Path, what: str) -> Damaged:
     """Return the error for a result file that can be opened, but has a fault."""
     return Damaged(f"{path}: damaged ({what}); {RESTORE}")
@@ -120,7 +123,7 @@ def damaged(path: str | Path, what: str) -> Damaged:
 def rewritten(path: str | Path, what: str, readers: str = "h5py, xarray and other programs for HDF5") -> NoResult:
     """Return the error for a file that another program has written anew from one of this program."""
     told = f"rewritten by another program ({what}): its numbers can be read by {readers}, but it cannot be resumed"
-    return NoResult(f"{path}: {told}")
+    return no_result(path, told)
 
 
 @contextlib.contextmanager
@@ -173,7 +176,7 @@ def check_kind(file: h5py.File) -> None:
     path = file.filename
     with interpreting(path):
         if not is_ours(file):
-            raise NoResult(f"{path}: not a result file of vibrodrive")
+            raise no_result(path, "not a result file of vibrodrive")
         if (kind := attribute(file, "kind")) != SWEEP:
             raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
         if lacking := [name for name in NEEDED if name not in file.attrs]:
@@ -191,8 +194,8 @@ NEEDED = (SCHEMA, "title", "config", "overrides", "versions", "plan", "plan_sha2
 def of_another_version(file: h5py.File, what: str) -> NoResult:
     """Return the error for a sound file with contents that only another version reads."""
     made = versions_of(file)["vibrodrive"]
-    return NoResult(
-        f"{file.filename}: {what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
+    return no_result(
+        file.filename, f"{what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
     )
 
 
