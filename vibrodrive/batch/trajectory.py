@@ -219,7 +219,7 @@ class Trajectory:
     def dimensionless(self) -> Trajectory:
         """Return the same motion without its scene. Its tables, figures and description are dimensionless."""
         plan = self._plan
-        return replace(self, _plan=replace(plan, scalars={name: plan.scalars[name] for name in COLUMNS}))
+        return replace(self, _plan=replace(plan, variables={name: plan.variables[name] for name in COLUMNS}))
 
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units; one that changes nothing without a scene."""

@@ -50,9 +50,10 @@ from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, NAMES, PARAMETERS
 from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad, check, check_count, has_control, missing, placed, unknown
 from vibrodrive.model.physical import PACES
-from vibrodrive.model.plan import POINT, Plan, make_plan
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.size import refuse_large_axis
 from vibrodrive.model.spacing import geometric
+from vibrodrive.model.variables import POINT
 
 
 def _in_table(table: str) -> tuple[str, ...]:

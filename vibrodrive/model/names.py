@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from vibrodrive.model.choices import IN_LANES, Method
+from vibrodrive.model.choices import ACTS_ON, IN_LANES, Method
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -186,6 +186,11 @@ class Settings:
     def method_name(self) -> str:
         """Name of the method, as in a configuration."""
         return Method(self.method).name.lower()
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Parameters that the method does not use."""
+        return tuple(name for name, methods in ACTS_ON.items() if self.method not in methods)
 
     @property
     def words(self) -> dict[str, int | str]:

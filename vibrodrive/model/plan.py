@@ -6,19 +6,20 @@ change together. A block is a contiguous range of points, which a result file ha
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.choices import ACTS_ON, Method, used_by
+from vibrodrive.model.choices import Method, used_by
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 from vibrodrive.model.parameters import COLUMNS, bad, cast_arguments, missing
 from vibrodrive.model.physical import follow_scene, with_A_and_B, with_scene
 from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.records import SECTION, Records, check_record, quantities
+from vibrodrive.model.variables import POINT, Variable, Variables, along, constants
 
 BLOCK_BYTES = 4 << 20
 """Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
@@ -45,7 +46,6 @@ tasks."""
 
 DEFAULTS = {name: row.default for name, row in PARAMETERS.items() if row.default is not None}
 
-POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
 SAMPLED = 100  # largest number of values of the axis `point` that are checked before a warning
 
 
@@ -53,30 +53,69 @@ SAMPLED = 100  # largest number of values of the axis `point` that are checked b
 class Plan:
     """A checked sweep.
 
-    axes : values of each axis, in the order of the call or of the configuration. Quantities of the scene (SCENE_AXES)
-        may be axes.
-    scalars : parameters with one value, and the quantities of the scene, if any, that are not axes. If A or B depends
-        on an axis of the scene, it is neither axis nor scalar, but is computed for each point.
+    variables : the parameters and the quantities of the scene, if any; those that vary in the order of the call or of
+        the configuration. If A or B depends on a variable of the scene that varies, it is none of them, but is
+        computed for each point.
     record : the records (records.py).
-    together : values of the parameters, and quantities of the scene, that change together along the axis POINT.
     tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
         for the shape that `chunk` computes.
     stored : quantities in an existing file, whose version may have recorded fewer, or with other types; None for all
         quantities of the records.
     """
 
-    axes: dict[str, np.ndarray]
-    scalars: dict[str, float]
+    variables: Variables
     settings: Settings
     tiling: tuple[int, ...] | None = None
     record: Records = (SECTION,)
-    together: dict[str, np.ndarray] = field(default_factory=dict)
     stored: tuple[Quantity, ...] | None = None
 
-    @property
+    @cached_property
+    def axes(self) -> dict[str, np.ndarray]:
+        """Dimensions by name, in order, and the coordinates of each: the values of its variable, or 0, 1, …."""
+        coordinates = {}
+        for variable in self.variables.values():
+            if (dimension := variable.dimension) and dimension not in coordinates:
+                own = self.variables.get(dimension)
+                coordinates[dimension] = np.arange(len(variable.values)) if own is None else own.values
+        return coordinates
+
+    @cached_property
+    def scalars(self) -> dict[str, float]:
+        """Variables with one value."""
+        return {name: variable.values for name, variable in self.variables.items() if not variable.dimension}
+
+    @cached_property
+    def together(self) -> dict[str, np.ndarray]:
+        """Variables that change together along the dimension POINT."""
+        return {name: variable.values for name, variable in self.variables.items() if variable.dimension == POINT}
+
+    @cached_property
     def varied(self) -> dict[str, np.ndarray]:
-        """Values of all parameters and quantities of the scene that vary, each along its axis or along POINT."""
-        return {name: values for name, values in self.axes.items() if name != POINT} | self.together
+        """Variables along a dimension."""
+        return {name: variable.values for name, variable in self.variables.items() if variable.dimension}
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the dimensions."""
+        return tuple(map(len, self.axes.values()))
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """All variables by name, without their dimensions."""
+        return self.at({})
+
+    def at(self, index: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all variables by name, those along a dimension of `index` at its places."""
+        return {name: variable.at(index).values for name, variable in self.variables.items()}
+
+    def written(self, name: str) -> Any:
+        """Return the value of a variable as a number, or its values as a list."""
+        values = self.variables[name].values
+        return values.tolist() if self.variables[name].dimension else values
+
+    def grid(self) -> dict[str, Any]:
+        """Return all variables by name, each with all dimensions, of length 1 where it does not vary."""
+        return self.at(dict(zip(self.axes, np.ix_(*map(np.arange, self.shape)), strict=True)))
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -113,10 +152,6 @@ class Plan:
         """True if summaries are recorded."""
         return any(one.summarised for one in self.record)
 
-    @cached_property
-    def shape(self) -> tuple[int, ...]:
-        return tuple(map(len, self.axes.values()))
-
     @property
     def n_points(self) -> int:
         return math.prod(self.shape)
@@ -131,11 +166,8 @@ class Plan:
         if not self.axes:  # A and B are scalars, too
             out[:] = [self.scalars[name] for name in COLUMNS]
             return out
-        index = np.unravel_index(which, self.shape)
-        at = dict(zip(self.axes, index, strict=True))
-        along = {name: self.axes[name][k] for name, k in at.items() if name != POINT}
-        along |= {name: values[at[POINT]] for name, values in self.together.items()}
-        values = with_A_and_B({**self.scalars, **along})
+        index = dict(zip(self.axes, np.unravel_index(which, self.shape), strict=True))
+        values = with_A_and_B(self.at(index))
         for c, name in enumerate(COLUMNS):
             out[:, c] = values[name]
         return out
@@ -146,15 +178,13 @@ class Plan:
         For the axis `point` up to SAMPLED of its values are used instead.
         """
         some = [
-            np.unique(
-                np.linspace(0, len(values) - 1, SAMPLED).astype(int)
-                if name == POINT
-                else [np.argmin(values), np.argmax(values)]
-            )
+            [np.argmin(values), np.argmax(values)]
+            if name in self.variables
+            else np.linspace(0, len(values) - 1, SAMPLED).astype(int)
             for name, values in self.axes.items()
         ]
-        which = np.ravel_multi_index(np.ix_(*some), self.shape).reshape(-1) if some else np.zeros(1, int)
-        return self.rows(which)
+        corners = np.ix_(*map(np.unique, some))
+        return self.rows(np.ravel_multi_index(corners, self.shape).reshape(-1) if some else np.zeros(1, int))
 
     def ends(self) -> list[tuple[float, float, float, float]]:
         """Return (A, B, ε, η) at the `extremes`."""
@@ -164,17 +194,15 @@ class Plan:
     def single(self, at: int) -> "Plan":
         """Return the plan of the one point with the number `at`, with its scene, if any, and without axes."""
         index = dict(zip(self.axes, np.unravel_index(at, self.shape), strict=True)) if self.axes else {}
-        along = {name: float(self.axes[name][k]) for name, k in index.items() if name in SCENE}
-        along |= {name: float(values[index[POINT]]) for name, values in self.together.items() if name in SCENE}
         point = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
-        scene = {name: value for name, value in self.scalars.items() if name in SCENE}
-        return replace(self, axes={}, together={}, scalars=point | scene | along, tiling=None)
+        scene = {name: float(value) for name, value in self.at(index).items() if name in SCENE}
+        return replace(self, variables=constants(point | scene), tiling=None)
 
     def arguments(self, at: int) -> dict[str, Any]:
         """Return the arguments of `simulate` for the point with the number `at`."""
         point: dict[str, Any] = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
         s = self.settings
-        point |= dict.fromkeys(idle(s.method))
+        point |= dict.fromkeys(s.idle)
         if point["dtau"] is not None and math.isnan(point["dtau"]):  # no grid step
             point["dtau"] = None
         return point | vars(s) | {"method": Method(s.method)}
@@ -182,8 +210,8 @@ class Plan:
     @property
     def sought(self) -> str:
         """The disturbance whose limit the record `limit` is: ε, or Δτ with a grid method without a step."""
-        grid = "dtau" not in idle(self.settings.method)
-        return "dtau" if grid and "dtau" not in self.varied and math.isnan(self.scalars["dtau"]) else "eps"
+        grid = "dtau" not in self.settings.idle
+        return "dtau" if grid and math.isnan(self.scalars.get("dtau", 0.0)) else "eps"
 
     @property
     def chunk(self) -> tuple[int, ...]:
@@ -235,9 +263,8 @@ class Plan:
         One of these points has the largest work, which is monotone in each of them, as A and B are in each quantity of
         a scene.
         """
-        given: dict[str, Any] = {**self.scalars, **self.varied}
-        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in given]
-        ends = ({v} if isinstance(v := given[n], float) else {float(v.min()), float(v.max())} for n in names)
+        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in self.values]
+        ends = ({v} if isinstance(v := self.values[n], float) else {float(v.min()), float(v.max())} for n in names)
         return [with_A_and_B(dict(zip(names, values, strict=True))) for values in product(*ends)]
 
     def blocks(self) -> list[tuple[int, int]]:
@@ -256,17 +283,10 @@ class Plan:
         ]
 
 
-@cache
-def idle(method: int) -> tuple[str, ...]:
-    """Return the parameters that a method does not use."""
-    return tuple(name for name, methods in ACTS_ON.items() if method not in methods)
-
-
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
     """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
-    given = {**plan.varied, **written}
-    for name in idle(plan.settings.method):
-        value = given.get(name)
+    for name in plan.settings.idle:
+        value = written.get(name, plan.varied.get(name))
         if value is not None:
             value = value.tolist() if isinstance(value, np.ndarray) else value
             method = plan.settings.method_name
@@ -289,18 +309,18 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
         if one.periods is not None:
             settings.setdefault("periods", one.periods)
     together = values.get("points", {})
-    scalars = {name: default for name, default in DEFAULTS.items() if name not in together}
+    varied: dict[str, Variable] = {}
+    for name, value in values.items():
+        if not isinstance(value, float):
+            varied |= along(POINT, together) if name == "points" else along(name, {name: value})
+    scalars = {name: default for name, default in DEFAULTS.items() if name not in varied}
     scalars |= {name: value for name, value in values.items() if isinstance(value, float)}
-    axes = {name: value for name, value in values.items() if not isinstance(value, float)}
-    if together:
-        number = np.arange(len(next(iter(together.values()))))
-        axes = {POINT if name == "points" else name: number if name == "points" else axes[name] for name in axes}
-    varied = {**axes, **together}
     if not {*scalars, *varied}.isdisjoint(SCENE):
-        follow_scene(varied, scalars, {**arguments, **together})
+        arrays = {name: variable.values for name, variable in varied.items()}
+        follow_scene(arrays, scalars, {**arguments, **together})
     if {*scalars, *varied}.isdisjoint(("A", "a0")):
         raise TypeError(missing("A", f", {PARAMETERS['A'].allowed}"))
-    plan = Plan(axes, scalars, Settings(**settings), record=record, together=together)
+    plan = Plan(constants(scalars) | varied, Settings(**settings), record=record)
     if plan.sought == "dtau" and not plan.seeks:
         method = plan.settings.method_name
         raise ValueError(missing("dtau", f" for method = {method!r}, {PARAMETERS['dtau'].allowed}"))

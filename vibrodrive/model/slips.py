@@ -52,7 +52,7 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
         if len(axis) > 1 and (rising[1:] == rising[:-1]).any():  # `unique` alone takes 5 % of a short sweep
             values, counts = np.unique(axis, return_counts=True)
             said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
-    given: dict[str, Any] = {**plan.scalars, **plan.varied}
+    given = plan.values
     (eps, most), (slowest, eta) = _ends(given["eps"]), _ends(given["eta"])
     if of_scene:
         said += slip(plan.ends(), given)

@@ -26,6 +26,7 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import How
+from vibrodrive.model.variables import constants
 from vibrodrive.stability.criterion import Criterion
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, keeps, reference_orbit
@@ -172,7 +173,7 @@ class Evaluator:
 
     def _follow(self, point: np.ndarray, settings: Settings) -> Trajectory:
         scalars = dict(zip(COLUMNS, point.tolist(), strict=True))
-        return follow(Plan({}, scalars, settings), self._halt)
+        return follow(Plan(constants(scalars), settings), self._halt)
 
 
 def explain_loss(criterion: Criterion, base: ReferenceOrbit, motion: Motion, found: Structure) -> tuple[How, str]:

@@ -33,6 +33,7 @@ from vibrodrive.model.records import IMPACTS, IMPULSES, SECTION, functions
 from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
+from vibrodrive.model.variables import along, constants
 from vibrodrive.stability.criterion import IMPACTS as KEEPS_IMPACTS
 from vibrodrive.stability.criterion import parse_criterion
 from vibrodrive.stability.evaluate import Evaluator
@@ -150,7 +151,8 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
 
 def motion_at(plan: Plan, at: int, halt: Halt | None = None) -> Trajectory:
     """Return the motion at a point of a plan, computed as by `simulate`."""
-    return follow(Plan({}, dict(zip(COLUMNS, plan.points(at, at + 1)[0].tolist(), strict=True)), plan.settings), halt)
+    point = dict(zip(COLUMNS, plan.points(at, at + 1)[0].tolist(), strict=True))
+    return follow(Plan(constants(point), plan.settings), halt)
 
 
 def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
@@ -244,6 +246,7 @@ def load_kernels(plan: Plan) -> None:
                 one.numbers(motion)
         return
     sought = {plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])} if plan.seeks else {}
-    sweep.load_kernels(replace(plan, axes={**plan.axes, **sought}, settings=short, record=(SECTION, IMPACTS)))
+    variables = {**plan.variables, **along(plan.sought, sought)}
+    sweep.load_kernels(replace(plan, variables=variables, settings=short, record=(SECTION, IMPACTS)))
     if not plan.seeks:
         find_tolerated(2.0, 0.1, ImpactCycle(np.ones(1), np.zeros(1), np.ones(1)))

@@ -20,10 +20,11 @@ from vibrodrive.model.choices import Method
 from vibrodrive.model.names import AXES, NAMES, Settings
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import Refusal, check, check_count, has_control
-from vibrodrive.model.plan import POINT, Plan, make_plan
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.quantities import SCALES, Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
 from vibrodrive.model.size import refuse_large_reading
+from vibrodrive.model.variables import POINT, constants
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import DIGESTS, NUMBER, SCHEMA, SWEEP, Origin, coordinates, digest, variables_of
@@ -268,7 +269,7 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
     whole = all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True)))
     if not whole:
         raise ValueError(f"tiling = {tiling} of {plan.shape}")
-    return replace(plan, scalars=plan.scalars | exact, tiling=tiling or None, stored=stored)
+    return replace(plan, variables={**plan.variables, **constants(exact)}, tiling=tiling or None, stored=stored)
 
 
 def _text(file: h5py.File, name: str) -> str:

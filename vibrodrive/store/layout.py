@@ -25,10 +25,11 @@ from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
-from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import POINTS, STATUS, SWITCHES, Quantity, length_along
 from vibrodrive.model.records import SECTION, functions
 from vibrodrive.model.states import State
+from vibrodrive.model.variables import POINT
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import comment, plain
 from vibrodrive.version import __version__
@@ -186,7 +187,7 @@ def meaning_of(name: str) -> tuple[str, str]:
 
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     """Return the root attributes. They contain no date, so that two runs of one configuration give equal files."""
-    scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
+    scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items()}
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     parts["tiling"] = plan.chunk
     if plan.record != (SECTION,):
