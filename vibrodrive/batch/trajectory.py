@@ -445,7 +445,7 @@ def simulate(
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     """Simulate the motion from the single point of a plan. Raises Halted if `halt` is called before the motion ends."""
     s, halt = plan.settings, halt or Halt()
-    point = [plan.scalars[name] for name in COLUMNS]
+    point = [plan.variables[name].values for name in COLUMNS]
     A, B, eps, eta, dtau, *_ = point
     brief = s.work(A, B, eps, eta, dtau, bounded=True) <= BRIEF
     kept = brief and s.periods <= memory.FEW

@@ -15,7 +15,6 @@ from vibrodrive.explorer.view import DIAGRAM, SI, View
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model import choices, names, physical, records
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.variables import Variable
 
 SHOWN = 12  # largest number of excitation periods drawn; motions of the periods 1, 2, 3, 4 and 6 join at its ends
 POINTS = 100  # points of a curve per excitation period
@@ -40,7 +39,7 @@ def _density(known: Mapping[str, Any]) -> int:
 def undisturbed(plan: Plan) -> Plan:
     """Return the plan of the same motion without a disturbance, ε or Δτ, whose structure is compared."""
     settings = replace(plan.settings, method=choices.Method.CERTIFIED)
-    return replace(plan, variables={**plan.variables, "eps": Variable(0.0)}, settings=settings)
+    return replace(plan.having({"eps": 0.0}), settings=settings)
 
 
 def curve_of(motion: trajectory.Trajectory) -> dict[str, np.ndarray]:

@@ -169,6 +169,10 @@ COSTS = {Method.CERTIFIED: (0.1, 0.1), Method.FIXED: (0.5, 0.1), Method.MULLER: 
 (`python -m benchmarks.work`)."""
 
 
+IDLE = {int(m): tuple(name for name, methods in ACTS_ON.items() if m not in methods) for m in Method}
+"""Parameters that a method does not use, by method."""
+
+
 def _default(name: str) -> int:
     return int(SETTINGS[name].default or 0)
 
@@ -190,7 +194,7 @@ class Settings:
     @property
     def idle(self) -> tuple[str, ...]:
         """Parameters that the method does not use."""
-        return tuple(name for name, methods in ACTS_ON.items() if self.method not in methods)
+        return IDLE[self.method]
 
     @property
     def words(self) -> dict[str, int | str]:

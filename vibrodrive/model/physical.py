@@ -410,10 +410,13 @@ def _numbers(key: str, value: object) -> Any:
     return value.astype(float) if getattr(value.dtype, "kind", "") == "O" else value  # type: ignore[attr-defined]
 
 
+OF_SCENE = {*SCENE, "scene"}
+
+
 def with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return arguments with the quantities of `scene` instead of it, apart from an a0 of 0, which A replaces. Another
     argument, or a key of `points`, replaces a quantity of the scene. Raises TypeError."""
-    others = {name: value for name, value in arguments.items() if value is not None or name not in (*SCENE, "scene")}
+    others = {name: value for name, value in arguments.items() if value is not None or name not in OF_SCENE}
     scene = others.pop("scene", None)
     if scene is None:
         return others

@@ -44,7 +44,7 @@ IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
 tasks."""
 
-DEFAULTS = {name: row.default for name, row in PARAMETERS.items() if row.default is not None}
+DEFAULTS = constants({name: row.default for name, row in PARAMETERS.items() if row.default is not None})
 
 SAMPLED = 100  # largest number of values of the axis `point` that are checked before a warning
 
@@ -72,11 +72,11 @@ class Plan:
     @cached_property
     def axes(self) -> dict[str, np.ndarray]:
         """Dimensions by name, in order, and the coordinates of each: the values of its variable, or 0, 1, …."""
-        coordinates = {}
+        coordinates: dict[str, np.ndarray] = {}
         for variable in self.variables.values():
-            if (dimension := variable.dimension) and dimension not in coordinates:
-                own = self.variables.get(dimension)
-                coordinates[dimension] = np.arange(len(variable.values)) if own is None else own.values
+            if variable.dimension and variable.dimension not in coordinates:
+                own = self.variables.get(variable.dimension)
+                coordinates[variable.dimension] = np.arange(len(variable.values)) if own is None else own.values
         return coordinates
 
     @cached_property
@@ -99,14 +99,18 @@ class Plan:
         """Lengths of the dimensions."""
         return tuple(map(len, self.axes.values()))
 
-    @cached_property
+    @property
     def values(self) -> dict[str, Any]:
         """All variables by name, without their dimensions."""
-        return self.at({})
+        return {name: variable.values for name, variable in self.variables.items()}
 
     def at(self, index: Mapping[str, Any]) -> dict[str, Any]:
         """Return all variables by name, those along a dimension of `index` at its places."""
         return {name: variable.at(index).values for name, variable in self.variables.items()}
+
+    def having(self, values: Mapping[str, float]) -> "Plan":
+        """Return the plan with these values of parameters."""
+        return replace(self, variables={**self.variables, **constants(values)})
 
     def written(self, name: str) -> Any:
         """Return the value of a variable as a number, or its values as a list."""
@@ -211,7 +215,8 @@ class Plan:
     def sought(self) -> str:
         """The disturbance whose limit the record `limit` is: ε, or Δτ with a grid method without a step."""
         grid = "dtau" not in self.settings.idle
-        return "dtau" if grid and math.isnan(self.scalars.get("dtau", 0.0)) else "eps"
+        dtau = self.variables["dtau"]
+        return "dtau" if grid and not dtau.dimension and math.isnan(dtau.values) else "eps"
 
     @property
     def chunk(self) -> tuple[int, ...]:
@@ -263,8 +268,9 @@ class Plan:
         One of these points has the largest work, which is monotone in each of them, as A and B are in each quantity of
         a scene.
         """
-        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in self.values]
-        ends = ({v} if isinstance(v := self.values[n], float) else {float(v.min()), float(v.max())} for n in names)
+        values = self.values
+        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in values]
+        ends = ({v} if isinstance(v := values[n], float) else {float(v.min()), float(v.max())} for n in names)
         return [with_A_and_B(dict(zip(names, values, strict=True))) for values in product(*ends)]
 
     def blocks(self) -> list[tuple[int, int]]:
@@ -286,7 +292,9 @@ class Plan:
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
     """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
     for name in plan.settings.idle:
-        value = written.get(name, plan.varied.get(name))
+        value = written.get(name)
+        if value is None and plan.variables[name].dimension:
+            value = plan.variables[name].values
         if value is not None:
             value = value.tolist() if isinstance(value, np.ndarray) else value
             method = plan.settings.method_name
@@ -303,24 +311,26 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     """
     arguments = with_scene(arguments)
     values = cast_arguments(arguments)
-    record = check_record(values.pop("record", SECTION))
+    record = check_record(values.pop("record")) if "record" in values else (SECTION,)
     settings = {name: values.pop(name) for name in SETTINGS if name in values}
     for one in record:
         if one.periods is not None:
             settings.setdefault("periods", one.periods)
-    together = values.get("points", {})
-    varied: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
     for name, value in values.items():
-        if not isinstance(value, float):
-            varied |= along(POINT, together) if name == "points" else along(name, {name: value})
-    scalars = {name: default for name, default in DEFAULTS.items() if name not in varied}
-    scalars |= {name: value for name, value in values.items() if isinstance(value, float)}
-    if not {*scalars, *varied}.isdisjoint(SCENE):
-        arrays = {name: variable.values for name, variable in varied.items()}
-        follow_scene(arrays, scalars, {**arguments, **together})
-    if {*scalars, *varied}.isdisjoint(("A", "a0")):
+        if name == "points":
+            variables |= along(POINT, value)
+        else:
+            variables[name] = Variable(value, "" if isinstance(value, float) else name)
+    varied = [name for name, variable in variables.items() if variable.dimension]  # axes are last, in their order
+    defaults = {name: default for name, default in DEFAULTS.items() if name not in varied} if varied else DEFAULTS
+    plan = Plan(defaults | variables, Settings(**settings), record=record)
+    if not SCENE.keys().isdisjoint(plan.variables):
+        scalars = dict(plan.scalars)
+        follow_scene(plan.varied, scalars, {**arguments, **plan.together})
+        plan = replace(plan, variables=constants(scalars) | {name: variables[name] for name in varied})
+    if plan.variables.keys().isdisjoint(("A", "a0")):
         raise TypeError(missing("A", f", {PARAMETERS['A'].allowed}"))
-    plan = Plan(constants(scalars) | varied, Settings(**settings), record=record)
     if plan.sought == "dtau" and not plan.seeks:
         method = plan.settings.method_name
         raise ValueError(missing("dtau", f" for method = {method!r}, {PARAMETERS['dtau'].allowed}"))

@@ -128,7 +128,7 @@ class Results:
     _dimensionless = False
 
     def __init__(self, plan: Plan, source: Mapping[str, np.ndarray] | Read, title: str = "") -> None:
-        self.plan = replace(plan, tiling=None, stored=plan.quantities)  # in blocks of the usual size
+        self._plan = plan
         self.record, self.quantities, self.settings = plan.record, plan.quantities, plan.settings
         self.axes, self.scalars, self.points = dict(plan.axes), dict(plan.scalars), dict(plan.together)
         self.title = title
@@ -140,7 +140,7 @@ class Results:
     def __getstate__(self) -> dict[str, Any]:
         """Leave functions of the record out, as a file does. Who reads a pickle need not have them."""
         bare = tuple(one.bare() if isinstance(one, Own) else one for one in self.record)
-        return self.__dict__ | {"record": bare, "plan": replace(self.plan, record=bare)}
+        return self.__dict__ | {"record": bare, "_plan": replace(self._plan, record=bare)}
 
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
@@ -238,7 +238,12 @@ class Results:
     @property
     def shape(self) -> tuple[int, ...]:
         """Lengths of the axes."""
-        return self.plan.shape
+        return self._plan.shape
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the sweep (model/plan.py), in blocks of the usual size."""
+        return replace(self._plan, tiling=None, stored=self.quantities)
 
     @property
     def section(self) -> np.ndarray:
@@ -321,9 +326,9 @@ class Results:
             if name not in self.axes:
                 raise ValueError(bad("axis", name, "one of " + ", ".join(self.axes)))
             index[name] = _place(name, self.axes[name], value, reach)
-        variables = {name: variable.at(index) for name, variable in self.plan.variables.items()}
-        one = {name: float(variable.values) for name, variable in variables.items() if not variable.dimension}
-        plan = replace(self.plan, variables=variables | constants(with_A_and_B(one)))
+        variables = {name: variable.at(index) for name, variable in self._plan.variables.items()}
+        scalars = {name: float(variable.values) for name, variable in variables.items() if not variable.dimension}
+        plan = replace(self.plan, variables=variables | constants(with_A_and_B(scalars)))
         at = tuple(index.get(name, slice(None)) for name in self.axes)
         part = Results(plan, functools.partial(_read_part, self._source, at), self.title)
         part._dimensionless, part._damaged = self._dimensionless, self._damaged
@@ -338,12 +343,12 @@ class Results:
 
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units over the axes; one that changes nothing without a scene."""
-        return measure(row_of(self.quantities, quantity), self.plan.grid(), self._dimensionless)
+        return measure(row_of(self.quantities, quantity), self._plan.grid(), self._dimensionless)
 
     @property
     def varied(self) -> dict[str, np.ndarray]:
         """Values of all parameters and quantities of a scene that vary, along an axis or along `point`."""
-        return self.plan.varied
+        return self._plan.varied
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all arrays as an `xarray.Dataset`, named as in the files. This needs the extra `data`.

@@ -7,9 +7,10 @@ Parameters that change together are variables along the dimension `point`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 POINT = "point"  # dimension along which parameters change together; its coordinates are 0, 1, …
 

@@ -7,7 +7,7 @@ import json
 import os
 import stat
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.quantities import SCALES, Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
 from vibrodrive.model.size import refuse_large_reading
-from vibrodrive.model.variables import POINT, constants
+from vibrodrive.model.variables import POINT
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import DIGESTS, NUMBER, SCHEMA, SWEEP, Origin, coordinates, digest, variables_of
@@ -237,7 +237,7 @@ def read_header(file: h5py.File) -> Header:
         except NO_PLAN as error:
             raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
         origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides", list)), _text(file, "title"))
-        return Header(plan, origin, versions_of(file), how_rewritten(file, plan))
+        return Header(plan, origin, versions_of(file), how_rewritten(offsets(file, plan)))
 
 
 NO_PLAN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
@@ -269,7 +269,7 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
     whole = all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True)))
     if not whole:
         raise ValueError(f"tiling = {tiling} of {plan.shape}")
-    return replace(plan, variables={**plan.variables, **constants(exact)}, tiling=tiling or None, stored=stored)
+    return replace(plan.having(exact), tiling=tiling or None, stored=stored)
 
 
 def _text(file: h5py.File, name: str) -> str:
@@ -332,19 +332,27 @@ def _values(file: h5py.File, name: str, length: int) -> np.ndarray:
     return np.asarray(data[...])
 
 
-def how_rewritten(file: h5py.File, plan: Plan) -> str:
-    """Return how the variables of a file differ from those of this program, although all can be read; "" if they do
-    not. Raises NoResult if one cannot be read."""
-    found = ""
+def offsets(file: h5py.File, plan: Plan) -> dict[Quantity, list[int | None]]:
+    """Return where the values and the digests of each variable begin, None where they have chunks or filters.
+
+    Raises NoResult if one cannot be read.
+    """
+    places: dict[Quantity, list[int | None]] = {}
+    blocks = (len(plan.blocks()),)
     for v in variables_of(plan):
-        for name, dtype, shape in (
-            (v.variable, v.dtype, layout.shape_of(v, plan)), (digests_of(v), "<u8", (len(plan.blocks()),)),
-        ):  # fmt: skip
+        shape = layout.shape_of(v, plan)
+        for name, dtype, wanted in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", blocks)):
             data = variable(file, name)
-            if data.dtype != np.dtype(dtype) or data.shape != shape:
+            if data.dtype != np.dtype(dtype) or data.shape != wanted:
                 raise damaged(file.filename, f"{name}: wrong shape or data type")
-            found = found or ("" if data.id.get_offset() else f"{name} has chunks or filters")
-    return found
+            places.setdefault(v, []).append(data.id.get_offset())
+    return places
+
+
+def how_rewritten(places: Mapping[Quantity, Sequence[int | None]]) -> str:
+    """Return how variables with these `offsets` differ from those of this program; "" if they do not."""
+    names = (name for v, at in places.items() for name, k in zip((v.variable, digests_of(v)), at, strict=True) if not k)
+    return next((f"{name} has chunks or filters" for name in names), "")
 
 
 def digests_of(quantity: Quantity) -> str:
