@@ -15,6 +15,8 @@ from typing import Any, NamedTuple
 
 from benchmarks import passes
 from benchmarks.common import RESULTS, plt, say
+from vibrodrive.model.keywords import number_text
+from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Name
 from vibrodrive.model.physical import UNITS
 from vibrodrive.model.quantities import MARGIN, QUANTITIES, STATUS
 from vibrodrive.model.records import RECORDS
@@ -280,6 +282,32 @@ def quantities(_: dict[str, Any]) -> str:
     return table(["quantity", "record", "meaning", "unit with a scene"], rows)
 
 
+def keys(_: dict[str, Any]) -> str:
+    """Return the table of the keys of a motion: all parameters, settings and quantities of a scene, from their rows."""
+    rows = [
+        [f"`[{row.table}]`", f"`{name}`", f"{row.meaning}. {row.note}".rstrip(" .").replace("``", "`"), *values_of(row)]
+        for row_table in ("model", "physical", "switching", "run")
+        for name, row in (SETTINGS | PARAMETERS | SCENE).items()
+        if row.table == row_table
+    ]
+    shown = [["" if rows[k][0] == rows[k - 1][0] and k else row[0], *row[1:]] for k, row in enumerate(rows)]
+    return table(["table", "key", "meaning", "values", "default"], shown)
+
+
+def values_of(row: Name) -> tuple[str, str]:
+    """Return (allowed values, default) of a key as texts."""
+    if row.choices:
+        return ", ".join(
+            f'"{one.name.lower()}"' for one in row.choices
+        ), f'"{row.choices(int(row.default or 0)).name.lower()}"'
+    default = "none" if row.default is None or math.isnan(row.default) else number_text(row.default)
+    if row.table == "physical":
+        return "a number" if row.unit == "1" else f"a number in {row.unit_text}", default
+    if row.high == math.inf:
+        return f"an integer ≥ {row.low:g}", default
+    return f"{number_text(row.low)} to {number_text(row.high)}", default
+
+
 class Place(NamedTuple):
     """A table: its page, the name of its JSON file ("" if it has none), and the function that makes the table."""
 
@@ -301,6 +329,7 @@ TABLES = {
     "explorer": Place(ROOT / "docs" / "explorer.md", "explorer", explorer),
     "first_picture": Place(ROOT / "docs" / "explorer.md", "first_picture", first_picture),
     "failures": Place(FAILURES, "failures", failures),
+    "keys": Place(ROOT / "docs" / "commands.md", "", keys),
     "quantities": Place(ROOT / "docs" / "maps.md", "", quantities),
     "first_difference": Place(RATES, "first_difference", first_differences),
     "switches_pairs": Place(FAILURES, "", close_pairs),

@@ -163,7 +163,7 @@ def small_disk(monkeypatch):
 
 
 def test_full_disk_is_reported_with_the_file_name(tmp_path, small_disk):
-    motion = Results({}, {"A": 3.0, "B": 0.1, "eps": 0.0}, config.parse("[sweep]\nA = 3").plan().settings, {
+    motion = Results(config.parse("[sweep]\nA = 3").plan(), {
         "section": np.ones((250, 2)), "status": np.zeros((), np.int8), "margin": np.ones(()),
         "switches": np.zeros(5, np.int64)})  # fmt: skip
     with pytest.raises(OSError, match="File too large") as error:

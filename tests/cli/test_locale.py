@@ -79,6 +79,6 @@ def test_page_is_the_same_in_any_locale(run):
     with run[0]("-m", "vibrodrive", "explore", "--no-browser", "--port", "0") as process:
         try:
             with urllib.request.urlopen(process.stdout.readline().decode().strip(), timeout=600) as page:
-                assert page.read().decode() == build(View(), "")
+                assert page.read().decode() == build(View())
         finally:
             process.kill()

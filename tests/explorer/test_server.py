@@ -76,7 +76,7 @@ def test_page_loads_nothing_else_and_is_framed_by_this_machine_only(explorer):
 
 
 def test_page_is_built_without_numba_and_matplotlib():
-    script = "import sys; from vibrodrive.explorer import server; server.build(server.View(), ''); print(*sys.modules)"
+    script = "import sys; from vibrodrive.explorer import server; server.build(server.View()); print(*sys.modules)"
     assert not {"numba", "matplotlib", "h5py"} & {*python(script).split()}
 
 
@@ -149,6 +149,7 @@ def test_each_message_is_answered_or_refused_in_one_line(explorer):
             while "compiling" in found:
                 found = json.loads(await socket.read_message())
             assert "\n" not in found["refused"]
+            fields.append(found["field"])
         await socket.write_message('{"seq": 1, "ping": true}')
         assert json.loads(await socket.read_message()) == {}
         await socket.write_message('{"seq": 1, "pixels": [1e9, 1e9], "toml": true, "view": {}}')
@@ -156,8 +157,10 @@ def test_each_message_is_answered_or_refused_in_one_line(explorer):
         socket.close()
         assert await socket.read_message() is None, "closed at both ends"
 
+    fields = []
     wrong = ["", "[]", '{"seq": 1}', '{"seq": "x"}', '{"seq": 1, "address": "y=9"}']
-    asyncio.run(ask(*wrong, '{"seq": 1, "view": {"low": "<b>"}}'))
+    asyncio.run(ask(*wrong, '{"seq": 1, "view": {"low": "<b>"}}', '{"seq": 1, "view": {"scene": "SI", "mu": -1}}'))
+    assert fields[-2:] == ["low", "mu"]
 
 
 def test_page_that_closes_while_it_is_sent_a_picture_is_no_error():
@@ -329,7 +332,7 @@ def test_supplied_picture_is_that_of_the_first_view():
     from vibrodrive.explorer.server import build
     from vibrodrive.explorer.view import View
 
-    known = json.loads(re.search(r'id="known">(.*?)</script>', build(View(), ""), re.DOTALL)[1])
+    known = json.loads(re.search(r'id="known">(.*?)</script>', build(View()), re.DOTALL)[1])
     ((head, arrays),) = messages(known["stored"])
     assert (head["title"], head["conditions"]) == title_of(View())
     rows, columns = arrays["image"].shape
@@ -339,4 +342,4 @@ def test_supplied_picture_is_that_of_the_first_view():
     spots[row, np.arange(columns)[:, None]] = True
     spots[np.minimum(row + 1, rows - 1), np.arange(columns)[:, None]] = True
     assert np.array_equal(spots, arrays["image"] > 0)
-    assert json.loads(re.search(r'id="known">(.*?)</script>', build(View(eps=1e-4), ""), re.DOTALL)[1])["stored"] == []
+    assert json.loads(re.search(r'id="known">(.*?)</script>', build(View(eps=1e-4)), re.DOTALL)[1])["stored"] == []

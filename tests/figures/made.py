@@ -8,8 +8,10 @@ import numpy as np
 from tests.support.fake import UNITLESS
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import Settings
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import check_record, quantities
 from vibrodrive.model.states import State
+from vibrodrive.model.variables import Variable, constants
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 
@@ -30,8 +32,20 @@ def results(axes, record=("section",), **arrays):
     record = check_record(record)
     recorded = {"record": record, "quantities": quantities(record)}
     return SimpleNamespace(
-        axes=axes, varied=axes, scalars=scalars, settings=Settings(), **recorded, **known, **UNITLESS
+        plan=plan_of(axes, scalars),
+        axes=axes,
+        varied=axes,
+        scalars=scalars,
+        settings=Settings(),
+        **recorded,
+        **known,
+        **UNITLESS,
     )
+
+
+def plan_of(axes, scalars):
+    """Return a plan with these axes, and parameters with one value."""
+    return Plan({name: Variable(values, name) for name, values in axes.items()} | constants(scalars), Settings())
 
 
 def motion(periods, irregular=False, **arguments):

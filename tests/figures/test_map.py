@@ -302,7 +302,6 @@ def test_no_point_over_one_axis_is_left_out(quantity, values, told):
     A, status = np.linspace(1.0, 4.5, 8), np.array([0, 0, 0, 0, 0, Status.NEVER_LEAVES, 0, Status.NOT_COMPUTED])
     record = "limit" if quantity == "k2" else "summary"
     swept = made.results({"A": A}, (record,), status=status, **{quantity: np.array(values)})
-    swept.plan = SimpleNamespace(sought="eps")
     figure = map_figure(swept, quantity)
     (ax,) = figure.axes
     marked = [x for line in ax.lines for x, y in line.get_xydata() if np.isfinite(y)]
@@ -340,6 +339,7 @@ def scene(x, y):
         swept.scalars["B"] = Scene.quiet(omega0=1.0, mu=0.6, alpha=3.4).B
     if "A" in (x, y):
         del swept.scalars["a0"]
+    swept.plan = made.plan_of(swept.axes, swept.scalars)
     return swept
 
 

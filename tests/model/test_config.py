@@ -10,7 +10,7 @@ import pytest
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import parse, read
-from vibrodrive.model.physical import Scene
+from vibrodrive.model.physical import Scene, scene_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -62,7 +62,7 @@ def test_scene_without_a0_needs_an_axis_A_and_gives_B_and_units():
     assert config.plan().axes["A"].tolist() == [1.5, 2.0]
     assert config.plan().scalars["B"] == pytest.approx(math.tan(math.radians(3)) / 0.5, rel=1e-15)
     friction = 0.5 * 9.80665 * math.cos(math.radians(3))
-    assert config.physical.velocity(2.0) == pytest.approx(2.0 * friction / 40, rel=1e-15)
+    assert scene_of(config.plan().single(0).scalars).velocity(2.0) == pytest.approx(2.0 * friction / 40, rel=1e-15)
     with pytest.raises(ConfigError, match=r"^A is missing: must be given, a number >= 0"):
         parse(scene).plan()
 

@@ -14,6 +14,7 @@ from vibrodrive.model.names import ETA, PARAMETERS, SCENE_AXES, SETTINGS, Settin
 from vibrodrive.model.parameters import COLUMNS, check_setting
 from vibrodrive.model.plan import BLOCK_BYTES, BLOCK_WORK, LEAST_POINTS, WAVE_POINTS, Plan, make_plan
 from vibrodrive.model.record import BLOCK_POINTS
+from vibrodrive.model.variables import Variable, constants
 
 
 def test_axes_keep_the_order_written():
@@ -48,8 +49,8 @@ def test_one_point_has_no_axis():
     periods=st.integers(1, 10**6),
 )
 def test_blocks_tile_the_points_and_are_chunks(shape, periods):
-    axes = {name: np.zeros(n) for name, n in zip(COLUMNS, shape, strict=False)}
-    plan = Plan(axes, dict.fromkeys(COLUMNS[len(shape) :], 0.0), Settings(periods=periods))
+    axes = {name: Variable(np.zeros(n), name) for name, n in zip(COLUMNS, shape, strict=False)}
+    plan = Plan(axes | constants(dict.fromkeys(COLUMNS[len(shape) :], 0.0)), Settings(periods=periods))
     blocks = plan.blocks()
     assert [stop for _, stop in blocks[:-1]] == [start for start, _ in blocks[1:]]
     assert (blocks[0][0], blocks[-1][1]) == (0, plan.n_points)

@@ -36,10 +36,10 @@ def test_select_finds_the_exact_or_nearest_value_and_drops_the_axis(plan):
 
 def test_select_allows_for_rounding_of_a_value(plan):
     """In double precision 0.1 · 3 exceeds 0.3, but it selects the value 0.3 of an axis."""
-    r = Results({"A": np.array([0.1, 0.3])}, {}, plan.settings, {"margin": np.array([1.0, 2.0])})
+    r = Results(make_plan({"A": np.array([0.1, 0.3])}), {"margin": np.array([1.0, 2.0])})
     assert r.select(A=0.1 * 3).margin == 2.0
     axis = np.linspace(3.0, 3.25, 251)
-    r = Results({"A": axis}, {}, plan.settings, {"margin": np.arange(251.0)})
+    r = Results(make_plan({"A": axis}), {"margin": np.arange(251.0)})
     assert [r.select(A=round(3 + k / 1000, 3)).margin for k in range(251)] == list(range(251))
     assert (axis != [round(3 + k / 1000, 3) for k in range(251)]).any(), "some values must differ by rounding"
 

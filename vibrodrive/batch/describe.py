@@ -18,10 +18,11 @@ from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
 from vibrodrive.model.parameters import unknown
 from vibrodrive.model.physical import Scene, measure, scene_of
-from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import IMPACT_POWER, LONGEST, QUANTITIES, Quantity, number, period_words
 from vibrodrive.model.records import SECTION, SUMMARY
 from vibrodrive.model.states import IN_WORDS, PLAIN_STATES, states
+from vibrodrive.model.variables import POINT, along
 
 LEAST = 4 * LONGEST
 """Least number of excitation periods from which the summary is computed. They suffice to find the longest period."""
@@ -178,8 +179,7 @@ def beside(scene: Scene) -> dict[str, Scene]:
 
 def _with(plan: Plan, **together: np.ndarray) -> Plan:
     """Return the plan of motions that differ in the given parameters only."""
-    axis = np.arange(len(next(iter(together.values()))))
-    return replace(plan, axes={POINT: axis}, together=together)
+    return replace(plan, variables={**plan.variables, **along(POINT, together)})
 
 
 def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:

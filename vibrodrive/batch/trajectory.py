@@ -219,7 +219,7 @@ class Trajectory:
     def dimensionless(self) -> Trajectory:
         """Return the same motion without its scene. Its tables, figures and description are dimensionless."""
         plan = self._plan
-        return replace(self, _plan=replace(plan, scalars={name: plan.scalars[name] for name in COLUMNS}))
+        return replace(self, _plan=replace(plan, variables={name: plan.variables[name] for name in COLUMNS}))
 
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units; one that changes nothing without a scene."""
@@ -445,7 +445,7 @@ def simulate(
 def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     """Simulate the motion from the single point of a plan. Raises Halted if `halt` is called before the motion ends."""
     s, halt = plan.settings, halt or Halt()
-    point = [plan.scalars[name] for name in COLUMNS]
+    point = [plan.variables[name].values for name in COLUMNS]
     A, B, eps, eta, dtau, *_ = point
     brief = s.work(A, B, eps, eta, dtau, bounded=True) <= BRIEF
     kept = brief and s.periods <= memory.FEW

@@ -89,7 +89,7 @@ def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Pat
 
 def refuse_axes(plan: Plan) -> None:
     """Refuse a configuration of several motions. Raises ConfigError."""
-    from vibrodrive.model.plan import POINT
+    from vibrodrive.model.variables import POINT
 
     for name, values in plan.axes.items():
         if len(values) > 1:

@@ -148,12 +148,12 @@ const story = () => {
 // accepted last. The server has escaped the text.
 const wrong = make("<p id='wrong' role='alert'></p>");
 element("main").append(wrong);
-const refuse = (text) => {
-  const control = fields[(page.refused = text).split(" = ")[0]]?.control, beside = Boolean(control?.checkVisibility());
-  const words = text.replace(/\w+/g, (name) => (known.allowed[name] && known.symbols[name]?.split(" (")[0]) || name);
+const refuse = ({refused, field}) => {
+  const control = fields[field]?.control, beside = Boolean(control?.checkVisibility());
+  const words = (page.refused = refused).replace(/\w+/g, (name) => (known.allowed[name] && known.symbols[name]?.split(" (")[0]) || name);
   if (beside) control.append(wrong);
   say(beside ? words : "", "wrong"); say(beside ? "" : words, "notice");
-  if (!text) return;
+  if (!refused) return;
   page.view = {...page.good};
   show_controls(true); end_play();
 };

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,6 +39,8 @@ WORDS = {
     "mass": ("", "Add mass"),
 }
 """Parameters in the words of axes, and what more of them means."""
+
+WORDS |= {name: (row.meaning, f"Increase {row.symbol}") for name, row in names.AXES.items() if name not in WORDS}
 
 
 class Control(NamedTuple):
@@ -85,7 +87,7 @@ def title_of(view: View) -> tuple[str, str]:
     given += ["eps"]
     given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
     given += ["dtau"] if view.method != "certified" else []
-    given += [name for name in ("xi0", "dxi0", "tau0") if getattr(view, name)]
+    given += [name for name in names.OTHERS if getattr(view, name) != names.NAMES[name].default]
     given += ["section_phase"] if view.sectioned else []
     values = [
         ("seen at phase " if name == "section_phase" else "")
@@ -137,7 +139,7 @@ CONTROLS = (
     _choice("shade", "Colour", "The quantity that the colours of the map show.",
             {q: q.replace("_", " ") for q in OF_MAPS}, only=MAP),
     _number("eta"), _number("section_phase"), _number("transient"), _number("periods"),
-    _number("xi0"), _number("dxi0"), _number("tau0"),
+    *(_number(name) for name in names.OTHERS),
 )  # fmt: skip
 """All controls, in the order of the page."""
 
@@ -230,15 +232,23 @@ def known() -> dict[str, Any]:
 SCRIPTS = "page.js", "picture.js", "controls.js", "sound.js", "motion.js"
 
 
-def build(view: View, refused: str, messages: Sequence[str] = (), places: Sequence[float] = ()) -> str:
-    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
-    is not the view of the address, or "". A saved page contains `messages` instead of a server: its picture, and its
-    motions at `places`."""
+NOT_REFUSED = {"refused": "", "field": ""}
+
+
+def build(
+    view: View,
+    refused: Mapping[str, str] = NOT_REFUSED,
+    messages: Sequence[str] = (),
+    places: Sequence[float] = (),
+) -> str:
+    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the sentence of
+    why it is not the view of the address, with the field that it is about. A saved page contains `messages` instead of
+    a server: its picture, and its motions at `places`."""
     names = "page.html", "page.css", *SCRIPTS, "first.json"
     text, style, *scripts, first = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
-    own = {"view": view.state(), "address": view.address(), "refused": refused, "places": places}
+    own = {"view": view.state(), "address": view.address(), "places": places, **refused}
     own["stored"] = messages or (json.loads(first) if view == View() else [])
-    told = json.dumps(known() | own).replace("</", "<\\/")
-    for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
+    values = json.dumps(known() | own).replace("</", "<\\/")
+    for name, part in {"style": style, "known": values, "script": "\n".join(scripts)}.items():
         text = text.replace("{{ " + name + " }}", part)
     return text

@@ -137,7 +137,7 @@ class Pace:
 
     @staticmethod
     def _kind(plan: Plan) -> tuple[int, bool, bool]:
-        disturbed = "eps" in plan.axes or plan.scalars["eps"] > 0.0
+        disturbed = plan.written("eps") != 0.0
         return plan.settings.method, disturbed, plan.sectioned
 
 

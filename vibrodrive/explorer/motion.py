@@ -13,7 +13,7 @@ import vibrodrive as vd
 from vibrodrive.batch import describe, sweep, trajectory
 from vibrodrive.explorer.view import DIAGRAM, SI, View
 from vibrodrive.jit.slices import Halt
-from vibrodrive.model import choices, physical, records
+from vibrodrive.model import choices, names, physical, records
 from vibrodrive.model.plan import Plan, make_plan
 
 SHOWN = 12  # largest number of excitation periods drawn; motions of the periods 1, 2, 3, 4 and 6 join at its ends
@@ -21,7 +21,7 @@ POINTS = 100  # points of a curve per excitation period
 FAST = 8  # points per period of the disturbance; with fewer points its waves disappear or look like a slow wave
 MOST_POINTS = 20_000  # most points of a curve; a curve with many points per period is drawn over fewer periods
 TURN = 2.0 * math.pi
-OF_LIMIT = "A", "B", "eta", "xi0", "dxi0", "tau0"  # parameters on which a limit depends
+OF_LIMIT = "A", "B", "eta", *names.OTHERS  # parameters on which a limit depends
 
 
 def motion_at(plan: Plan, halt: Halt, most: int = MOST_POINTS) -> trajectory.Trajectory:
@@ -39,7 +39,7 @@ def _density(known: Mapping[str, Any]) -> int:
 def undisturbed(plan: Plan) -> Plan:
     """Return the plan of the same motion without a disturbance, ε or Δτ, whose structure is compared."""
     settings = replace(plan.settings, method=choices.Method.CERTIFIED)
-    return replace(plan, scalars={**plan.scalars, "eps": 0.0}, settings=settings)
+    return replace(plan.having({"eps": 0.0}), settings=settings)
 
 
 def curve_of(motion: trajectory.Trajectory) -> dict[str, np.ndarray]:

@@ -75,7 +75,7 @@ const connect = () => {
     page.pinged = 0;
     if (page.view) return document.hidden || request(true); // who looks at another page waits for that one
     apply(known.view);
-    if (known.refused) refuse(known.refused);
+    if (known.refused) refuse(known);
     stored().then(([first]) => !first || page.data || receive(first, {view: known.view})); // until a picture is computed
   };
   socket.onclose = () => {
@@ -157,7 +157,7 @@ const insist = () => { // replace the running request; the next one gets twice t
 };
 page.ask = (again) => {
   page.changed = performance.now();
-  if (page.refused) refuse("");
+  if (page.refused) refuse({refused: ""});
   judge(); request(again);
 };
 page.command = (message) => {
@@ -177,7 +177,7 @@ const apply = (view) => {
 };
 const hear = (item) => {
   if (item.apply) apply(item.apply);
-  if (item.refused) refuse(item.refused);
+  if (item.refused) refuse(item);
   if (item.toml) save("view.toml", item.toml);
   if (item.saved) save(`${parameter("y")}_over_${page.view.x}.html`, item.saved);
   if (item.limits) { Object.assign(page.limits, item.limits); wait(""); }

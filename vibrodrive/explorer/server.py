@@ -29,9 +29,9 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import Application, RequestHandler
 
-from vibrodrive.explorer.controls import build
+from vibrodrive.explorer.controls import NOT_REFUSED, build
 from vibrodrive.explorer.engine import Engine
-from vibrodrive.explorer.session import Session, one_line
+from vibrodrive.explorer.session import Session, refusal
 from vibrodrive.explorer.view import View, read_address
 from vibrodrive.model import parameters
 
@@ -85,12 +85,12 @@ class Page(RequestHandler):
             self.finish(self.why + "\n")
 
     def get(self) -> None:
-        view, refused = self.base, ""
+        view, refused = self.base, NOT_REFUSED
         if set(self.request.query_arguments) != {"token"}:
             try:
                 view = read_address(self.request.query)
             except ValueError as error:
-                refused = one_line(error)
+                refused = refusal(error)
         self.finish(build(view, refused))
         self.engine.warm()
 

@@ -22,6 +22,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.view import COLUMNS, MOST_COLUMNS, PICTURE_ROWS, View, adapted, read_address
+from vibrodrive.model.parameters import Refusal
 
 if TYPE_CHECKING:
     from vibrodrive.explorer.work import Work
@@ -96,7 +97,7 @@ class Session(WebSocketHandler):
             self.engine.worker.request(self.number, lambda halt: self.engine.tasks().answer(self, sized, about, halt))
 
     def refuse(self, error: BaseException) -> None:
-        self.news({"refused": one_line(error), "done": self.seq})
+        self.news(refusal(error) | {"done": self.seq})
 
     def news(self, news: Mapping[str, Any]) -> None:
         """Send these values to the page."""
@@ -130,5 +131,8 @@ def stored(message: bytes) -> str:
     return base64.b64encode(zlib.compress(message, 9)).decode()
 
 
-def one_line(error: BaseException) -> str:
-    return html.escape(" ".join(str(error).split()) or type(error).__name__)
+def refusal(error: BaseException) -> dict[str, str]:
+    """Return the sentence of an error in one line, escaped, and the field that it is about, or ""."""
+    about = error.args[0] if error.args else ""
+    field = about.name if isinstance(about, Refusal) else ""
+    return {"refused": html.escape(" ".join(str(error).split()) or type(error).__name__), "field": field}

@@ -104,7 +104,7 @@ def save(session: Session, view: View, halt: Halt) -> None:
     for at in places:
         head, arrays = shown_motion(replace(sized, at=at), session.engine.limits, halt, SAVED_POINTS)
         motions.append(stored(message_of("motion", head, {name: lean(array) for name, array in arrays.items()})))
-    while len((page := build(view, "", [picture, *motions], places)).encode()) > LARGEST_PAGE:
+    while len((page := build(view, messages=[picture, *motions], places=places)).encode()) > LARGEST_PAGE:
         places, motions = places[::2], motions[::2]
     session.later(partial(session.news, {"saved": page}))
 

@@ -11,7 +11,7 @@ import functools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, make_dataclass, replace
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
@@ -41,6 +41,9 @@ RANGES: dict[str, tuple[float, float, str]] = {name: row.axis for name, row in n
 SPAN, Y_SPAN = ("low", "high", "scale"), ("y_low", "y_high", "y_scale")  # fields with the defaults of RANGES, in order
 ENDS = ("bottom", "top")  # range of the ordinate of a diagram, or of the colours of a map
 MAY_LACK = (*ENDS, "at", "at_y", "columns", "rows", "periods")  # fields that may be empty
+FIRST = {"A": 3.04, "dtau": 0.1, "section_phase": 0.5 * math.pi, "a0": 8e-4, "omega0": 150.0, "mu": 0.6, "alpha": 3.4}
+FIRST |= {"mass": 250.0}
+"""Values of the parameters and quantities of a page whose address is empty, if they differ from those of the table."""
 
 
 def _number(key: str, value: object) -> float:
@@ -71,17 +74,23 @@ def _set(default: Any, read: Callable[..., Any], **allowed: Any) -> Any:
     return field(default=default, metadata={"read": functools.partial(read, **allowed)})
 
 
+_ROWS = (names.PARAMETERS | names.SCENE).items()
+_NUMBERS = [(name, float, _set(FIRST.get(name, row.default), _number)) for name, row in _ROWS if name != "frequency"]
+_Numbers: Any = make_dataclass("_Numbers", _NUMBERS, frozen=True)
+
+
 @dataclass(frozen=True)
-class View:
+class View(_Numbers):
     """Complete state of a page, which is all its settings. The fields are the keys of the address.
 
     The abscissa is the parameter x, with `columns` values (None: see `sized`) from `low` to `high`, by default those of
     RANGES. The ordinate of a diagram is `quantity`, from `bottom` to `top` (NaN: the range of the values). The ordinate
     of a map is the parameter y, with `rows` values from `y_low` to `y_high`. The colours of a map show `shade`.
 
-    `at` is the x of the motion that the page shows, and `at_y` its y in a map. If `scene` is "SI", the fields a0 to g
-    are those of `Scene`. They determine B and, if A is not an axis, also A. "SI" is the default if one of them is an
-    axis. The other fields are those of `simulate`; `periods` None means a number that suits the picture.
+    `at` is the x of the motion that the page shows, and `at_y` its y in a map. Every parameter and quantity of a scene
+    in the table of names is a field, but `frequency`. If `scene` is "SI", the quantities determine B and, if A is not
+    an axis, also A. "SI" is the default if one of them is an axis. `periods` None means a number that suits the
+    picture.
     """
 
     mode: str = _set(DIAGRAM, _choice, known=(DIAGRAM, MAP))
@@ -103,25 +112,9 @@ class View:
     at: float = _set(NOWHERE, _number)
     at_y: float = _set(NOWHERE, _number)
     method: str = _set("certified", _choice, known=METHODS)
-    A: float = _set(3.04, _number)
-    B: float = _set(0.1, _number)
-    eps: float = _set(0.0, _number)
-    eta: float = _set(names.ETA, _number)
-    dtau: float = _set(0.1, _number)
-    tol: float = _set(1e-7, _number)
-    xi0: float = _set(0.0, _number)
-    dxi0: float = _set(0.0, _number)
-    tau0: float = _set(0.0, _number)
-    section_phase: float = _set(0.5 * math.pi, _number)
     transient: int = _set(500, _count, low=0, high=LONGEST)
     periods: int | None = _set(None, _count, low=1, high=LONGEST)
     scene: str = _set(UNITLESS, _choice, known=(UNITLESS, SI))
-    a0: float = _set(8e-4, _number)
-    omega0: float = _set(150.0, _number)
-    mu: float = _set(0.6, _number)
-    alpha: float = _set(3.4, _number)
-    mass: float = _set(250.0, _number)
-    g: float = _set(names.SCENE["g"].default, _number)
 
     def __post_init__(self) -> None:
         for name, span in (("at", SPAN), ("at_y", Y_SPAN)):

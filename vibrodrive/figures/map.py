@@ -132,7 +132,7 @@ def draw_map(
     more = rest_phrases(values, status) if row is LAST[1] else []
     more += [] if row.classes else _extremes(results, values, painted, [n for n in names if n in (x, y)])
     more += [*(painted.phrases() if y is None or (row.classes and row.special) else []), *status_phrases(status)]
-    lines = placed(over, results, x, y)
+    lines = placed(over, results.plan, x, y)
     numbered = any(line.period for line in lines)
     alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
     shows = None if alone else (x, row.name)

@@ -20,8 +20,8 @@ from vibrodrive.model.bifurcations import BIFURCATIONS, BifurcationKind
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import AMPLITUDES, INCLINES, amplitude_axis, incline_axis, with_A_and_B
-from vibrodrive.model.plan import POINT
 from vibrodrive.model.results import Results
+from vibrodrive.model.variables import POINT
 from vibrodrive.store.tables import ENDING, read_table
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def plane_figure(found: Sequence[Bifurcation], plan: Plan, max_period: int, **lo
     return fig
 
 
-def placed(over: Sequence[Any], results: Any, x: str, y: str | None) -> list[Line]:
+def placed(over: Sequence[Any], plan: Plan, x: str, y: str | None) -> list[Line]:
     """Return what is `over` a map as lines in the plane of its axes x and y, in the units of figures: bifurcations, and
     then the limits k₂ of results over one axis.
 
@@ -165,19 +165,19 @@ def placed(over: Sequence[Any], results: Any, x: str, y: str | None) -> list[Lin
     method or with another parameter.
     """
     found = [one for one in over if isinstance(one, Exact)]
-    lines = _placed(found, results, x, y) if found else []
-    return lines + [_limit(one, results, x, y) for one in over if not isinstance(one, Exact)]
+    lines = _placed(found, plan, x, y) if found else []
+    return lines + [_limit(one, plan, x, y) for one in over if not isinstance(one, Exact)]
 
 
-def _placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list[Line]:
+def _placed(found: Sequence[Exact], plan: Plan, x: str, y: str | None) -> list[Line]:
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
-    if y is None or up is None or (POINT in (x, y) and not {*results.points}.isdisjoint(("B", *AMPLITUDES, *SCENE))):
+    if y is None or up is None or (POINT in (x, y) and not {*plan.together}.isdisjoint(("B", *AMPLITUDES, *SCENE))):
         axes = ", ".join(name for name in (x, y) if name)
         raise ValueError(
             f"over = bifurcations: must be left out, because A is not given by the axes of this map, {axes}"
         )
     along = x if up == y else y
-    known, values = _shared(results, x, y), results.axes[along]
+    known, values = _shared(plan, x, y), plan.axes[along]
     if along in INCLINES:
         lines = joined([one for one in found if one.B > 0.0 or along != "mu"])  # at B = 0, μ is infinite
         places = [(line[0], *np.array([(one.A, one.B) for one in line]).T) for line in lines]
@@ -193,7 +193,7 @@ def _placed(found: Sequence[Exact], results: Any, x: str, y: str | None) -> list
 
 
 def upright(
-    found: Sequence[Any], results: Any, x: str, index: Mapping[str, int], ends: tuple[float, float]
+    found: Sequence[Any], plan: Plan, x: str, index: Mapping[str, int], ends: tuple[float, float]
 ) -> list[Line]:
     """Return the bifurcations of one panel of a diagram over the axis x as upright lines, in the units of figures.
 
@@ -202,24 +202,23 @@ def upright(
     """
     if any(isinstance(one, Results) for one in found):
         raise ValueError("over = limits: must be left out for a diagram, because limits are drawn over a map")
-    if x not in AMPLITUDES or x not in results.axes:
+    if x not in AMPLITUDES or x not in plan.axes:
         raise ValueError(f"over = bifurcations: must be left out, because A is not given by the axis {x} alone")
-    known = _at(results, index)
+    known = _at(plan, index)
     here, heights = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)], np.linspace(*ends, POINTS)
     places = [(one, np.full(POINTS, as_shown(x, amplitude_axis(x, one.A, known)))) for one in here]
     return [Line(one.kind, one.period, across, heights) for one, across in places] or _refuse_other(known["B"])
 
 
-def _shared(results: Any, x: str, y: str | None) -> dict[str, Any]:
+def _shared(plan: Plan, x: str, y: str | None) -> dict[str, Any]:
     """Return the parameters and scene common to all points of a map. An axis that is not drawn has its first value."""
-    return _at(results, {name: 0 for name in results.axes if name not in (x, y)})
+    return _at(plan, {name: 0 for name in plan.axes if name not in (x, y)})
 
 
-def _at(results: Any, index: Mapping[str, int]) -> dict[str, Any]:
+def _at(plan: Plan, index: Mapping[str, int]) -> dict[str, Any]:
     """Return the parameters and scene common to all points at indices of axes, with the A and B that follow."""
-    along = [(results.points if axis == POINT else {axis: results.axes[axis]}, k) for axis, k in index.items()]
-    values = {name: float(array[k]) for arrays, k in along for name, array in arrays.items()}
-    return with_A_and_B({**results.scalars, **values})
+    values = plan.at(index).items()
+    return with_A_and_B({name: float(value) for name, value in values if np.ndim(value) == 0})
 
 
 def _refuse_other(B: float) -> NoReturn:
@@ -261,14 +260,14 @@ def _same(one: Exact, other: Exact) -> bool:
     return one[:3] == other[:3]
 
 
-def _limit(found: Results, results: Any, x: str, y: str | None) -> Line:
+def _limit(found: Results, plan: Plan, x: str, y: str | None) -> Line:
     (other,) = found.axes if len(found.axes) == 1 else ("",)
     disturbance = found.plan.sought
-    if y is None or {other, disturbance} != {x, y} or found.settings.method != results.settings.method:
+    if y is None or {other, disturbance} != {x, y} or found.settings.method != plan.settings.method:
         has = f"over {', '.join(found.axes)} in {disturbance} ({found.settings.method_name})"
         needed = f"over one axis and in one disturbance, and these must be the axes of the map, {x} and {y}"
         raise ValueError(f"limits = {has}: must be {needed}, with the same method")
-    shared = _shared(results, x, y)
+    shared = _shared(plan, x, y)
     for name, value in found.scalars.items():
         if name in shared and name != disturbance and not np.isclose(value, shared[name], SAME, 0.0, equal_nan=True):
             raise ValueError(

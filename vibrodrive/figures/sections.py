@@ -33,7 +33,6 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, check_swept, choose_drawing, documented
 from vibrodrive.model.parameters import bad, bad_axes, real_array
 from vibrodrive.model.physical import Measure
-from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import SECTIONS
 
 if TYPE_CHECKING:
@@ -111,12 +110,12 @@ def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequenc
         results.section[..., COORDINATES.index(quantity)] if quantity in COORDINATES else getattr(results, quantity)
     )
     visited, limits = unit.shown_of(np.asarray(recorded)), unit.ends(drawing.limits)
-    names, dimension = list(results.axes), POINT if x in results.points else x
+    names, dimension = list(results.axes), x if x in results.axes else results.plan.variables[x].dimension
     across = names.index(dimension)
     section = np.moveaxis(visited, across, -2)
     status = np.moveaxis(np.asarray(results.status), across, -1)
     done = computed(status)
-    values = as_shown(x, results.points[x] if x in results.points else results.axes[x])
+    values = as_shown(x, results.axes[x] if x in results.axes else results.points[x])
     rest = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
@@ -135,7 +134,7 @@ def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequenc
         mark_statuses(sheet, ax, values, status[index])
         sheet.name(ax, x, None)
         sheet.name_quantities(ax, None, unit)
-        draw_lines(sheet, ax, upright(over, results, x, places[k], ax.get_ylim()) if over else ())
+        draw_lines(sheet, ax, upright(over, results.plan, x, places[k], ax.get_ylim()) if over else ())
         if len(rows) > 1:
             sheet.letter(ax, k, titles[k])
         rests = rest_phrases(section[index], status[index]) if quantity == "dxi" else []

@@ -11,9 +11,7 @@ import numpy as np
 
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.described import counted
-from vibrodrive.model.drawing import STARTS
-from vibrodrive.model.names import NAMES, SCENE_AXES
-from vibrodrive.model.plan import POINT
+from vibrodrive.model.names import NAMES, OTHERS, SCENE_AXES
 
 if TYPE_CHECKING:
     from vibrodrive.batch.trajectory import Trajectory
@@ -107,11 +105,11 @@ def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section
     if "method" in known:
         method = Method(known["method"])
         said.append(method.name.lower())
-        if method != Method.CERTIFIED and "dtau" not in apart:
+        if method != Method.CERTIFIED and "dtau" in known and "dtau" not in apart:
             said.append(equation("dtau", known["dtau"]))
     if {"transient", "periods"} <= known.keys():
         said.append(f"periods {known['transient'] + 1}–{known['transient'] + known['periods']}")
-    last = [*(["section_phase"] if section else []), *STARTS]
+    last = [*(["section_phase"] if section else []), *OTHERS]
     return said + [equation(n, known[n]) for n in last if n in known and n not in apart]
 
 
@@ -182,11 +180,10 @@ def choice(shown: int, total: int, of: str) -> list[str]:
 
 def place_of(results: Any, at: Mapping[str, int]) -> str:
     """Return the values of the axes at these indices as text. The axis `point` gives the values of its parameters."""
-    values: dict[str, float] = {}
-    for name, index in at.items():
-        along = results.points if name == POINT else {name: results.axes[name]}
-        values |= {parameter: array[index] for parameter, array in along.items()}
-    return ", ".join(equation(name, value) for name, value in values.items())
+    values, variables = results.plan.at(at), results.plan.variables
+    return ", ".join(
+        equation(n, values[n]) for dimension in at for n in variables if variables[n].dimension == dimension
+    )
 
 
 def computed(status: np.ndarray) -> np.ndarray:

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.model.plan import BLOCK_WORK, LEAST_POINTS, POINT, Plan
+from vibrodrive.model.plan import BLOCK_WORK, LEAST_POINTS, Plan
+from vibrodrive.model.variables import POINT, along
 
 SAMPLES = 4  # largest number of samples; their differences show how sure the estimate is
 SECONDS = 0.3  # least CPU time of a sample from which the time of its remaining periods is extrapolated
@@ -78,7 +79,7 @@ def _cost(plan: Plan, rows: np.ndarray, threads: int) -> tuple[float, float]:
         before, last, at = took, at, min(total, max(1, GROWTH * at))
         recorded = max(1, math.ceil(at * plan.settings.periods / total))
         settings = replace(plan.settings, transient=at - recorded, periods=recorded)
-        wave = Plan({POINT: np.arange(len(rows))}, {}, settings, record=plan.record, together=points)
+        wave = Plan(along(POINT, points), settings, record=plan.record)
         began = process_time()
         compute(wave, 0, len(rows), threads)
         took = process_time() - began

@@ -8,6 +8,7 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import SUMMARY
 from vibrodrive.model.results import Results
+from vibrodrive.model.variables import constants
 
 NONE = {"eps": 0.0, "dtau": np.nan}  # values without a disturbance
 
@@ -24,8 +25,7 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
 
     s = results.settings
     settings = Settings(int(Method.CERTIFIED), max(SETTLING, s.transient), WATCHED, s.budget)
-    axes = {name: values for name, values in results.axes.items() if name not in NONE}
-    plan = Plan(axes, {**results.scalars, **NONE}, settings, record=(SUMMARY,))
+    plan = Plan({**results.plan.variables, **constants(NONE)}, settings, record=(SUMMARY,))
     with under_way("undisturbed motions"):
         gaps = Results.collect(plan, run_blocks(plan)).gaps.astype(np.int64)
     return gaps.reshape([1 if name in NONE else len(values) for name, values in results.axes.items()])

@@ -67,7 +67,7 @@ def check(config: Config) -> tuple[Plan, int, bool]:
         raise ValueError(bad("eps", plan.scalars["eps"], "0, because orbits are those of the undisturbed motion"))
     if plan.settings.method != Method.CERTIFIED:
         raise ValueError(bad("method", plan.settings.method_name, "certified"))
-    si = has_units(plan.scalars | plan.axes) and config.figure.get("units") != DIMENSIONLESS
+    si = has_units(plan.values) and config.figure.get("units") != DIMENSIONLESS
     return plan, check_period("max_period", config.orbits.get("max_period", MAX_PERIOD)), si
 
 

@@ -46,14 +46,14 @@ from vibrodrive.model.drawing import (
     check_curves,
     check_limits,
 )
-from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
+from vibrodrive.model.names import AXES, FURTHER, LINEAR, LOG, NAMES, PARAMETERS, SCENE, SCENE_AXES, SETTINGS
 from vibrodrive.model.packaged import configurations
-from vibrodrive.model.parameters import bad, check, check_count, check_setting, has_control, unknown
-from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, scene_of
-from vibrodrive.model.plan import POINT, Plan, check_at, make_plan
-from vibrodrive.model.records import check_record
+from vibrodrive.model.parameters import bad, check, check_count, has_control, missing, placed, unknown
+from vibrodrive.model.physical import PACES
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.size import refuse_large_axis
 from vibrodrive.model.spacing import geometric
+from vibrodrive.model.variables import POINT
 
 
 def _in_table(table: str) -> tuple[str, ...]:
@@ -92,22 +92,19 @@ class Config:
 
     text : contents of the file, verbatim.
     overrides : options KEY=VALUE that replaced values of the file.
-    arguments : arguments of `plan.make_plan`.
+    arguments : arguments of `plan.make_plan`, as they are written, with ranges as arrays.
+    sweep : the plan of these arguments.
     figure, trajectory, orbits : checked values of the tables with these names, by key.
     """
 
     text: str
     overrides: tuple[str, ...]
     arguments: dict[str, Any]
+    sweep: Plan
     title: str
     figure: dict[str, Any]
     trajectory: dict[str, Any]
     orbits: dict[str, Any]
-
-    @property
-    def physical(self) -> Scene | None:
-        """The scene in SI units; None without a scene, or if one of its quantities is an axis."""
-        return scene_of({"g": Scene.g} | self.arguments | self.arguments.get("points", {}))
 
     @property
     def look(self) -> dict[str, Any]:
@@ -115,11 +112,8 @@ class Config:
         return {key: self.figure[key] for key in LOOK if key in self.figure}
 
     def plan(self) -> Plan:
-        """Return the sweep of this configuration. Raises ConfigError."""
-        try:
-            return make_plan(self.arguments)
-        except (TypeError, ValueError) as error:
-            raise ConfigError(str(error)) from None
+        """Return the sweep of this configuration."""
+        return self.sweep
 
 
 def read(path: Path, overrides: Sequence[str] = ()) -> Config:
@@ -181,7 +175,7 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
     try:
         return _checked(tables, text, tuple(overrides))
     except (TypeError, ValueError) as error:
-        raise ConfigError(str(error)) from None
+        raise ConfigError(*error.args) from None
 
 
 def _pointed(text: str, error: str) -> str:
@@ -209,16 +203,21 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     arguments: dict[str, Any] = {}
     scene = _given_by_scene(tables)
     at = dict.fromkeys(scene, "physical")
-    for name in HOMES:
-        for key, value in tables.get(name, {}).items():
-            if key in at:
-                raise ValueError(bad(f"{name}.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
-            at[key] = name
-            arguments[key] = _argument(name, key, value, at)
-    if scene:
-        _take_scene(tables.get("physical", {}), arguments)
+
+    def place(key: str) -> str:
+        table = at.get(key, "physical" if key in SCENE else "")
+        return f"{table}.{key}" if table in ("sweep", "sweep.points", "physical") else key
+
+    with placed(place):
+        for name in (*HOMES, "physical"):
+            for key, value in tables.get(name, {}).items():
+                if name != "physical" and key in at:
+                    raise ValueError(bad(f"{name}.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
+                at[key] = name
+                arguments[key] = _argument(name, key, value, at)
+        plan = make_plan(arguments)
     extras = {name: {k: _extra(name, k, v) for k, v in tables.get(name, {}).items()} for name in _EXTRAS}
-    return Config(text, overrides, arguments, title, **extras)
+    return Config(text, overrides, arguments, plan, title, **extras)
 
 
 def _belongs(key: str) -> str:
@@ -228,15 +227,15 @@ def _belongs(key: str) -> str:
 
 
 def _argument(table: str, key: str, value: Any, at: dict[str, str]) -> Any:
-    """Return an argument of a sweep, checked. Add keys of [sweep.points] to `at`, which gives the table of each key."""
-    if key in SETTINGS:
-        check_setting(key, value)
-        return value
-    if key == "record":
-        return check_record(value)
+    """Return an argument of a sweep, as `make_plan` takes it. Add keys of [sweep.points] to `at`, which gives the table
+    of each key."""
     if key == "points":
         return _points(value, at)
-    return _axis(key, value) if table == "sweep" else check(key, value)
+    if table == "sweep":
+        return _axis(key, value, "sweep")
+    if isinstance(value, list | dict) and key in (*PARAMETERS, *SCENE):
+        raise TypeError(bad(key, value, NAMES[key].allowed))
+    return value
 
 
 def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
@@ -250,43 +249,24 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
     return [*tables.get("physical", {}), "B", *(["A"] if "a0" in scene else [])]
 
 
-def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> None:
-    """Add the quantities in [physical] to the arguments, checked, and refuse a scene that is not complete."""
-    for key, value in table.items():
-        arguments[key] = check_scene(key, value, f"physical.{key}")
-    known = arguments | arguments.get("points", {})
-    refuse_incomplete(known, [key for key, value in known.items() if isinstance(value, np.ndarray)], "physical")
+def _axis(key: str, value: object, table: str) -> Any:
+    return _range(key, value, f"{table}.{key}") if isinstance(value, dict) else value
 
 
-def _axis(key: str, value: object, table: str = "sweep") -> float | np.ndarray:
-    place = f"{table}.{key}"
-    if isinstance(value, dict):
-        return _range(key, value, place)
-    if not isinstance(value, list):
-        return check_at(key, value, place)
-    if not value:
-        raise ValueError(bad(place, value, "a list with at least one value"))
-    return np.array([check_at(key, v, f"{place}[{i}]") for i, v in enumerate(value)])
-
-
-def _points(table: object, at: dict[str, str]) -> dict[str, np.ndarray]:
-    """Return the values in [sweep.points] by key, checked, and add the keys to `at`.
+def _points(table: object, at: dict[str, str]) -> dict[str, Any]:
+    """Return the values in [sweep.points] by key, and add the keys to `at`.
 
     Raises ValueError if `at` already contains one of the keys.
     """
     if not isinstance(table, dict):
         raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
-    found = {}
     for key, value in table.items():
         if key not in AXES:
             raise ValueError(unknown("key of [sweep.points]", key, AXES))
         if key in at:
             raise ValueError(bad(f"sweep.points.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
         at[key] = "sweep.points"
-        if not isinstance(value, list | dict):
-            raise TypeError(bad(f"sweep.points.{key}", value, "a list or a range (give one number outside of points)"))
-        found[key] = np.asarray(_axis(key, value, "sweep.points"))
-    return found
+    return {key: _axis(key, value, "sweep.points") for key, value in table.items()}
 
 
 def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
@@ -298,22 +278,22 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
             raise ValueError(unknown(f"key of {where}", k, keys))
     for k in keys[:3]:
         if k not in table:
-            raise ValueError(f"{where}.{k} is missing: must be given, because a range needs start, stop and num")
-    ends = [check_at(key, table[k], f"{where}.{k}") for k in ("start", "stop")]
+            raise ValueError(missing(f"{where}.{k}", ", because a range needs start, stop and num"))
+    start, stop = (check(key, table[k], f".{k}") for k in ("start", "stop"))
     num = check_count(f"{where}.num", table["num"], 1)
     scale = table.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):
         raise ValueError(bad(f"{where}.scale", scale, f"one of {LINEAR}, {LOG}"))
-    if num == 1 and ends[0] != ends[1]:
-        told = f">= 2, because a range contains both of its ends (one value is written as {key} = {ends[0]!r})"
-        raise ValueError(bad(f"{where}.num", num, told))
+    if num == 1 and start != stop:
+        allowed = f">= 2, because a range contains both of its ends (one value is written as {key} = {start!r})"
+        raise ValueError(bad(f"{where}.num", num, allowed))
     refuse_large_axis(f"{where}.num", num)
     if scale == LINEAR:
-        return np.linspace(ends[0], ends[1], num)
-    for k, end in zip(("start", "stop"), ends, strict=True):
+        return np.linspace(start, stop, num)
+    for k, end in (("start", start), ("stop", stop)):
         if end <= 0:
             raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 with scale = "log"'))
-    return geometric(ends[0], ends[1], num)
+    return geometric(start, stop, num)
 
 
 def _counted(table: Mapping[str, Any]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from numbers import Real
 from typing import Any, Literal, NamedTuple, NoReturn, TypeVar, cast, get_args
 
-from vibrodrive.model.parameters import bad, did_you_mean, with_sentences
+from vibrodrive.model.parameters import bad, did_you_mean, placed, with_sentences
 from vibrodrive.model.physical import has_units
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, Quantity
 from vibrodrive.model.records import RECORDS, SECTION
@@ -238,12 +238,8 @@ def choose_configured(swept: Any, figure: dict[str, Any], options: dict[str, Any
         _refuse(key, SI, "left out, because this sweep has no scene in SI units")
     if wanted.pop("units", SI) == DIMENSIONLESS and hasattr(swept, "dimensionless"):
         swept = swept.dimensionless()
-    try:
+    with placed(lambda name: ("--" if name in options else "figure." if name in configured else "") + name):
         return choose_drawing(swept, **wanted), swept
-    except ValueError as error:
-        (told,) = error.args
-        place = "--" if told.key in options else "figure." if told.key in configured else ""
-        raise ValueError(told.at(place + told.key)) from None
 
 
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

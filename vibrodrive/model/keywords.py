@@ -129,12 +129,13 @@ def _explained(parameter: inspect.Parameter) -> str:
     """Return the entry of a docstring for a keyword."""
     row, kind = NAMES[parameter.name], IN_WORDS[parameter.annotation.removesuffix(" | None")]
     if parameter.name in PARAMETERS:
-        kind += f", {_number(row.low)} to {_number(row.high)}"
-    kind += ", optional" if parameter.default is None else f", default {_number(parameter.default)}"
-    unit = "" if row.unit == "1" else f" in {row.unit.replace(' s-1', '/s').replace(' s-2', '/s²')}"
+        kind += f", {number_text(row.low)} to {number_text(row.high)}"
+    kind += ", optional" if parameter.default is None else f", default {number_text(parameter.default)}"
+    unit = "" if row.unit == "1" else f" in {row.unit_text}"
     said = textwrap.fill(f"{row.meaning}{unit}. {row.note}".rstrip(), 108, break_on_hyphens=False)
     return f"{parameter.name} : {kind}\n{textwrap.indent(said, 4 * ' ')}\n"
 
 
-def _number(value: float) -> str:
+def number_text(value: float) -> str:
+    """Return a number as short as possible, such as 1e9."""
     return re.sub(r"e([+-])0*", lambda sign: "e" + sign[1].strip("+"), f"{value:g}")

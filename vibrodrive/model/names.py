@@ -10,11 +10,12 @@ The parameters have the order of the columns of `Plan.points`.
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
 
-from vibrodrive.model.choices import IN_LANES, Method
+from vibrodrive.model.choices import ACTS_ON, IN_LANES, Method
 
 ETA = 10.0 * math.sqrt(102.0)
 """Frequency ratio of the disturbance used throughout the paper (§4): irrational, about 100.995."""
@@ -34,6 +35,7 @@ class Name(NamedTuple):
     table : table of a configuration that gives its value; "" for a coordinate.
     default : default value; None if the value must be given.
     low, high, open_low : range of allowed values; if `open_low`, `low` itself is not allowed.
+    range_text : the range in words, if these are not its numbers.
     axis : ends and spacing of its axis in the explorer; None if it cannot be an axis.
     slider : ends of its slider in the explorer; None without a slider.
     choices : enumeration of the values of a setting with named values.
@@ -51,6 +53,7 @@ class Name(NamedTuple):
     low: float = 0.0
     high: float = math.inf
     open_low: bool = False
+    range_text: str = ""
     axis: tuple[float, float, str] | None = None
     slider: tuple[float, float] | None = None
     choices: type[IntEnum] | None = None
@@ -64,8 +67,15 @@ class Name(NamedTuple):
         return self.low < value <= self.high or (value == self.low and not self.open_low)
 
     @property
+    def unit_text(self) -> str:
+        """The unit in files as it is written by hand, such as m/s² or degrees."""
+        return self.unit.replace("degree", "degrees").replace(" s-1", "/s").replace(" s-2", "/s²")
+
+    @property
     def allowed(self) -> str:
-        """Allowed values of a parameter as text."""
+        """Allowed values of a parameter or quantity of a scene as text."""
+        if self.range_text:
+            return self.range_text
         if self.low == -self.high:
             return f"a number between {self.low:g} and {self.high:g}"
         return f"a number {'>' if self.open_low else '>='} {self.low:g} and <= {self.high:g}"
@@ -96,18 +106,22 @@ PARAMETERS: dict[str, Name] = {
 }  # fmt: skip
 """Dimensionless real arguments of `simulate`. Each may be an axis of a sweep."""
 
+_ANY = (None, 0.0, sys.float_info.max, False, "a finite number >= 0")
+_POSITIVE = (None, 0.0, sys.float_info.max, True, "a finite number > 0")
+_ANGLE = (None, 0.0, math.nextafter(90.0, 0.0), False, "an angle in degrees >= 0 and < 90")
+
 SCENE: dict[str, Name] = {
-    "a0": Name("amplitude a0 of the excitation", "a₀", "a_0", "physical", axis=(3e-4, 1.2e-3, LINEAR),
+    "a0": Name("amplitude a0 of the excitation", "a₀", "a_0", "physical", *_ANY, axis=(3e-4, 1.2e-3, LINEAR),
                unit="m", shown="mm", scale=1e3),
-    "omega0": Name("angular frequency Ω0 of the excitation", "Ω₀", r"\Omega_0", "physical", axis=(80.0, 200.0, LINEAR),
-                   unit="rad s-1", shown="rad/s"),
-    "frequency": Name("frequency f = Ω0/2π of the excitation", "f", "f", "physical", axis=(12.0, 32.0, LINEAR),
-                      unit="Hz", shown="Hz"),
-    "mu": Name("coefficient of friction μ", "μ", r"\mu", "physical", axis=(0.2, 1.0, LINEAR)),
-    "alpha": Name("angle α of the incline", "α", r"\alpha", "physical", axis=(0.5, 12.0, LINEAR),
+    "omega0": Name("angular frequency Ω0 of the excitation", "Ω₀", r"\Omega_0", "physical", *_POSITIVE,
+                   axis=(80.0, 200.0, LINEAR), unit="rad s-1", shown="rad/s"),
+    "frequency": Name("frequency f = Ω0/2π of the excitation", "f", "f", "physical", *_POSITIVE,
+                      axis=(12.0, 32.0, LINEAR), unit="Hz", shown="Hz"),
+    "mu": Name("coefficient of friction μ", "μ", r"\mu", "physical", *_POSITIVE, axis=(0.2, 1.0, LINEAR)),
+    "alpha": Name("angle α of the incline", "α", r"\alpha", "physical", *_ANGLE, axis=(0.5, 12.0, LINEAR),
                   unit="degree", shown="°"),
-    "mass": Name("mass m", "mass", "m", "physical", axis=(50.0, 500.0, LINEAR), unit="kg", shown="kg"),
-    "g": Name("acceleration of gravity", "g", "g", "physical", 9.80665, unit="m s-2", shown="m/s²"),
+    "mass": Name("mass m", "mass", "m", "physical", *_POSITIVE, axis=(50.0, 500.0, LINEAR), unit="kg", shown="kg"),
+    "g": Name("acceleration of gravity", "g", "g", "physical", 9.80665, *_POSITIVE[1:], unit="m s-2", shown="m/s²"),
 }  # fmt: skip
 """Quantities of the scene in SI units. A quantity with `axis` may be an axis of a sweep; A and B are then computed for
 each point. Exactly one of `omega0` and `frequency` is given."""
@@ -145,11 +159,18 @@ SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
 
 AXES = PARAMETERS | SCENE_AXES
 
+OTHERS = tuple(n for n in PARAMETERS if n not in ("A", "B", "eps", "eta", "dtau", "tol", "section_phase"))
+"""Parameters that captions, the explorer and limits treat alike: the start, and any that the table gets."""
+
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
 
 COSTS = {Method.CERTIFIED: (0.1, 0.1), Method.FIXED: (0.5, 0.1), Method.MULLER: (1.5, 0.15)}
 """CPU time in microseconds of an excitation period without a disturbance, and of a switch with one, by method
 (`python -m benchmarks.work`)."""
+
+
+IDLE = {int(m): tuple(name for name, methods in ACTS_ON.items() if m not in methods) for m in Method}
+"""Parameters that a method does not use, by method."""
 
 
 def _default(name: str) -> int:
@@ -169,6 +190,11 @@ class Settings:
     def method_name(self) -> str:
         """Name of the method, as in a configuration."""
         return Method(self.method).name.lower()
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Parameters that the method does not use."""
+        return IDLE[self.method]
 
     @property
     def words(self) -> dict[str, int | str]:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import difflib
 import functools
 import inspect
+import keyword
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
+from unicodedata import normalize
 
 from vibrodrive.errors import Failed
-from vibrodrive.model.parameters import bad, did_you_mean, has_control, real_number, shortened, with_sentences
+from vibrodrive.model.parameters import bad, did_you_mean, has_control, real_number, shortened, unknown, with_sentences
+from vibrodrive.model.physical import UNITS, column
 from vibrodrive.model.quantities import SCALES, Quantity, number
 from vibrodrive.model.record import OfMotion
 
@@ -107,9 +110,28 @@ class Own(OfMotion):
         """Return the same record without its function, as a file contains it."""
         return Own(str(self), self.returned, self.version, None, self.rows)
 
-    def returning(self, names: Sequence[str]) -> Own:
-        """Return the same record with the names of its numbers."""
-        return Own(str(self), tuple(names), self.version, self.function, self.rows)
+    def returning(self, names: Sequence[str], taken: Collection[str]) -> Own:
+        """Return the same record with the names of its numbers.
+
+        Raises ValueError for a name that results or files could not have, or that is taken.
+        """
+        for name in self.rows.keys() - {"", *names}:
+            raise ValueError(unknown(f"name in the units and labels of {self}", name, names))
+        for name in names:
+            allowed = "a name as of a variable in Python, such as settling_time"
+            usable = name.isidentifier() and not keyword.iskeyword(name) and not name.startswith("_")
+            if usable and name == normalize("NFKC", name):
+                if name not in taken:
+                    continue
+                allowed = "a name of its own, such as settling_time, because this one is taken"
+            raise ValueError(bad(f"a name of {self}", name, allowed))
+        named = Own(str(self), tuple(names), self.version, self.function, self.rows)
+        for q in named.quantities:
+            title = column(q.name, UNITS[q.scales].si if q.scales else q.unit)
+            if title != q.name and title in names:
+                allowed = f"another name than {title!r}, the column of {q.name!r} with its unit"
+                raise ValueError(bad(f"a name of {self}", title, allowed))
+        return named
 
     def refuse_without_version(self) -> None:
         """Raise TypeError for a file whose numbers no version would tell from those of another function."""

@@ -13,8 +13,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibrodrive.model.described import html_table
-from vibrodrive.model.names import SCENE, TURN
-from vibrodrive.model.parameters import bad, real_array, real_number, with_sentences
+from vibrodrive.model.names import PARAMETERS, SCENE, TURN
+from vibrodrive.model.parameters import bad, check, missing, real_array, with_sentences
 from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.slips import slip, warn
 
@@ -26,35 +26,21 @@ TINY = 5e-324
 """The smallest positive number. It replaces a positive result that underflows to 0."""
 
 
-def check_scene(key: str, value: object, place: str = "") -> float:
-    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`.
-
-    Messages call it `place`, or by its key.
-    """
-    place, least = place or key, key in ("a0", "alpha")  # which may be 0
-    allowed = "an angle in degrees >= 0 and < 90" if key == "alpha" else f"a finite number {'>=' if least else '>'} 0"
-    x = real_number(place, value, allowed)
-    if not 0.0 < x < (90.0 if key == "alpha" else math.inf) and not (least and x == 0.0):
-        raise ValueError(bad(place, value, allowed))
-    return x + 0.0  # -0.0 becomes 0.0
-
-
 PACES = {"omega0", "frequency"}  # a scene has exactly one of them
 
 AMPLITUDES = ("A", "a0", "omega0", "frequency")  # names over which A varies and B does not
 INCLINES = ("B", "mu", "alpha")  # names over which B varies
 
 
-def refuse_incomplete(names: Collection[str], axes: Collection[str], table: str = "") -> None:
-    """Refuse a scene without one of its quantities. `table` gives it in a configuration. Raises ValueError."""
-    place, what = (f"{table}.", f"[{table}]") if table else ("", "a scene")
+def refuse_incomplete(names: Collection[str], axes: Collection[str]) -> None:
+    """Refuse a scene without one of its quantities. Raises ValueError."""
     for key in ("omega0", "mu", "alpha"):
         if key not in names and not (key in PACES and "frequency" in names):
             needed = "omega0, mu and alpha, and a0 unless A is given (frequency may replace omega0)"
-            raise ValueError(f"{place}{key} is missing: must be given, because {what} needs {needed}")
+            raise ValueError(missing(key, f", because a scene needs {needed}"))
     for key in PACES.intersection(axes):
         if "a0" not in names:
-            raise ValueError(f"{place}a0 is missing: must be given if {key} varies, because A is computed from both")
+            raise ValueError(missing("a0", f" if {key} varies, because A is computed from both"))
 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
@@ -321,14 +307,13 @@ class Scene:
         g: float = g,
     ) -> None:
         if omega0 is None and frequency is None:
-            raise TypeError(
-                "omega0 is missing: must be given, a finite number > 0 in rad/s (or give frequency in hertz)"
-            )
+            raise TypeError(missing("omega0", ", a finite number > 0 in rad/s (or give frequency in hertz)"))
         if frequency is not None and omega0 is not None:
             raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
         pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
         refuse_incomplete([name for name, value in (("mu", mu), ("alpha", alpha)) if value is not None] + [*pace], ())
-        self._take({"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
+        quantities = {"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g}
+        self._take({key: check(key, x) for key, x in quantities.items() if key != "mass" or x is not None})
         known = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
         warn(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ())
 
@@ -339,11 +324,8 @@ class Scene:
         scene._take({"a0": 0.0, "g": cls.g} | values)
         return scene
 
-    def _take(self, values: Mapping[str, object]) -> None:
-        for key, value in values.items():
-            if key == "mass" and value is None:
-                continue
-            x = check_scene(key, value)
+    def _take(self, values: Mapping[str, float]) -> None:
+        for key, x in values.items():
             if key == "frequency":
                 object.__setattr__(self, "_frequency", x)
                 key, x = "omega0", TURN * x
@@ -426,3 +408,59 @@ def _numbers(key: str, value: object) -> Any:
     if not hasattr(value, "dtype"):
         return float(array) if array.ndim == 0 else array
     return value.astype(float) if getattr(value.dtype, "kind", "") == "O" else value  # type: ignore[attr-defined]
+
+
+OF_SCENE = {*SCENE, "scene"}
+
+
+def with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments with the quantities of `scene` instead of it, apart from an a0 of 0, which A replaces. Another
+    argument, or a key of `points`, replaces a quantity of the scene. Raises TypeError."""
+    others = {name: value for name, value in arguments.items() if value is not None or name not in OF_SCENE}
+    scene = others.pop("scene", None)
+    if scene is None:
+        return others
+    if not isinstance(scene, Scene):
+        raise TypeError(bad("scene", scene, "a Scene"))
+    if others.get("A", 0.0) is None:  # as in the signature
+        del others["A"]
+    keys = getattr(others.get("points"), "keys", None)
+    replaced = {*others, *(keys() if callable(keys) else ()), *([] if scene.a0 else ["a0"])}
+    replaced |= PACES if PACES & replaced else set()
+    return {name: value for name, value in scene.given.items() if name not in replaced} | others
+
+
+def follow_scene(varied: Mapping[str, Any], scalars: dict[str, float], written: Mapping[str, Any]) -> None:
+    """Refuse an incomplete scene, or one whose A or B is too large. Add A or B to the scalars if it is the same at all
+    points. Raises ValueError.
+
+    `varied` contains the values of all that varies, `written` the arguments of the call, in which a scene replaces A
+    and B.
+    """
+    scalars.setdefault("g", Scene.g)
+    values = {**scalars, **varied}
+    refuse_incomplete(values, varied)
+    if values.keys() >= PACES:
+        frequency = varied["frequency"].tolist() if "frequency" in varied else scalars["frequency"]
+        raise ValueError(bad("frequency", frequency, "left out if omega0 is given"))
+    for name, source in (("A", "a0"), ("B", "alpha")):
+        if source in values and written.get(name) is not None:
+            raise ValueError(bad(name, written[name], "left out, because it follows from the scene"))
+    # A and B are largest where friction is least
+    ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in varied.items() if name in SCENE}
+    extreme = Scene.quiet(**{name: value for name, value in scalars.items() if name in SCENE} | ends)
+    pace = "frequency" if "frequency" in values else "omega0"
+    for name, sources in (("A", ("a0", pace, "mu", "alpha")), ("B", ("mu", "alpha"))):
+        if name == "A" and "a0" not in values:
+            continue
+        largest, row = float(getattr(extreme, name)), PARAMETERS[name]
+        if not row.allows(largest):
+            computed = ", ".join(f"{key} = {getattr(extreme, key):g}" for key in sources)
+            raise ValueError(f"{name} = {largest!r}, computed from {computed}: must be {row.allowed}")
+        if set(sources) & set(varied):
+            scalars.pop(name, None)
+        else:
+            scalars[name] = largest
+    for name in (*SCENE, "A"):  # in an order that does not depend on the call
+        if name in scalars:
+            scalars[name] = scalars.pop(name)

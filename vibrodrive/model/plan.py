@@ -5,20 +5,21 @@ change together. A block is a contiguous range of points, which a result file ha
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.choices import ACTS_ON, Method, used_by
-from vibrodrive.model.names import AXES, PARAMETERS, SCENE, SETTINGS, Settings
-from vibrodrive.model.parameters import COLUMNS, bad, check, check_setting, real_array, unknown
-from vibrodrive.model.physical import PACES, Scene, check_scene, refuse_incomplete, with_A_and_B
+from vibrodrive.model.choices import Method, used_by
+from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
+from vibrodrive.model.parameters import COLUMNS, bad, cast_arguments, missing
+from vibrodrive.model.physical import follow_scene, with_A_and_B, with_scene
 from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.records import SECTION, Records, check_record, quantities
+from vibrodrive.model.variables import POINT, Variable, Variables, along, constants
 
 BLOCK_BYTES = 4 << 20
 """Largest number of bytes of the records of a block of several points. Larger blocks are written faster. Smaller blocks
@@ -43,9 +44,8 @@ IN_FLIGHT = 16
 """Largest number of submitted tasks of an executor whose number of workers is unknown. It bounds the memory of finished
 tasks."""
 
-DEFAULTS = {name: row.default for name, row in PARAMETERS.items() if row.default is not None}
+DEFAULTS = constants({name: row.default for name, row in PARAMETERS.items() if row.default is not None})
 
-POINT = "point"  # axis of a sweep along which parameters change together; its values are 0, 1, …
 SAMPLED = 100  # largest number of values of the axis `point` that are checked before a warning
 
 
@@ -53,30 +53,74 @@ SAMPLED = 100  # largest number of values of the axis `point` that are checked b
 class Plan:
     """A checked sweep.
 
-    axes : values of each axis, in the order of the call or of the configuration. Quantities of the scene (SCENE_AXES)
-        may be axes.
-    scalars : parameters with one value, and the quantities of the scene, if any, that are not axes. If A or B depends
-        on an axis of the scene, it is neither axis nor scalar, but is computed for each point.
+    variables : the parameters and the quantities of the scene, if any; those that vary in the order of the call or of
+        the configuration. If A or B depends on a variable of the scene that varies, it is none of them, but is
+        computed for each point.
     record : the records (records.py).
-    together : values of the parameters, and quantities of the scene, that change together along the axis POINT.
     tiling : shape of a block in an existing file, so that a version with other block sizes can resume the sweep; None
         for the shape that `chunk` computes.
     stored : quantities in an existing file, whose version may have recorded fewer, or with other types; None for all
         quantities of the records.
+    axes : the dimensions by name, in order, with the coordinates of each: the values of its variable, or 0, 1, ….
+    scalars : the variables with one value.
     """
 
-    axes: dict[str, np.ndarray]
-    scalars: dict[str, float]
+    variables: Variables
     settings: Settings
     tiling: tuple[int, ...] | None = None
     record: Records = (SECTION,)
-    together: dict[str, np.ndarray] = field(default_factory=dict)
     stored: tuple[Quantity, ...] | None = None
+    axes: dict[str, np.ndarray] = field(init=False, repr=False, compare=False)
+    scalars: dict[str, float] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        axes: dict[str, np.ndarray] = {}
+        scalars: dict[str, float] = {}
+        for name, (values, dimension) in self.variables.items():
+            if not dimension:
+                scalars[name] = values
+            elif dimension not in axes:
+                own = self.variables.get(dimension)
+                axes[dimension] = np.arange(len(values)) if own is None else own.values
+        object.__setattr__(self, "axes", axes)
+        object.__setattr__(self, "scalars", scalars)
+
+    @cached_property
+    def together(self) -> dict[str, np.ndarray]:
+        """Variables that change together along the dimension POINT."""
+        return {name: variable.values for name, variable in self.variables.items() if variable.dimension == POINT}
+
+    @cached_property
+    def varied(self) -> dict[str, np.ndarray]:
+        """Variables along a dimension."""
+        return {name: variable.values for name, variable in self.variables.items() if variable.dimension}
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the dimensions."""
+        return tuple(map(len, self.axes.values()))
 
     @property
-    def varied(self) -> dict[str, np.ndarray]:
-        """Values of all parameters and quantities of the scene that vary, each along its axis or along POINT."""
-        return {name: values for name, values in self.axes.items() if name != POINT} | self.together
+    def values(self) -> dict[str, Any]:
+        """All variables by name, without their dimensions."""
+        return {name: variable.values for name, variable in self.variables.items()}
+
+    def at(self, index: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all variables by name, those along a dimension of `index` at its places."""
+        return {name: variable.at(index).values for name, variable in self.variables.items()}
+
+    def having(self, values: Mapping[str, float]) -> "Plan":
+        """Return the plan with these values of parameters."""
+        return replace(self, variables={**self.variables, **constants(values)})
+
+    def written(self, name: str) -> Any:
+        """Return the value of a variable as a number, or its values as a list."""
+        values = self.variables[name].values
+        return values.tolist() if self.variables[name].dimension else values
+
+    def grid(self) -> dict[str, Any]:
+        """Return all variables by name, each with all dimensions, of length 1 where it does not vary."""
+        return self.at(dict(zip(self.axes, np.ix_(*map(np.arange, self.shape)), strict=True)))
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
@@ -113,10 +157,6 @@ class Plan:
         """True if summaries are recorded."""
         return any(one.summarised for one in self.record)
 
-    @cached_property
-    def shape(self) -> tuple[int, ...]:
-        return tuple(map(len, self.axes.values()))
-
     @property
     def n_points(self) -> int:
         return math.prod(self.shape)
@@ -131,11 +171,8 @@ class Plan:
         if not self.axes:  # A and B are scalars, too
             out[:] = [self.scalars[name] for name in COLUMNS]
             return out
-        index = np.unravel_index(which, self.shape)
-        at = dict(zip(self.axes, index, strict=True))
-        along = {name: self.axes[name][k] for name, k in at.items() if name != POINT}
-        along |= {name: values[at[POINT]] for name, values in self.together.items()}
-        values = with_A_and_B({**self.scalars, **along})
+        index = dict(zip(self.axes, np.unravel_index(which, self.shape), strict=True))
+        values = with_A_and_B(self.at(index))
         for c, name in enumerate(COLUMNS):
             out[:, c] = values[name]
         return out
@@ -146,15 +183,13 @@ class Plan:
         For the axis `point` up to SAMPLED of its values are used instead.
         """
         some = [
-            np.unique(
-                np.linspace(0, len(values) - 1, SAMPLED).astype(int)
-                if name == POINT
-                else [np.argmin(values), np.argmax(values)]
-            )
+            [np.argmin(values), np.argmax(values)]
+            if name in self.variables
+            else np.linspace(0, len(values) - 1, SAMPLED).astype(int)
             for name, values in self.axes.items()
         ]
-        which = np.ravel_multi_index(np.ix_(*some), self.shape).reshape(-1) if some else np.zeros(1, int)
-        return self.rows(which)
+        corners = np.ix_(*map(np.unique, some))
+        return self.rows(np.ravel_multi_index(corners, self.shape).reshape(-1) if some else np.zeros(1, int))
 
     def ends(self) -> list[tuple[float, float, float, float]]:
         """Return (A, B, ε, η) at the `extremes`."""
@@ -164,17 +199,15 @@ class Plan:
     def single(self, at: int) -> "Plan":
         """Return the plan of the one point with the number `at`, with its scene, if any, and without axes."""
         index = dict(zip(self.axes, np.unravel_index(at, self.shape), strict=True)) if self.axes else {}
-        along = {name: float(self.axes[name][k]) for name, k in index.items() if name in SCENE}
-        along |= {name: float(values[index[POINT]]) for name, values in self.together.items() if name in SCENE}
         point = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
-        scene = {name: value for name, value in self.scalars.items() if name in SCENE}
-        return replace(self, axes={}, together={}, scalars=point | scene | along, tiling=None)
+        scene = {name: float(value) for name, value in self.at(index).items() if name in SCENE}
+        return replace(self, variables=constants(point | scene), tiling=None)
 
     def arguments(self, at: int) -> dict[str, Any]:
         """Return the arguments of `simulate` for the point with the number `at`."""
         point: dict[str, Any] = dict(zip(COLUMNS, self.points(at, at + 1)[0].tolist(), strict=True))
         s = self.settings
-        point |= dict.fromkeys(idle(s.method))
+        point |= dict.fromkeys(s.idle)
         if point["dtau"] is not None and math.isnan(point["dtau"]):  # no grid step
             point["dtau"] = None
         return point | vars(s) | {"method": Method(s.method)}
@@ -182,8 +215,9 @@ class Plan:
     @property
     def sought(self) -> str:
         """The disturbance whose limit the record `limit` is: ε, or Δτ with a grid method without a step."""
-        grid = "dtau" not in idle(self.settings.method)
-        return "dtau" if grid and "dtau" not in self.varied and math.isnan(self.scalars["dtau"]) else "eps"
+        grid = "dtau" not in self.settings.idle
+        dtau = self.variables["dtau"]
+        return "dtau" if grid and not dtau.dimension and math.isnan(dtau.values) else "eps"
 
     @property
     def chunk(self) -> tuple[int, ...]:
@@ -235,9 +269,9 @@ class Plan:
         One of these points has the largest work, which is monotone in each of them, as A and B are in each quantity of
         a scene.
         """
-        given: dict[str, Any] = {**self.scalars, **self.varied}
-        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in given]
-        ends = ({v} if isinstance(v := given[n], float) else {float(v.min()), float(v.max())} for n in names)
+        values = self.values
+        names = [name for name in ("A", "B", "eps", "eta", "dtau", *SCENE) if name in values]
+        ends = ({v} if isinstance(v := values[n], float) else {float(v.min()), float(v.max())} for n in names)
         return [with_A_and_B(dict(zip(names, values, strict=True))) for values in product(*ends)]
 
     def blocks(self) -> list[tuple[int, int]]:
@@ -256,17 +290,12 @@ class Plan:
         ]
 
 
-@cache
-def idle(method: int) -> tuple[str, ...]:
-    """Return the parameters that a method does not use."""
-    return tuple(name for name, methods in ACTS_ON.items() if method not in methods)
-
-
 def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
     """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
-    given = {**plan.varied, **written}
-    for name in idle(plan.settings.method):
-        value = given.get(name)
+    for name in plan.settings.idle:
+        value = written.get(name)
+        if value is None and plan.variables[name].dimension:
+            value = plan.variables[name].values
         if value is not None:
             value = value.tolist() if isinstance(value, np.ndarray) else value
             method = plan.settings.method_name
@@ -281,37 +310,31 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with a message that gives the
     argument, its value and the allowed values (`bad`).
     """
-    arguments = _with_scene(arguments)
-    chosen: dict[str, int] = {}
-    record: Records = (SECTION,)
-    axes: dict[str, np.ndarray] = {}
-    together: dict[str, np.ndarray] = {}
-    scalars = {**DEFAULTS}
-    for key, value in arguments.items():
-        if key in SETTINGS:
-            chosen[key] = check_setting(key, value)
-        elif key == "record":
-            record = check_record(value)
-        elif key in PARAMETERS or key in SCENE:
-            _sort_in(key, value, axes, scalars)
-        elif key != "points":
-            raise TypeError(unknown("argument", key, [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]))
-        elif value is not None:
-            together = _together(value, arguments)
-            scalars = {name: default for name, default in scalars.items() if name not in together}
-            axes[POINT] = np.arange(len(next(iter(together.values()))))
-    given = {*scalars, *axes, *together}
-    if not given.isdisjoint(SCENE):
-        _follow_scene({**axes, **together}, scalars, {**arguments, **together})
-    if given.isdisjoint(("A", "a0")):
-        raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
+    arguments = with_scene(arguments)
+    values = cast_arguments(arguments)
+    record = check_record(values.pop("record")) if "record" in values else (SECTION,)
+    settings = {name: values.pop(name) for name in SETTINGS if name in values}
     for one in record:
         if one.periods is not None:
-            chosen.setdefault("periods", one.periods)
-    plan = Plan(axes, scalars, Settings(**chosen), record=record, together=together)
+            settings.setdefault("periods", one.periods)
+    variables: dict[str, Variable] = {}
+    for name, value in values.items():
+        if name == "points":
+            variables |= along(POINT, value)
+        else:
+            variables[name] = Variable(value, "" if isinstance(value, float) else name)
+    varied = [name for name, variable in variables.items() if variable.dimension]  # axes are last, in their order
+    defaults = {name: default for name, default in DEFAULTS.items() if name not in varied} if varied else DEFAULTS
+    plan = Plan(defaults | variables, Settings(**settings), record=record)
+    if not SCENE.keys().isdisjoint(plan.variables):
+        scalars = dict(plan.scalars)
+        follow_scene(plan.varied, scalars, {**arguments, **plan.together})
+        plan = replace(plan, variables=constants(scalars) | {name: variables[name] for name in varied})
+    if plan.variables.keys().isdisjoint(("A", "a0")):
+        raise TypeError(missing("A", f", {PARAMETERS['A'].allowed}"))
     if plan.sought == "dtau" and not plan.seeks:
-        name = plan.settings.method_name
-        raise ValueError(f"dtau is missing: must be given for method = {name!r}, {PARAMETERS['dtau'].allowed}")
+        method = plan.settings.method_name
+        raise ValueError(missing("dtau", f" for method = {method!r}, {PARAMETERS['dtau'].allowed}"))
     for one in record:
         one.refuse(plan)
     return plan
@@ -337,138 +360,3 @@ def refuse_axes(axes: Mapping[str, np.ndarray], hint: str = "") -> None:
     """Refuse an axis where one number is needed. Raises TypeError."""
     for name, values in axes.items():
         raise TypeError(f"{name} = array of length {len(values)}: must be one number{hint}")
-
-
-def _sort_in(key: str, value: object, axes: dict[str, np.ndarray], scalars: dict[str, float]) -> None:
-    """Check a parameter or a quantity of the scene, and add it to the axes or to the scalars."""
-    if value is None and key in PARAMETERS:
-        if PARAMETERS[key].default is None:
-            raise TypeError(bad(key, value, PARAMETERS[key].allowed))
-        return
-    if key in SCENE and key not in AXES and np.ndim(value):  # type: ignore[arg-type]
-        check_scene(key, value)  # g is no axis: refused, because it is no number
-    values = _checked(key, value)
-    if isinstance(values, float):
-        scalars[key] = values
-    else:
-        axes[key] = values
-
-
-def _with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments with the quantities of `scene` instead of it, apart from an a0 of 0, which A replaces. Another
-    argument, or a key of `points`, replaces a quantity of the scene. Raises TypeError."""
-    given = {name: value for name, value in arguments.items() if value is not None or name not in (*SCENE, "scene")}
-    scene = given.pop("scene", None)
-    if scene is None:
-        return given
-    if not isinstance(scene, Scene):
-        raise TypeError(bad("scene", scene, "a Scene"))
-    if given.get("A", 0.0) is None:  # as in the signature
-        del given["A"]
-    keys = getattr(given.get("points"), "keys", None)
-    replaced = {*given, *(keys() if callable(keys) else ()), *([] if scene.a0 else ["a0"])}
-    replaced |= PACES if PACES & replaced else set()
-    return {name: value for name, value in scene.given.items() if name not in replaced} | given
-
-
-def _together(value: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:
-    """Return the parameters and quantities of a scene that change together, checked.
-
-    Raises TypeError or ValueError.
-    """
-    allowed = 'sequences of one length, by parameter name, such as {"A": [3.0, 3.1], "eps": [0.0, 1e-4]}'
-    if not callable(getattr(value, "keys", None)) or not hasattr(value, "__getitem__"):
-        raise TypeError(bad("points", value, allowed))
-    found = {}
-    for name in value.keys():  # noqa: SIM118 - also for a pandas.DataFrame
-        if name not in AXES:
-            raise ValueError(unknown("key of points", name, AXES))
-        if arguments.get(name) is not None:
-            raise ValueError(bad(name, arguments[name], f"left out, because points already gives {name}"))
-        values = _checked(name, value[name], "points.")
-        if isinstance(values, float):
-            raise TypeError(bad(f"points.{name}", value[name], "a sequence (give one number outside of points)"))
-        found[name] = values
-    labels = {name: labels for name in found if (labels := _labels(value[name])) is not None}
-    for name in labels:
-        if not labels[name].equals(labels[first := next(iter(labels))]):
-            allowed = f"in the order of the labels of points.{first}, or an array without labels"
-            raise ValueError(bad(f"points.{name}", value[name], allowed))
-    lengths = {name: len(values) for name, values in found.items()}
-    if len({*lengths.values()}) != 1:
-        told = ", ".join(f"{n} of {name}" for name, n in lengths.items()) or "nothing"
-        raise ValueError(f"points = {told}: must be {allowed}")
-    return found
-
-
-def _labels(values: Any) -> Any:
-    """Return the labels of a pandas.Series or of an xarray.DataArray of one dimension, or None without labels."""
-    if hasattr(values, "get_index"):
-        return values.get_index(values.dims[0])
-    index = getattr(values, "index", None)
-    return index if hasattr(index, "equals") else None
-
-
-def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float], written: Mapping[str, Any]) -> None:
-    """Check a scene. Add A or B to the scalars if it is the same at all points. Raises ValueError.
-
-    `axes` contains the values of all that varies, `written` the arguments of the call, in which a scene replaces A and
-    B.
-    """
-    scalars.setdefault("g", Scene.g)
-    known = {**scalars, **axes}
-    refuse_incomplete(known, axes)
-    if known.keys() >= PACES:
-        raise ValueError(bad("frequency", np.asarray(known["frequency"]).tolist(), "left out if omega0 is given"))
-    for name, source in (("A", "a0"), ("B", "alpha")):
-        if source in known and written.get(name) is not None:
-            raise ValueError(bad(name, written[name], "left out, because it follows from the scene"))
-    scene = {name: value for name, value in scalars.items() if name in SCENE}
-    # A and B are largest where friction is least
-    ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in axes.items() if name in SCENE}
-    extreme = Scene.quiet(**(scene | ends))
-    pace = "frequency" if "frequency" in known else "omega0"
-    for name, sources in (("A", ("a0", pace, "mu", "alpha")), ("B", ("mu", "alpha"))):
-        if name == "A" and "a0" not in scene | ends:
-            continue
-        value, row = float(getattr(extreme, name)), PARAMETERS[name]
-        if not row.allows(value):
-            computed = ", ".join(f"{key} = {getattr(extreme, key):g}" for key in sources)
-            raise ValueError(f"{name} = {value!r}, computed from {computed}: must be {row.allowed}")
-        if set(sources) & set(axes):
-            scalars.pop(name, None)
-        else:
-            scalars[name] = value
-    for name in (*SCENE, "A"):  # in an order that does not depend on the call
-        if name in scalars:
-            scalars[name] = scalars.pop(name)
-
-
-def _checked(key: str, value: object, place: str = "") -> float | np.ndarray:
-    """Return one value of a parameter, a float, or its values along an axis, float64 (n,), checked.
-
-    Messages put `place` before the name. Raises TypeError or ValueError.
-    """
-    if isinstance(value, float) or type(value) is int:  # nearly always
-        return check_at(key, value, place + key)
-    allowed = PARAMETERS[key].allowed if key in PARAMETERS else "a number or a one-dimensional axis"
-    array = real_array(place + key, value, allowed)
-    if array.ndim == 0:
-        return check_at(key, value, place + key)
-    if array.ndim > 1:
-        raise ValueError(f"{place}{key} = array of shape {array.shape}: must be a number or a one-dimensional axis")
-    if array.size == 0:
-        raise ValueError(bad(place + key, [], "an axis with at least one value"))
-    suspects: Iterable[int] = range(len(array))
-    if key in PARAMETERS:  # an axis may have millions of values: find those to be refused without a loop
-        p = PARAMETERS[key]
-        within = (array > p.low if p.open_low else array >= p.low) & (array <= p.high)
-        suspects = (~within).nonzero()[0].tolist()
-    for i in suspects:
-        check_at(key, array[i].item(), f"{place}{key}[{i}]")
-    return array + 0.0
-
-
-def check_at(key: str, value: object, place: str) -> float:
-    """Return one value of a parameter or quantity of the scene, checked; `place` is its name in the error message."""
-    return check_scene(key, value, place) if key in SCENE else check(key, value, place)

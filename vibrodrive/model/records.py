@@ -67,12 +67,11 @@ class _Limit(Record):
         return f"{self} in {sought}"
 
     def refuse(self, plan: Any) -> None:
-        varied = plan.varied
-        if plan.sought == "eps" and ("eps" in varied or plan.scalars["eps"] != 0.0):
-            value = varied["eps"].tolist() if "eps" in varied else plan.scalars["eps"]
-            raise ValueError(bad("eps", value, "left out, because its limit is computed"))
+        varied, eps = plan.varied, plan.written("eps")
+        if plan.sought == "eps" and eps != 0.0:
+            raise ValueError(bad("eps", eps, "left out, because its limit is computed"))
         idle = {"section_phase": "limits do not depend on the section"}
-        if plan.sought == "dtau" and "eps" not in varied and plan.scalars["eps"] == 0.0:
+        if plan.sought == "dtau" and eps == 0.0:
             idle["eta"] = "limits in dtau do not depend on eta if eps is 0"
         for name in idle.keys() & varied.keys():
             raise ValueError(bad(name, varied[name].tolist(), f"one number, because {idle[name]}"))
@@ -84,12 +83,11 @@ class _Impulses(Record):
     wave = "blocks of impulses"
 
     def refuse(self, plan: Any) -> None:
-        varied = plan.varied
         if plan.settings.method != Method.CERTIFIED:
             raise ValueError(bad("method", plan.settings.method_name, f'certified with record = "{self}"'))
         for name in ("eps", "eta", "section_phase"):
-            if name in varied or (name == "eps" and plan.scalars[name] != 0.0):
-                value = varied[name].tolist() if name in varied else plan.scalars[name]
+            value = plan.written(name)
+            if name in plan.varied or (name == "eps" and value != 0.0):
                 allowed = "left out" if name == "eps" else "one number"
                 raise ValueError(bad(name, value, f"{allowed}, because every disturbance is considered"))
 

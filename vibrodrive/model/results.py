@@ -6,6 +6,7 @@ import copy
 import functools
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -16,16 +17,16 @@ from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import counted, html_table, numbers, share_computed, span
 from vibrodrive.model.drawing import documented
-from vibrodrive.model.names import Settings
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import as_number, bad, did_you_mean, real_number, unknown, with_sentences
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
-from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, SECTIONS, Quantity, length_along, row_of
-from vibrodrive.model.records import ERROR, RECORDS, SECTION, Records, quantities
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, SECTIONS, length_along, row_of
+from vibrodrive.model.records import ERROR, RECORDS, SECTION, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.slips import warn
 from vibrodrive.model.statuses import Statuses, count_statuses
+from vibrodrive.model.variables import constants
 
 if TYPE_CHECKING:
     import pandas
@@ -127,24 +128,10 @@ class Results:
 
     _dimensionless = False
 
-    def __init__(
-        self,
-        axes: Mapping[str, np.ndarray],
-        scalars: Mapping[str, float],
-        settings: Settings,
-        source: Mapping[str, np.ndarray] | Read,
-        title: str = "",
-        *,
-        record: Records = (SECTION,),
-        points: Mapping[str, np.ndarray] | None = None,
-        stored: tuple[Quantity, ...] | None = None,
-    ) -> None:
-        self.record = record
-        self.quantities = quantities(record) if stored is None else stored
-        self.points = dict(points or {})
-        self.axes = dict(axes)
-        self.scalars = dict(scalars)
-        self.settings = settings
+    def __init__(self, plan: Plan, source: Mapping[str, np.ndarray] | Read, title: str = "") -> None:
+        self._plan = plan
+        self.record, self.quantities, self.settings = plan.record, plan.quantities, plan.settings
+        self.axes, self.scalars, self.points = dict(plan.axes), dict(plan.scalars), dict(plan.together)
         self.title = title
         self._origin: Any = None  # of results in a file: its configuration (Origin of store/layout.py)
         self._damaged: Collection[int] = ()  # damaged blocks of the file that the arrays read so far have shown
@@ -153,7 +140,8 @@ class Results:
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave functions of the record out, as a file does. Who reads a pickle need not have them."""
-        return self.__dict__ | {"record": tuple(one.bare() if isinstance(one, Own) else one for one in self.record)}
+        bare = tuple(one.bare() if isinstance(one, Own) else one for one in self.record)
+        return self.__dict__ | {"record": bare, "_plan": replace(self._plan, record=bare)}
 
     @classmethod
     def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
@@ -193,15 +181,7 @@ class Results:
         arrays["switches"] = np.empty((*shape, 5), np.int64)
         if plan.sectioned:
             arrays["section"] = np.empty((*shape, periods, 2))
-        return cls.of(plan, arrays)
-
-    @classmethod
-    def of(cls, plan: Plan, source: Mapping[str, np.ndarray] | Read, title: str = "") -> Results:
-        """Return the results of a plan. `source` contains the arrays, or is a function that reads them."""
-        return cls(
-            plan.axes, plan.scalars, plan.settings, source, title,
-            record=plan.record, points=plan.together, stored=plan.stored,
-        )  # fmt: skip
+        return cls(plan, arrays)
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, np.ndarray]:
         """Return (section, status, margin, switches) of the points `start` to `stop` - 1: views with a row for each
@@ -259,12 +239,12 @@ class Results:
     @property
     def shape(self) -> tuple[int, ...]:
         """Lengths of the axes."""
-        return tuple(len(a) for a in self.axes.values())
+        return self._plan.shape
 
     @property
     def plan(self) -> Plan:
         """The plan of the sweep (model/plan.py), in blocks of the usual size."""
-        return Plan(self.axes, self.scalars, self.settings, None, self.record, self.points, self.quantities)
+        return replace(self._plan, tiling=None, stored=self.quantities)
 
     @property
     def section(self) -> np.ndarray:
@@ -342,22 +322,16 @@ class Results:
             named = f", or a value by the name of its axis, such as {next(iter(self.axes), 'A')}={method!r}"
             raise ValueError(bad("method", method, '"nearest"' + ("" if values else named)))
         reach = _reach(method, tolerance)
-        index: list[Any] = [slice(None)] * len(self.axes)
-        axes, scalars, points = dict(self.axes), dict(self.scalars), dict(self.points)
+        index = {}
         for name, value in values.items():
             if name not in self.axes:
                 raise ValueError(bad("axis", name, "one of " + ", ".join(self.axes)))
-            chosen = _place(name, self.axes[name], value, reach)
-            index[list(self.axes).index(name)] = chosen
-            along = {name: axes.pop(name)}
-            if name == POINT:
-                along, points = points, {}
-            scalars |= {key: float(there[chosen]) for key, there in along.items()}
-        at = tuple(index)
-        part = Results(
-            axes, with_A_and_B(scalars), self.settings, functools.partial(_read_part, self._source, at), self.title,
-            record=self.record, points=points, stored=self.quantities,
-        )  # fmt: skip
+            index[name] = _place(name, self.axes[name], value, reach)
+        variables = {name: variable.at(index) for name, variable in self._plan.variables.items()}
+        scalars = {name: float(variable.values) for name, variable in variables.items() if not variable.dimension}
+        plan = replace(self.plan, variables=variables | constants(with_A_and_B(scalars)))
+        at = tuple(index.get(name, slice(None)) for name in self.axes)
+        part = Results(plan, functools.partial(_read_part, self._source, at), self.title)
         part._dimensionless, part._damaged = self._dimensionless, self._damaged
         part._arrays.update({name: array[at] for name, array in self._arrays.items()})
         return part
@@ -370,14 +344,12 @@ class Results:
 
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units over the axes; one that changes nothing without a scene."""
-        along = dict(zip(self.axes, np.ix_(*self.axes.values()), strict=True))
-        points = {name: values.reshape(along[POINT].shape) for name, values in self.points.items()}
-        return measure(row_of(self.quantities, quantity), self.scalars | along | points, self._dimensionless)
+        return measure(row_of(self.quantities, quantity), self._plan.grid(), self._dimensionless)
 
     @property
     def varied(self) -> dict[str, np.ndarray]:
         """Values of all parameters and quantities of a scene that vary, along an axis or along `point`."""
-        return self.plan.varied
+        return self._plan.varied
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all arrays as an `xarray.Dataset`, named as in the files. This needs the extra `data`.
@@ -547,7 +519,7 @@ class Results:
         return f"<{type(self).__name__} of {of}, {computed}: {'; '.join(filter(None, others))}>"
 
     def _repr_html_(self) -> str:
-        fixed = numbers({name: value for name, value in self.scalars.items() if name not in self.axes})
+        fixed = numbers(self.scalars)
         rows = [("title", self.title), *self._described().items(), ("fixed", fixed)]
         return html_table(type(self).__name__, rows)
 

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN
+from vibrodrive.model.variables import POINT
 
 GIVE_A_AND_B = ("a0", "omega0", "frequency", "mu", "alpha")
 NOTHING: Mapping[str, Any] = {}
@@ -36,7 +37,8 @@ def slip(points: Iterable[tuple[float, float, float, float]], known: Mapping[str
 
 def names_scene(written: Mapping[str, Any], plan: Any) -> bool:
     """Return whether a call gives a quantity of a scene itself. A `Scene` has judged its own when it was made."""
-    return any(written.get(name) is not None or name in plan.together for name in SCENE)
+    together = POINT in plan.axes
+    return any(written.get(name) is not None or (together and name in plan.together) for name in SCENE)
 
 
 def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
@@ -44,15 +46,15 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
 
     `of_scene` states whether A and B, or the quantities of a scene that give them, are judged by `slip`.
     """
-    import numpy as np
-
     said = []
     for name, axis in plan.axes.items():
+        import numpy as np
+
         rising = np.sort(axis)
         if len(axis) > 1 and (rising[1:] == rising[:-1]).any():  # `unique` alone takes 5 % of a short sweep
             values, counts = np.unique(axis, return_counts=True)
             said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
-    given: dict[str, Any] = {**plan.scalars, **plan.varied}
+    given = plan.values
     (eps, most), (slowest, eta) = _ends(given["eps"]), _ends(given["eta"])
     if of_scene:
         said += slip(plan.ends(), given)

@@ -7,9 +7,10 @@ import numpy as np
 
 from vibrodrive.model.config import HOMES
 from vibrodrive.model.names import SCENE
-from vibrodrive.model.plan import POINT, Plan, idle
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import RECORDS
 from vibrodrive.model.spacing import geometric
+from vibrodrive.model.variables import POINT
 
 FEW = 3  # an axis of up to this number of values is written as a list, because a range would not be shorter
 
@@ -21,20 +22,17 @@ def as_toml(plan: Plan) -> str:
 
     The text contains all settings in use, so that a later version with other defaults reads the same plan.
     """
-    s, scene = plan.settings, {*SCENE} & {*plan.scalars, *plan.varied}
+    s, scene = plan.settings, {*SCENE} & {*plan.variables}
     follows = {"B", *(["A"] if "a0" in scene else [])} if scene else set()
-    left = {*plan.axes, *follows, *idle(s.method)}
+    left = {*follows, *s.idle}
     numbers = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
     known = [str(one) for one in plan.record if one in RECORDS]
     said = numbers | s.words | ({"record": known} if known else {})
     homes = ({"physical": tuple(SCENE)} if scene else {}) | HOMES
     tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in homes.items()}
-    together = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
-    tables["sweep"] = {name: _axis(values) for name, values in plan.axes.items() if name != POINT}
-    if POINT in plan.axes:
-        order = ["points" if name == POINT else name for name in plan.axes]
-        points = tables["sweep"] | {"points": f"{{{together}}}"}
-        tables["sweep"] = {name: points[name] for name in order}
+    points = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
+    axes = {name: _axis(values) for name, values in plan.axes.items()} | ({POINT: f"{{{points}}}"} if points else {})
+    tables["sweep"] = {"points" if name == POINT else name: text for name, text in axes.items()}
     at: set[str] = set()  # each parameter is given once, in the first table that may have it
     lines = ["# made from the arguments of vd.sweep"]
     lines += [

@@ -45,9 +45,9 @@ from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import Axis, Machine, takes
 from vibrodrive.model.names import SCENE
-from vibrodrive.model.parameters import bad, bad_axes, real_number
+from vibrodrive.model.parameters import bad, bad_axes, check, real_number
 from vibrodrive.model.physical import AMPLITUDES, INCLINES, Scene, amplitude_axis, scene_of, with_A_and_B
-from vibrodrive.model.plan import Plan, check_at, make_plan, of_motion
+from vibrodrive.model.plan import Plan, make_plan, of_motion
 from vibrodrive.model.slips import slip, warn
 from vibrodrive.model.spacing import geometric
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
@@ -262,7 +262,7 @@ def check_range(name: str, value: Any) -> tuple[float, float]:
         first, last = value
     except (TypeError, ValueError):
         raise TypeError(bad(name, value, allowed)) from None
-    low, high = check_at(name, first, name), check_at(name, last, name)
+    low, high = check(name, first), check(name, last)
     if not low < high:
         raise ValueError(bad(name, (first, last), allowed))
     return low, high

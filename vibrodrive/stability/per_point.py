@@ -6,13 +6,11 @@ an interruption. This module yields the same blocks as `run_blocks` of batch/swe
 
 from __future__ import annotations
 
-import keyword
-from collections.abc import Callable, Collection, Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 from pickle import PicklingError
-from unicodedata import normalize
 
 import numpy as np
 
@@ -25,14 +23,14 @@ from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.own import Own, told
-from vibrodrive.model.parameters import COLUMNS, bad, unknown
-from vibrodrive.model.physical import UNITS, column
+from vibrodrive.model.parameters import COLUMNS, bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
 from vibrodrive.model.records import IMPACTS, IMPULSES, SECTION, functions
 from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
+from vibrodrive.model.variables import along, constants
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.limit import LimitSearch
@@ -148,7 +146,8 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
 
 def motion_at(plan: Plan, at: int, halt: Halt | None = None) -> Trajectory:
     """Return the motion at a point of a plan, computed as by `simulate`."""
-    return follow(Plan({}, dict(zip(COLUMNS, plan.points(at, at + 1)[0].tolist(), strict=True)), plan.settings), halt)
+    point = dict(zip(COLUMNS, plan.points(at, at + 1)[0].tolist(), strict=True))
+    return follow(Plan(constants(point), plan.settings), halt)
 
 
 def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
@@ -177,36 +176,15 @@ def with_names(plan: Plan) -> Plan:
 
     Raises ValueError if a function raises at all points, with its first exception, and if a name is not usable.
     """
-    if all(own.returned for own in functions(plan.record)):
+    if all(one.returned for one in plan.record if isinstance(one, Own)):
         return plan
-    named: list[str] = []
-    record = []
+    taken, record = {*TAKEN, *plan.axes, *plan.together}, []
     for one in plan.record:
         if isinstance(one, Own):
-            one = one.returning(_first_names(plan, one))
-            for name in one.rows.keys() - {"", *one.returned}:
-                raise ValueError(unknown(f"name in the units and labels of {one}", name, one.returned))
-            for name in one.returned:
-                _check_name(one, name, {*named, *plan.axes, *plan.together})
-                named.append(name)
-            for q in one.quantities:
-                unit = UNITS[q.scales].si if q.scales else q.unit
-                if (title := column(q.name, unit)) != q.name and title in one.returned:
-                    told = f"another name than {title!r}, the column of {q.name!r} with its unit"
-                    raise ValueError(bad(f"a name of {one}", title, told))
+            one = one.returning(_first_names(plan, one), taken)
+            taken.update(one.returned)
         record.append(one)
     return replace(plan, record=tuple(record))
-
-
-def _check_name(own: Own, name: str, others: Collection[str]) -> None:
-    """Refuse a name of a number that results or files could not have. Raises ValueError."""
-    if not name.isidentifier() or keyword.iskeyword(name) or name.startswith("_") or name != normalize("NFKC", name):
-        allowed = "a name as of a variable in Python, such as settling_time"
-    elif name in TAKEN or name in others:
-        allowed = "a name of its own, such as settling_time, because this one is taken"
-    else:
-        return
-    raise ValueError(bad(f"a name of {own}", name, allowed))
 
 
 def _first_names(plan: Plan, own: Own) -> list[str]:
@@ -242,6 +220,7 @@ def load_kernels(plan: Plan) -> None:
                 one.numbers(motion)
         return
     sought = {plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])} if plan.seeks else {}
-    sweep.load_kernels(replace(plan, axes={**plan.axes, **sought}, settings=short, record=(SECTION, IMPACTS)))
+    variables = {**plan.variables, **along(plan.sought, sought)}
+    sweep.load_kernels(replace(plan, variables=variables, settings=short, record=(SECTION, IMPACTS)))
     if not plan.seeks:
         find_tolerated(2.0, 0.1, ImpactCycle(np.ones(1), np.zeros(1), np.ones(1)))

@@ -44,7 +44,7 @@ def compare(stored: Plan, plan: Plan) -> list[str]:
 
 
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
-    scalars = {k: np.asarray(v) for k, v in plan.scalars.items() if k not in plan.axes}
+    scalars = {name: np.asarray(value) for name, value in plan.scalars.items()}
     together = {f"points.{name}": values for name, values in plan.together.items()}
     settings = settings_in_words(plan) | {"record": ", ".join(one.outline for one in plan.record)}
     return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings.items()}

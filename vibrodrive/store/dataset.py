@@ -11,10 +11,10 @@ import numpy as np
 from vibrodrive.batch.frames import made_of
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import column
-from vibrodrive.model.plan import POINT
 from vibrodrive.model.quantities import IMPACT_POWER, Quantity, values_of
 from vibrodrive.model.records import IMPACTS, SECTION
 from vibrodrive.model.results import Results
+from vibrodrive.model.variables import POINT
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 

@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 from vibrodrive.model.names import NAMES, SCENE
-from vibrodrive.model.plan import Plan, idle
+from vibrodrive.model.plan import Plan
 
 MOTION = (
     "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
@@ -27,7 +27,7 @@ MODEL = (
 
 def plain(plan: Plan) -> dict[str, Any]:
     """Return the values common to all motions of a plan, by name: parameters that are not an axis, and settings."""
-    left = {*plan.axes, *([plan.sought] if plan.seeks else [])}
+    left = [plan.sought] if plan.seeks else []
     scalars = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
     return scalars | settings_in_words(plan)
 
@@ -40,7 +40,7 @@ def settings_in_words(plan: Plan) -> dict[str, Any]:
 def acting(plan: Plan) -> dict[str, Any]:
     """Return the values of `plain` that affect a motion: dtau and tol if the method uses them, eta if ε may be > 0."""
     values = plain(plan)
-    left = {*idle(plan.settings.method), *(["eta"] if values.get("eps") == 0.0 else [])}
+    left = {*plan.settings.idle, *(["eta"] if values.get("eps") == 0.0 else [])}
     return {name: value for name, value in values.items() if name not in left}
 
 

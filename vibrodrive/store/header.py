@@ -9,7 +9,7 @@ import os
 import re
 import stat
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,11 +21,12 @@ from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.choices import Method
 from vibrodrive.model.names import AXES, NAMES, Settings
 from vibrodrive.model.own import Own
-from vibrodrive.model.parameters import check, check_count, has_control
-from vibrodrive.model.plan import POINT, Plan, make_plan
+from vibrodrive.model.parameters import Refusal, check, check_count, has_control
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.quantities import SCALES, Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
 from vibrodrive.model.size import refuse_large_reading
+from vibrodrive.model.variables import POINT
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
 from vibrodrive.store.layout import DIGESTS, NUMBER, SCHEMA, SWEEP, Origin, coordinates, digest, variables_of
@@ -79,7 +80,7 @@ def open_result(path: Path) -> Iterator[h5py.File]:
     Raises NoResult, Damaged if HDF5 cannot interpret the bytes, and OSError if the system refuses to read them.
     """
     if (what := special(path)) is not None:  # raises OSError for a missing file
-        raise NoResult(f"{path}: must be a result file, but is {what}")
+        raise no_result(path, f"must be a result file, but is {what}")
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)
     try:
@@ -87,10 +88,8 @@ def open_result(path: Path) -> Iterator[h5py.File]:
             start = bytearray(len(SIGNATURE))
             if content.readinto(start) < len(start) or start != SIGNATURE:
                 if path.suffix == ".toml":
-                    raise NoResult(
-                        f"{path}: not a result file; `vibrodrive sweep {path} --plot` computes and draws one"
-                    )
-                raise NoResult(f"{path}: not a result file (not HDF5, or its beginning is damaged)")
+                    raise no_result(path, f"not a result file; `vibrodrive sweep {path} --plot` computes and draws one")
+                raise no_result(path, "not a result file (not HDF5, or its beginning is damaged)")
             access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
             with _opened(path, access) as file:
                 yield file
@@ -114,6 +113,11 @@ def unwritable(error: OSError, path: Path) -> Unwritable:
     return Unwritable(error.errno or errno.EIO, error.strerror or str(error), str(path))
 
 
+def no_result(path: str | Path, why: str) -> NoResult:
+    """Return the error for a file that is no result file of this version. Its refusal is about the path."""
+    return NoResult(Refusal(str(path), f": {why}"))
+
+
 def damaged(path: str | Path, what: str) -> Damaged:
     """Return the error for a result file that can be opened, but has a fault."""
     return Damaged(f"{path}: damaged ({what}); {RESTORE}")
@@ -122,7 +126,7 @@ def damaged(path: str | Path, what: str) -> Damaged:
 def rewritten(path: str | Path, what: str, readers: str = "h5py, xarray and other programs for HDF5") -> NoResult:
     """Return the error for a file that another program has written anew from one of this program."""
     told = f"rewritten by another program ({what}): its numbers can be read by {readers}, but it cannot be resumed"
-    return NoResult(f"{path}: {told}")
+    return no_result(path, told)
 
 
 @contextlib.contextmanager
@@ -175,7 +179,7 @@ def check_kind(file: h5py.File) -> None:
     path = file.filename
     with interpreting(path):
         if not is_ours(file):
-            raise NoResult(f"{path}: not a result file of vibrodrive")
+            raise no_result(path, "not a result file of vibrodrive")
         if (kind := attribute(file, "kind")) != SWEEP:
             raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
         if lacking := [name for name in NEEDED if name not in file.attrs]:
@@ -193,8 +197,8 @@ NEEDED = (SCHEMA, "title", "config", "overrides", "versions", "plan", "plan_sha2
 def of_another_version(file: h5py.File, what: str) -> NoResult:
     """Return the error for a sound file with contents that only another version reads."""
     made = versions_of(file)["vibrodrive"]
-    return NoResult(
-        f"{file.filename}: {what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
+    return no_result(
+        file.filename, f"{what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
     )
 
 
@@ -235,7 +239,7 @@ def read_header(file: h5py.File) -> Header:
         except NO_PLAN as error:
             raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
         origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides", list)), _text(file, "title"))
-        return Header(plan, origin, versions_of(file), how_rewritten(file, plan))
+        return Header(plan, origin, versions_of(file), how_rewritten(offsets(file, plan)))
 
 
 NO_PLAN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
@@ -267,7 +271,7 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
     whole = all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True)))
     if not whole:
         raise ValueError(f"tiling = {tiling} of {plan.shape}")
-    return replace(plan, scalars=plan.scalars | exact, tiling=tiling or None, stored=stored)
+    return replace(plan.having(exact), tiling=tiling or None, stored=stored)
 
 
 def _text(file: h5py.File, name: str) -> str:
@@ -330,19 +334,27 @@ def _values(file: h5py.File, name: str, length: int) -> np.ndarray:
     return np.asarray(data[...])
 
 
-def how_rewritten(file: h5py.File, plan: Plan) -> str:
-    """Return how the variables of a file differ from those of this program, although all can be read; "" if they do
-    not. Raises NoResult if one cannot be read."""
-    found = ""
+def offsets(file: h5py.File, plan: Plan) -> dict[Quantity, list[int | None]]:
+    """Return where the values and the digests of each variable begin, None where they have chunks or filters.
+
+    Raises NoResult if one cannot be read.
+    """
+    places: dict[Quantity, list[int | None]] = {}
+    blocks = (len(plan.blocks()),)
     for v in variables_of(plan):
-        for name, dtype, shape in (
-            (v.variable, v.dtype, layout.shape_of(v, plan)), (digests_of(v), "<u8", (len(plan.blocks()),)),
-        ):  # fmt: skip
+        shape = layout.shape_of(v, plan)
+        for name, dtype, wanted in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", blocks)):
             data = variable(file, name)
-            if data.dtype != np.dtype(dtype) or data.shape != shape:
+            if data.dtype != np.dtype(dtype) or data.shape != wanted:
                 raise damaged(file.filename, f"{name}: wrong shape or data type")
-            found = found or ("" if data.id.get_offset() else f"{name} has chunks or filters")
-    return found
+            places.setdefault(v, []).append(data.id.get_offset())
+    return places
+
+
+def how_rewritten(places: Mapping[Quantity, Sequence[int | None]]) -> str:
+    """Return how variables with these `offsets` differ from those of this program; "" if they do not."""
+    names = (name for v, at in places.items() for name, k in zip((v.variable, digests_of(v)), at, strict=True) if not k)
+    return next((f"{name} has chunks or filters" for name in names), "")
 
 
 def digests_of(quantity: Quantity) -> str:

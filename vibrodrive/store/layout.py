@@ -25,10 +25,11 @@ from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Status
 from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
-from vibrodrive.model.plan import POINT, Plan
+from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import POINTS, STATUS, SWITCHES, Quantity, length_along
 from vibrodrive.model.records import SECTION, functions
 from vibrodrive.model.states import State
+from vibrodrive.model.variables import POINT
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import comment, plain
 from vibrodrive.version import __version__
@@ -129,23 +130,24 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin) -> None:
 
     All points have the status NOT_COMPUTED. Other values are 0 until they are written.
     """
+    variables, flags, attributes = variables_of(plan), flags_of(plan), _attributes(plan, origin)
+    points, numbers = (*axes_of(plan),), np.arange(len(plan.blocks()))
     for name, values in coordinates(plan).items():
         netcdf.dimension(file, name, values, *meaning_of(name))
     for name, values in plan.together.items():
         netcdf.variable(file, name, (POINT,), values.dtype, meaning_of(name))[...] = values
     netcdf.describe(file["state"], flags_of_states())
     digests = netcdf.group(file, DIGESTS)
-    netcdf.dimension(digests, "block", np.arange(len(plan.blocks())), "number of a block of points", "1")
-    for q in variables_of(plan):
-        names = (*axes_of(plan), *([q.along] if q.along else []))
-        fill = q.fill if q is STATUS else None
+    netcdf.dimension(digests, "block", numbers, "number of a block of points", "1")
+    for q in variables:
+        names, fill = (*points, *([q.along] if q.along else [])), q.fill if q is STATUS else None
         data = netcdf.variable(file, q.variable, names, q.dtype, (q.meaning, q.unit), fill)
         if plan.together:
             netcdf.describe(data, {"coordinates": " ".join(plan.together)})
         netcdf.variable(digests, q.variable, ("block",), "<u8", (f"BLAKE2b of the blocks of {q.variable}", "1"))
-    for name, flags in flags_of(plan).items():
-        netcdf.describe(file[name], flags)
-    netcdf.describe(file, _attributes(plan, origin))
+    for name, about in flags.items():
+        netcdf.describe(file[name], about)
+    netcdf.describe(file, attributes)
 
 
 def flags_of_states() -> dict[str, Any]:
@@ -186,7 +188,7 @@ def meaning_of(name: str) -> tuple[str, str]:
 
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     """Return the root attributes. They contain no date, so that two runs of one configuration give equal files."""
-    scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
+    scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items()}
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     parts["tiling"] = plan.chunk
     if plan.record != (SECTION,):

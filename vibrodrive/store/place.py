@@ -68,12 +68,12 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except Damaged:
         raise
     except NoResult as error:
-        why, advice = str(error).removeprefix(f"{path}: "), "choose another file, or overwrite this one"
+        advice = "choose another file, or overwrite this one"
         try:
             refuse_foreign(path)
         except NoResult:
             advice = "choose another file, because only result files are overwritten"
-        raise ConfigError(f"{role} = {str(path)!r}: {why}; {advice}") from None
+        raise ConfigError(error.args[0].at(f"{role} = {str(path)!r}") + f"; {advice}") from None
 
 
 def refuse_foreign(path: Path) -> None:
@@ -81,7 +81,7 @@ def refuse_foreign(path: Path) -> None:
 
     A damaged file may be replaced if it can be recognised. Call this function again directly before a file is replaced.
     """
-    from vibrodrive.store.header import interpreting, is_ours, open_result
+    from vibrodrive.store.header import interpreting, is_ours, no_result, open_result
 
     if not path.exists():
         return
@@ -91,7 +91,7 @@ def refuse_foreign(path: Path) -> None:
     except NoResult as error:
         raise NoResult(f"{error}; only result files are overwritten") from None
     if not ours:
-        raise NoResult(f"{path}: not a result file of vibrodrive; only result files are overwritten")
+        raise no_result(path, "not a result file of vibrodrive; only result files are overwritten")
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:

@@ -44,7 +44,7 @@ def read(file: h5py.File) -> Results:
     header = read_header(file)
     plan, damaged = header.plan, dict[int, str]()
     source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, header.rewritten, damaged)
-    results = Results.of(plan, source, header.origin.title)
+    results = Results(plan, source, header.origin.title)
     results._origin, results._damaged = header.origin, damaged
     return results
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import errno
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,16 +23,15 @@ from vibrodrive.store.draft import draft_of, drafted
 from vibrodrive.store.header import (
     damaged,
     damaged_descriptions,
-    digests_of,
     how_rewritten,
+    offsets,
     open_result,
     read_header,
     rewritten,
     unwritable,
-    variable,
     versions_of,
 )
-from vibrodrive.store.layout import Origin, Progress, quiet, variables_of
+from vibrodrive.store.layout import Origin, Progress, quiet
 from vibrodrive.store.lock import WRITING, Lock
 from vibrodrive.store.place import refuse_foreign
 
@@ -61,11 +60,8 @@ class Writer:
         self.done, self.repaired = np.zeros(len(self._blocks), bool), dict[int, str]()
         with open_result(path) as file:
             self.made_by = versions_of(file)["vibrodrive"]
-            self._rewritten = how_rewritten(file, plan)
-            self._at = {
-                q: [variable(file, name).id.get_offset() for name in (q.variable, digests_of(q))]
-                for q in variables_of(plan)
-            }
+            self._at: dict[Quantity, list[Any]] = offsets(file, plan)
+        self._rewritten = how_rewritten(self._at)
 
     def missing(self) -> list[int]:
         """Return the indices into plan.blocks() of the missing blocks."""
