@@ -101,13 +101,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("function", nargs="?", default="machine:scan", help="module:function (machine:scan)")
     parser.add_argument("-o", "--output", type=Path, default=Path("answers.json"), help="the answers file")
-    parser.add_argument("--levels", nargs="+", type=int, default=[1, 2, 3])
+    parser.add_argument("--levels", nargs="+", type=int, choices=(1, 2, 3), default=[1, 2, 3])
+    parser.error = lambda message: parser.exit(2, f"machine.py: {message}\n")  # type: ignore[method-assign]
     options = parser.parse_args()
     module, _, name = options.function.partition(":")
-    first_zero = getattr(importlib.import_module(module), name)
-    paths = [
-        p for level in options.levels for p in sorted((Path(__file__).parent / "cases" / f"level{level}").iterdir())
-    ]
+    try:
+        first_zero = getattr(importlib.import_module(module), name)
+        options.output.touch()
+    except (ImportError, AttributeError, TypeError, ValueError, OSError) as error:
+        parser.error(str(error))
+    paths = sorted(Path(__file__).parent.glob(f"cases/level[{''.join(map(str, options.levels))}]/*"))
     answers = {p.stem: answer(json.loads(p.read_text(encoding="utf-8")), first_zero) for p in paths}
     sent = {"solver": options.function, "version": "", "settings": "", "answers": answers}
     options.output.write_text(json.dumps(sent) + "\n", encoding="utf-8")

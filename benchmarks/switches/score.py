@@ -169,7 +169,9 @@ def main() -> int:
     parser.add_argument("--cases", type=Path, default=Path(__file__).parent / "cases", help="the folder of the cases")
     parser.add_argument("--brief", action="store_true", help="print only the table, not each case")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="also write the verdicts to this file as JUnit XML")
-    parser.add_argument("--levels", nargs="+", type=int, default=[0, 1, 2, 3], help="judge only these levels")
+    levels = (0, 1, 2, 3)
+    parser.add_argument("--levels", nargs="+", type=int, choices=levels, default=levels, help="judge only these levels")
+    parser.error = lambda message: parser.exit(2, f"score.py: {message}\n")  # type: ignore[method-assign]
     help_under = "exit with 1 if less than this share of the judged cases is right"
     parser.add_argument("--fail-under", type=float, default=0.0, metavar="PERCENT", help=help_under)
     options, lines, what = parser.parse_args(), [], "not readable as answers"
@@ -185,7 +187,7 @@ def main() -> int:
         cases = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(path.glob("*/*.json"))]
         known = {case["id"] for case in cases}
         cases = [case for case in cases if case["level"] in options.levels]
-        if not any(case["level"] in options.levels for case in cases):
+        if not cases:
             raise ValueError("there are none")
         results = {case["id"]: judge(case, answers.get(case["id"])) for case in cases}
         for name, r in () if options.brief else results.items():

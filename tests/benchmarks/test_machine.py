@@ -18,6 +18,26 @@ def test_machine_answers_the_motions_of_the_set(level, least):
     assert set(verdicts) <= {"right", "missed"}
 
 
+@pytest.mark.parametrize(
+    ("main", "arguments", "words"),
+    [
+        (machine.main, ["nothere:f"], "No module named 'nothere'"),
+        (machine.main, ["benchmarks.switches.machine:nothere"], "has no attribute 'nothere'"),
+        (machine.main, ["benchmarks.switches.machine:scan", "-o", "nowhere/a.json"], "nowhere/a.json"),
+        (machine.main, ["--levels", "0"], "--levels: invalid choice: 0"),
+        (score.main, ["answers.json", "--levels", "7"], "--levels: invalid choice: 7"),
+        (score.main, [], "answers"),
+    ],
+)
+def test_mistakes_are_one_line_and_code_2(monkeypatch, capsys, main, arguments, words):
+    monkeypatch.setattr(sys, "argv", ["tool.py", *arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert (end.value.code, out, err.count("\n")) == (2, "", 1), err
+    assert words in err
+
+
 def test_machine_is_short_and_the_archive_is_complete_and_the_same_each_time(tmp_path, monkeypatch):
     assert len((archive.HERE / "machine.py").read_text().splitlines()) <= 120
     for name in ("a", "b"):

@@ -67,7 +67,7 @@ def numbered_rows(path: Path) -> list[tuple[int, dict[str, str]]]:
     if len(names) == 1 and (other := re.search(r"[;\t ]", names[0])):
         raise ConfigError(f"{path}: {bad('separator', other[0], 'a comma')}")
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise ConfigError(f"{path}: {bad('columns', ', '.join(names), f'different, but {twice} is there twice')}")
+        raise ConfigError(f"{path}: {bad('columns', ', '.join(names), f'different names, but {twice} is there twice')}")
     for number, cells in lines[1:]:
         if len(cells) != len(names):
             allowed = f"{len(names)} cells, as in the first line"
