@@ -13,7 +13,7 @@ from vibrodrive.model.physical import Scene
 from vibrodrive.periodic import bifurcations as orbit_bifurcations
 from vibrodrive.periodic.bifurcations import Search, bifurcations, gap_between, spread
 from vibrodrive.periodic.continuation import Continuation
-from vibrodrive.periodic.family import family, traces
+from vibrodrive.periodic.family import Family, family, traces
 from vibrodrive.periodic.search import orbits
 
 pytestmark = pytest.mark.jit  # hundreds of searches
@@ -209,6 +209,13 @@ def test_branches_of_a_diagram_are_close_to_their_orbits_beside_a_bifurcation():
             phases = np.sort(exact.phases)
             away = np.abs(phases - np.sort(b.orbit.phases)).max()
             assert line == pytest.approx(phases, abs=0.2 * away + 3e-5), middle
+
+
+def test_two_orbits_of_one_name_are_two_branches():
+    one, *_ = orbits(3.04)
+    twin = replace(one, phases=one.phases + 0.01)
+    drawn = Family(np.array([1.0, 2.0, 3.0]), 0.1, 2, [[one, twin], [one, twin], [one]], [])
+    assert [(b.A.tolist(), b.orbits) for b in drawn.branches()] == [([1, 2, 3], [one] * 3), ([1, 2], [twin] * 2)]
 
 
 def test_touching_orbit_on_the_level_changes_once():
