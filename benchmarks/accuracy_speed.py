@@ -5,7 +5,7 @@ starts from rest at A = 3.04, undisturbed (ε = 0) and with the paper's disturba
 switch, its error is the largest error of a switching time. If a setting misses a switch, or reports a switch that does
 not exist, no error is defined. Then the number of periods up to the first difference is stored instead.
 
-With `--set KEY=VALUE` or a configuration it measures and draws that motion instead (own_scene.py), without mpmath.
+With `--set KEY=VALUE` or a configuration it measures and draws that motion instead (own_scene.py).
 """
 
 import argparse
@@ -14,7 +14,6 @@ import itertools
 import json
 import math
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,19 +22,13 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks import own_scene
-from benchmarks.common import RESULTS, TWO_PI, paired, say, truth, write
+from benchmarks.common import RESULTS, Found, compare, paired, say, simulated, true_switches, write
 from benchmarks.switches import solvers
 from benchmarks.switches.model import STATES
 from benchmarks.switches.run import timed
 
-with suppress(ImportError):  # a scene of one's own needs no mpmath
-    from tests.exact.reference import mp
-
 A, EPS, PERIODS = 3.04, (0.0, 2e-4), 200
-CLOSE = 1.0  # two switches correspond if their states are equal and their τ differ by at most this (rad)
 LANES = 1024  # number of motions of the sweep in `sweep_seconds`
-
-Found = list[tuple[Any, int, int]]  # for each switch: τ, state before, state after
 
 
 def decades(largest: int, smallest: int, each: int = 2) -> list[float]:
@@ -76,34 +69,10 @@ def methods(eps: float) -> Iterator[Method]:
     yield Method("time-stepping", "moreau_jean", "step", decades(-1, -6), {})
 
 
-def simulated(eps: float, periods: int, settings: dict[str, Any]) -> Found:
-    """Return the switches computed by the package. Each τ is a sum in 40 digits, so that the phase loses no digit."""
-    s = vd.simulate(A, eps=eps, transient=0, periods=periods, **settings).switches
-    exact = [2 * mp.pi * int(k) + mp.mpf(float(phase)) for k, phase in zip(s["period"], s["phase"], strict=True)]
-    return list(zip(exact, s["before"].tolist(), s["after"].tolist(), strict=True))
-
-
-def true_switches(eps: float) -> Found:
-    """Return the switches computed by the 50-digit reference."""
-    true = truth(A, eps, PERIODS)
-    exact = [2 * mp.pi * int(k) + phase for k, phase in zip(true.period, true.phase, strict=True)]
-    return [(tau, *kinds) for tau, kinds in zip(exact, true.kinds, strict=True)]
-
-
-def compare(true: Found, found: Found) -> tuple[float | None, float]:
-    """Return the largest error of a τ (None if a switch is wrong), and the number of periods without a difference."""
-    pairs = [(abs(mp.mpf(b[0]) - a[0]), a[1:] == b[1:]) for a, b in zip(true, found, strict=False)]
-    first = next((i for i, (error, same) in enumerate(pairs) if error > CLOSE or not same), len(pairs))
-    if first == len(true) == len(found):
-        return float(max(error for error, _ in pairs)), PERIODS
-    until = min(float(s[first][0]) for s in (true, found) if first < len(s)) / TWO_PI
-    return None, until
-
-
 def measure_package(eps: float, repeats: int, settings: dict[str, Any]) -> tuple[Found, float]:
     """Return the switches of one motion, and its CPU time in seconds."""
-    work = {"": lambda: vd.simulate(A, eps=eps, transient=0, periods=PERIODS, **settings)}
-    return simulated(eps, PERIODS, settings), paired(work, repeats)[""].seconds
+    motion = {"A": A, "eps": eps, "transient": 0, "periods": PERIODS} | settings
+    return simulated(**motion), paired({"": lambda: vd.simulate(**motion)}, repeats)[""].seconds
 
 
 def measure_solver(eps: float, module: Any, setting: dict[str, Any]) -> tuple[Found, float]:
@@ -127,11 +96,10 @@ def sweep_seconds(eps: float, repeats: int) -> float:
 
 def points(eps: float, quick: bool, only: str | None = None) -> Iterator[dict[str, Any]]:
     """Yield the measurement of each method, or `only` of one, at each setting."""
-    mp.dps = 40
-    true, repeats = true_switches(eps), 1 if quick else 5
+    true, repeats = true_switches(A, eps, PERIODS), 1 if quick else 5
 
     def point(name: str, setting: str, value: float | None, found: Found, seconds: float) -> dict[str, Any]:
-        error, until = compare(true, found)
+        error, until = compare(true, found, PERIODS)
         per_period = seconds / PERIODS
         shown = f"{error or math.nan:.1e}  {per_period:.1e} s  right for {until:.4g} periods"
         say(f"ε = {eps:g}  {name:20} {value or '':<9}  {shown}")

@@ -14,7 +14,7 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
@@ -29,6 +29,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numba.core.registry import cpu_target
 
+import vibrodrive as vd
+from vibrodrive import ETA
 from vibrodrive.model.plain import plain
 
 TWO_PI = 2.0 * math.pi
@@ -177,16 +179,51 @@ class Truth:
 
 
 @cache
-def truth(A: float, eps: float, periods: int) -> Truth:
+def truth(A: float, eps: float, periods: int, B: float = 0.1, eta: float = ETA) -> Truth:
     """Return the switches of the first `periods` periods from rest."""
     from tests.exact import reference as digits50  # needs mpmath, which only some benchmarks need
 
-    switches = digits50.reference(A, 0.1, eps, periods=periods).switches
+    switches = digits50.reference(A, B, eps, eta, periods=periods).switches
     return Truth(
         np.array([s.period for s in switches], dtype=np.int64),
         np.array([s.phase for s in switches], dtype=object),
         [(int(s.before), int(s.after)) for s in switches],
     )
+
+
+Found = list[tuple[Any, int, int]]  # for each switch: τ, state before, state after
+CLOSE = 1.0  # two switches correspond if their states are equal and their τ differ by at most this (rad)
+
+
+def found_switches(period: Iterable[int], phase: Iterable[Any], kinds: Iterable[tuple[int, int]]) -> Found:
+    """Return switches with each τ as a sum in 40 digits, so that the phase loses no digit."""
+    from tests.exact.reference import mp
+
+    with mp.workdps(40):
+        times = [2 * mp.pi * int(k) + mp.mpf(p) for k, p in zip(period, phase, strict=True)]
+    return [(tau, *kind) for tau, kind in zip(times, kinds, strict=True)]
+
+
+def true_switches(*arguments: Any) -> Found:
+    """Return the switches of the 50-digit reference, for the arguments of `truth`."""
+    true = truth(*arguments)
+    return found_switches(true.period, true.phase, true.kinds)
+
+
+def simulated(**arguments: Any) -> Found:
+    """Return the switches of `vd.simulate`."""
+    s = vd.simulate(**arguments).switches
+    return found_switches(s["period"], s["phase"].tolist(), zip(s["before"].tolist(), s["after"].tolist(), strict=True))
+
+
+def compare(true: Found, found: Found, periods: int) -> tuple[float | None, float]:
+    """Return the largest error of a τ (None if a switch is wrong), and the number of periods without a difference."""
+    pairs = [(abs(b[0] - a[0]), a[1:] == b[1:]) for a, b in zip(true, found, strict=False)]
+    first = next((i for i, (error, same) in enumerate(pairs) if error > CLOSE or not same), len(pairs))
+    if first == len(true) == len(found):
+        return float(max(error for error, _ in pairs)), periods
+    until = min(float(s[first][0]) for s in (true, found) if first < len(s)) / TWO_PI
+    return None, until
 
 
 # -- pictures ----------------------------------------------------------------------------------------------

@@ -10,8 +10,8 @@ from functools import cache
 from typing import Any
 
 import vibrodrive as vd
-from benchmarks.accuracy_speed import EPS, PERIODS, A, Found, Method, compare, methods, simulated
-from benchmarks.common import RESULTS, TWO_PI, arguments, say, write
+from benchmarks.accuracy_speed import EPS, PERIODS, A, Method, methods
+from benchmarks.common import RESULTS, TWO_PI, Found, arguments, compare, say, simulated, write
 from benchmarks.switches import motions, run, solvers
 from benchmarks.switches.model import IMPACT, REST, STATES, Point, force, force_rate, jit, start
 from benchmarks.switches.solvers.moreau_jean import advance
@@ -43,7 +43,7 @@ def true_events(eps: float) -> list[dict[str, Any]]:
 def found_by(solver: str | None, eps: float, setting: dict[str, Any]) -> Found:
     """Return the switches of the motion by a solver of the set, or by the package if `solver` is None."""
     if solver is None:
-        return simulated(eps, PERIODS, setting)
+        return simulated(A=A, eps=eps, transient=0, periods=PERIODS, **setting)
     point = Point(A, 0.1, eps, vd.ETA)
     return importlib.import_module(f"{solvers.__name__}.{solver}").events((0, 0, 0, TWO_PI * PERIODS), point, **setting)
 
@@ -90,7 +90,7 @@ def difference(true: Found, found: Found, events: list[dict[str, Any]], point: P
         largest of all events before
     took : duration of the state before the event, as reported
     """
-    n = next(i for i, (a, b) in enumerate(zip(true, found, strict=False)) if compare([a], [b])[0] is None)
+    n = next(i for i, (a, b) in enumerate(zip(true, found, strict=False)) if compare([a], [b], PERIODS)[0] is None)
     near = [float(e["nearest_other_zero"] or TWO_PI) for e in events]
     near[0] = float(true[1][0] - true[0][0])  # the nearest other zero is the start itself
     name, m = cause(true, found, near, n)
