@@ -84,7 +84,12 @@ Figs. 1 to 12. `--only fig07` computes one figure with its claims, `--only limit
 figNN is Fig. NN of the paper, *An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions*
 (1999), and the configuration of that name. *Reproduced with a correction* means that the claim holds in part, or with
 numbers or reasons that differ from those of the paper. *Contradicted* means that a number or a statement of the paper
-is wrong by more than another reading of it. *Not computed* claims are named, so that the list is complete.
+is wrong by more than another reading of it. *Not computed* claims are named, so that the list is complete. A claim is
+judged over the sample of its figure, all its values of A and all its periods; a row that takes another says which.
+
+Two rows rest on one hypothesis: that a zero is missing where Fig. 9b prints its step, 0.5. If it is, the claim about
+Fig. 9b holds, and contradicts that about Fig. 10, whose step is then beyond the limit. If it is not, the paper sees in
+Fig. 9b a limit near 0.5, to which 0.1 is “not yet critical”, and both claims fail together.
 
 The results use these terms. A *main impact* has no faster impact within half an excitation period before or after it.
 *The impacts are kept* if the main impacts of the disturbed motion follow each other in the order of the undisturbed

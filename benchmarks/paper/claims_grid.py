@@ -52,9 +52,9 @@ def band_beside_band(paper: Paper) -> Outcome:
         rows.append(f"{xi:.2g} and {dxi:.2g} at {name} = {motion.arguments['eps' if name == 'ε' else 'dtau']:g}")
     ratio = {key: numbers["Δτ"][key] / numbers["ε"][key] for key in ("xi", "dxi", "rho")}
     text = (
-        f"the mean widths of the band of ξ and of ξ' at one phase are {', and '.join(rows)}, with ratios of "
-        f"{ratio['xi']:.2g} and {ratio['dxi']:.2g}; the largest distance of the motion from the orbit as a curve is "
-        f"{numbers['ε']['rho']:.2g} under ε and {numbers['Δτ']['rho']:.2g} under Δτ"
+        f"over {len(physical.section)} periods the mean widths of the band of ξ and of ξ' at one phase are "
+        f"{', and '.join(rows)}, with ratios of {ratio['xi']:.2g} and {ratio['dxi']:.2g}; the largest distance of the "
+        f"motion from the orbit as a curve is {numbers['ε']['rho']:.2g} under ε and {numbers['Δτ']['rho']:.2g} under Δτ"
     )
     near = [0.5 < r < 2.0 for r in ratio.values()]
     return Outcome(text, numbers | {"ratio": ratio}, when(all(near), any(near)))
@@ -65,7 +65,8 @@ def step_lost(paper: Paper) -> Outcome:
     found, step = _structure(paper, "fig08", 1)
     arguments = paper.points("fig08", 2)[1]
     k = vd.limit(arguments["A"], "dtau", "fixed", "word", B=arguments["B"])
-    text = f"at Δτ = {step:g} {_answers(found, 'impacts', 'word')}; the least step that changes it is {k.k2:.4g}"
+    text = f"at Δτ = {step:g}, over {LONG} periods, {_answers(found, 'impacts', 'word')}"
+    text += f"; the least step that changes it is {k.k2:.4g}"
     return Outcome(text, {"dtau": step, "word": found.word, "k2_word": k.k2}, when(not (found.impacts and found.word)))
 
 
@@ -76,7 +77,7 @@ def step_multiple(paper: Paper) -> Outcome:
     distance = returning(motion.section, LAGS)
     m = int(distance.argmin()) + 1
     near = [c for c in convergents(arguments["dtau"], LAGS) if c.periods == m]
-    text = f"the motion nearly repeats after {m} periods, with a difference of {distance.min():.2g}"
+    text = f"over {LONG} periods the motion nearly repeats after {m}, with a difference of {distance.min():.2g}"
     text += f"; {near[0].steps}·Δτ differs from {m}·2π by {near[0].miss:+.2g}" if near else ""
     exact = int(period(motion.section)) > 1
     return Outcome(text, {"m": m, "distance": distance.min()}, when(exact, m > 1 and distance.min() < 0.05))
@@ -102,8 +103,8 @@ def near_limit(paper: Paper) -> Outcome:
     seen = band_of_motions("dtau", order_and_gaps(base), **point, method="fixed")
     still = [step for step, answer in k.kept_at.items() if answer and step > k.half_kept]
     text = (
-        f"at the step {PRINTED:g}, which is printed, {_answers(printed)}; at {arguments['dtau']:g}, most likely the "
-        f"step that is drawn, {_answers(drawn)}, with ρ = {drawn.rho:.2g}; the impacts are first lost at Δτ = "
+        f"at the step {PRINTED:g}, which is printed, {_answers(printed)}; at {arguments['dtau']:g}, with a zero "
+        f"more, {_answers(drawn)}, with ρ = {drawn.rho:.2g}; the impacts are first lost at Δτ = "
         f"{k.k2:.3g}, kept at less than half of the steps around from {k.half_kept:.3g} on, and still kept at "
         f"{listed(still)}; the order at the section is first lost at {seen.lost:.3g} and kept at less than half from "
         f"{seen.half_kept:.3g} on"
@@ -163,7 +164,7 @@ def not_yet_critical(paper: Paper) -> Outcome:
     exact = vd.sweep(A=results.axes["A"], **same, transient=s.transient, periods=s.periods)
     n = period(exact.section)
     seen = float(np.mean([order(exact.section[k, -m:], results.section[k]) for k, m in enumerate(n) if m > 0]))
-    step = results.scalars["dtau"]
+    step, drawn = results.scalars["dtau"], paper.points("fig09", 2)[1]["dtau"]
     landed = structures(paper, "fig10")
     around = [
         np.mean([bool(f.impacts) for f in structures(paper, "fig10", dtau=step * factor)]) for factor in AROUND_STEP
@@ -175,7 +176,8 @@ def not_yet_critical(paper: Paper) -> Outcome:
         f"{len(around)} steps from {step * AROUND_STEP[0]:.3g} to {step * AROUND_STEP[-1]:.3g} this share is between "
         f"{100 * min(around):.0f} % and {100 * max(around):.0f} %, with the median {100 * np.median(around):.0f} %; at "
         f"Δτ = {step:g} they are kept at {100 * low:.0f} % of the values with a period up to 3 ({shares(by_period)}); "
-        f"the order at the drawn section is kept at {100 * seen:.0f} % of all values"
+        f"the order at the drawn section is kept at {100 * seen:.0f} % of all values; this step is "
+        f"{step / PRINTED:.2g} times the one printed at Fig. 9b, and {step / drawn:.2g} times that with a zero more"
     )
     numbers: dict[str, Any] = {"share_kept": share, "share_kept_low_order": low, "share_kept_at_section": seen}
     numbers |= {"dtau_around": step * AROUND_STEP, "share_kept_around": around}

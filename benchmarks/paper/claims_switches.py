@@ -8,10 +8,8 @@ import numpy as np
 import vibrodrive as vd
 from benchmarks.paper.claim import Outcome, claim, when
 from benchmarks.paper.grids import METHODS, OVER_A, OVER_DTAU, ZEROS, failures_by_zeros
-from benchmarks.paper.motions import LONG, NotApplicable, Paper, without_grid
+from benchmarks.paper.motions import LONG, PAPERS, NotApplicable, Paper, without_grid
 from vibrodrive import State
-
-PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}  # the paper's setting of Muller's method
 
 FALL: dict[str, Any] = {"A": 3.04, "dxi0": -2.0, "tau0": 2.5, "transient": 0, "periods": 4}
 """Start of a slide down that ends above the obstacle if its initial gap is large enough."""
@@ -110,7 +108,10 @@ def touching(paper: Paper) -> Outcome:
     for name, way in ways.items():
         close = [d for d in CLOSENESS if all(_lands(drop - s * d, way) == (s > 0) for s in (1, -1))]
         right[name] = close[-1] if close == list(CLOSENESS[: len(close)]) and close else np.inf
-    text = "the decision is right if the lowest point of the slide is above or below the obstacle by at least "
+    text = (
+        f"at A = {FALL['A']:g} the decision is right if the lowest point of the slide is above or below the obstacle "
+        "by at least "
+    )
     text += f"{', '.join(f'{d:.0e} with {n}' for n, d in right.items())}; the least distance tried is {CLOSENESS[-1]:g}"
     return Outcome(text, right, when(max(right.values()) > CLOSENESS[-1]))
 

@@ -10,6 +10,8 @@ from benchmarks.paper.motions import LAGS, PHASES, SETTLED, NotApplicable, Paper
 from vibrodrive import State, Status
 from vibrodrive.stability.structure import deviation, period
 
+LARGE = np.linspace(1.11, 12.0, 1090)  # values of A of the search for chaos, beyond those of the figures
+LONG_RECORD = 20_000  # periods of its transients, and of its records
 HIGHER = (3.1, 3.22)  # excitation amplitudes with subharmonics of order 4 and 3
 
 
@@ -24,7 +26,8 @@ def route(paper: Paper) -> Outcome:
     irregular = float((n[beyond] == 0).mean()) if beyond.any() else np.nan
     doubling = bool(starts[1] < starts[2] < starts[4])
     text = (
-        f"the mass moves above A = {starts[1]:.4g}; the period is 2 above {starts[2]:.4g} and 4 above {starts[4]:.4g}; "
+        f"over {len(A)} values of A the mass moves above A = {starts[1]:.4g}; the period is 2 above {starts[2]:.4g} "
+        f"and 4 above {starts[4]:.4g}; "
         f"windows of period {listed(higher)} follow, and the period is 3 above {starts[3]:.4g}; "
         f"{100 * irregular:.1f} % of the motions beyond the second doubling have no period up to {LAGS}"
     )
@@ -32,6 +35,25 @@ def route(paper: Paper) -> Outcome:
     numbers |= {"higher_periods": higher, "share_without_period": irregular}
     # the doublings agree with the logistic equation; windows of higher periods may replace some of the chaos, not all
     return Outcome(text, numbers, when(doubling and irregular > 0.5, doubling and irregular > 0.05))
+
+
+@claim("fig03", "In reality, bifurcations up to chaos can exist (§3, for any A).")
+def up_to_chaos(paper: Paper) -> Outcome:
+    found = vd.sweep(
+        A=LARGE, B=paper.results("fig03").scalars["B"], record="summary", transient=LONG_RECORD, periods=LONG_RECORD
+    )
+    exponent = np.asarray(found.lyapunov)
+    chaotic = (exponent > 0) & (np.asarray(found.period) == 0)
+    text = (
+        f"after {LONG_RECORD} periods neighbouring motions diverge over the next {LONG_RECORD}, in which the mass "
+        f"never rests, at {chaotic.sum()} of {len(LARGE)} values of A from {LARGE[0]:g} to {LARGE[-1]:g}"
+    )
+    if chaotic.any():
+        text += (
+            f", at {100 * chaotic[chaotic.argmax() :].mean():.0f} % of those from A = {LARGE[chaotic][0]:.4g} on, with "
+            f"Lyapunov exponents of {exponent[chaotic].min():.2g} to {exponent[chaotic].max():.2g} per period"
+        )
+    return Outcome(text, {"from": _first(LARGE, chaotic), "share": chaotic.mean()}, when(chaotic.any()))
 
 
 @claim(
@@ -51,8 +73,9 @@ def interruptions(paper: Paper) -> Outcome:
     bifurcated = moving & (period(results.section) > 1)
     partly = float((rest[bifurcated] < 0.99).mean()) if bifurcated.any() else np.nan
     text = (
-        f"sticking vanishes at A = {stick_gone:.4g}; from A = {rest_less:.4g} on a rest does not follow every impact; "
-        f"in {100 * partly:.0f} % of the bifurcated solutions it follows some impacts only, or none"
+        f"over {len(A)} values of A, sticking vanishes at A = {stick_gone:.4g}; from A = {rest_less:.4g} on a rest "
+        f"does not follow every impact; in {100 * partly:.0f} % of the bifurcated solutions it follows some impacts "
+        "only, or none"
     )
     numbers = {"stick_vanishes": stick_gone, "rest_fails_from": rest_less, "share_partly": partly}
     return Outcome(text, numbers, when(stick_gone < rest_less and partly > 0))

@@ -17,6 +17,7 @@ from vibrodrive.stability.structure import compare_structure, reference_orbit
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 LAGS = 64  # largest number of periods after which a motion on a grid is compared with itself
+PAPERS: dict[str, Any] = {"method": "muller", "dtau": 1e-5, "tol": 1e-7}  # the paper's setting of Muller's method
 LONG = 600  # number of periods over which a structure is checked; the figures of the paper show only a few periods
 SETTLED = 1e-6  # largest distance from an orbit at which a motion counts as settled on this orbit
 SETTLING = 3000  # transient periods of undisturbed motions, enough at any A

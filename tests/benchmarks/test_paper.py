@@ -42,7 +42,7 @@ def test_paper_uses_the_public_face_and_few_inner_names():
 def test_claims_are_complete_and_have_different_ids():
     assert {f"fig{n:02d}" for n in range(1, 13)} <= set(FIGURES)
     assert {path.stem for path in HERE.glob("claims_*.py")} == {c.test.__module__.split(".")[-1] for c in CLAIMS}
-    assert len({c.id for c in CLAIMS}) == len(CLAIMS) == 42
+    assert len({c.id for c in CLAIMS}) == len(CLAIMS) == 45
     assert {c.figure for c in CLAIMS} <= set(program.SUBJECTS)
 
 
@@ -71,8 +71,16 @@ def test_command_writes_figures_and_claims(tmp_path, capsys):
     assert "fig99" in capsys.readouterr().err
 
 
-MANY_LIMITS = {"alike", "any-frequency", "any-incline", "interruptions-and-limit"}
-"""Claims about many limits"""
+MANY_LIMITS = {
+    "alike",
+    "all-times",
+    "any-frequency",
+    "any-incline",
+    "interruptions-and-limit",
+    "precision",
+    "sensitivity",
+}
+"""Claims about many limits, or about every switch of many motions"""
 
 
 def assert_is_what_comes_out(paper, claims, patch):
