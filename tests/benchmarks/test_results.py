@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from benchmarks import draw, passes, ruler, tables
+from benchmarks import draw, own_scene, passes, ruler, tables
 from benchmarks.common import RESULTS
 from benchmarks.switches import run, score
+from benchmarks.switches.solvers import scan_newton
 
 PATHS = sorted(passes.RESULTS.glob("level*/*.json"))
 STORED = [pytest.param(path, id=f"{path.parent.name}-{path.stem}") for path in PATHS]
@@ -35,6 +36,19 @@ def test_result_has_a_verdict_for_each_case(path):
         letters = dict(zip((case["id"] for case in cases), found["verdicts"], strict=True))
         assert refused <= {name for name, letter in letters.items() if letter == "-"}
         assert all(letter in "rR" for letter, d in zip(found["verdicts"], digits, strict=True) if d != "-")
+
+
+def test_every_case_is_asked_at_every_setting_and_a_time_out_costs_its_limit(monkeypatch):
+    """Also after many time-outs in a family, which once ended the questions to it."""
+    module, cases = scan_newton, run.cases_of([0])
+    monkeypatch.setattr(module, "SETTINGS", [{}, {}])
+    monkeypatch.setattr(run.Solver, "warm_up", lambda *_: None)
+    asked = []
+    monkeypatch.setattr(run.Solver, "ask", lambda *given: (asked.append(given[2]), (f"{run.LATE} 2 s", 2.0))[1])
+    *_, found = run.run(module, cases, [2.0, 20.0], None)
+    assert asked == [run.inputs(case) for case in cases] * 2
+    for one in found[0][0]["runs"]:
+        assert (one["seconds"], one["refused"]) == (2.0 * len(cases), {f"{run.LATE} 2 s": [c["id"] for c in cases]})
 
 
 @pytest.mark.parametrize("path", DECISIVE)
@@ -68,6 +82,14 @@ def test_page_shows_the_stored_measurements(name):
     place = tables.TABLES[name]
     text = place.page.read_text(encoding="utf-8")
     assert tables.fill(text, name, place.make(stored(name))) == text
+
+
+@pytest.mark.jit
+def test_no_method_is_its_own_reference():
+    at = {"A": 2.4, "B": 0.2, "eps": 0.0, "eta": vd.ETA}
+    point = next(own_scene.points(at))
+    assert (point["method"], point["right"]) == ("certified", True)
+    assert 0.0 < point["error"] < 1e-12
 
 
 @pytest.mark.jit
