@@ -5,6 +5,7 @@ Without this variable, a wheel contains no machine code, and nothing is compiled
 
 import os
 import platform
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -37,21 +38,36 @@ class BuildWithKernels(build_py):
             subprocess.run([sys.executable, "-m", "vibrodrive.shipped.build"], cwd=package, env=environment, check=True)
 
 
+def for_an_index(readme: str) -> str:
+    """Return a page that needs no other file: without pictures and their captions, and of links the words alone."""
+    shown = re.sub(r"^!\[[^\]]*\]\([^)]*\)\n\n(?:\*(?!\*).*?\*\n\n)?", "", readme, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"\[([^\]]+)\]\((?!https?:)[^)]*\)", r"\1", shown)
+
+
 class WheelWithKernels(bdist_wheel):
-    """Name the platform."""
+    """Name the platform, for which alone the machine code is."""
+
+    def finalize_options(self) -> None:
+        super().finalize_options()
+        self.root_is_pure = False
 
     def get_tag(self) -> tuple[str, str, str]:
         return TAG
 
 
+page = {
+    "long_description": for_an_index((Path(__file__).parent / "README.md").read_text(encoding="utf-8")),
+    "long_description_content_type": "text/markdown",
+}
 if WANTED:
     if (sys.platform, platform.machine()) != ("linux", "x86_64"):
         raise SystemExit("VIBRODRIVE_KERNELS=1: must be built on Linux on x86-64; leave it out on other systems")
     os.environ.setdefault("SOURCE_DATE_EPOCH", "315532800")  # the first day of zip: two builds have the same bytes
     linker = [] if any(map(which, ("cc", "gcc", "clang"))) else ["ziglang"]
     setup(
+        **page,
         cmdclass={"build_py": BuildWithKernels, "bdist_wheel": WheelWithKernels},
         setup_requires=["numba>=0.60", *linker],
     )
 else:
-    setup(cmdclass={"build_py": BuildWithKernels})
+    setup(**page, cmdclass={"build_py": BuildWithKernels})

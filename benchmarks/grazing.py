@@ -348,10 +348,10 @@ def draw(rows: list[dict[str, Any]]) -> Any:
                 if name == "eps":
                     ax.loglog(*zip(*known, strict=True), color="black", linewidth=0.6)
                 at = [(p["distance"], p[name]) for p in r["points"] if p[name]]
-                where = "below" if r["side"] < 0 else "above"
-                ax.loglog(*zip(*at, strict=True), label=f"{r['A']:.4f}, {where}, $n$ = {r['n']}", **style)
+                side = "<" if r["side"] < 0 else ">"
+                ax.loglog(*zip(*at, strict=True), label=f"$A {side} A_g$ = {r['A']:.4f}, $n$ = {r['n']}", **style)
             ax.set_xlim(7e-6, 1.5e-2)
-            ax.set_ylim(7e-7, 3e-2)
+            ax.set_ylim(7e-7, 2e-1)
             ax.tick_params(labelleft=column == 0, labelbottom=top == 1)
         axes[0, column].set_title(f"$B$ = {B:g}", fontsize=9)
         axes[1, column].set_xlabel("$|A - A_g|$")

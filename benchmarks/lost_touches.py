@@ -248,7 +248,7 @@ def draw(rows: list[dict[str, Any]]) -> Any:
     ratios = np.linspace(1.0, 2.0, 201)
     left.plot(ratios, np.arccos(1 / ratios) / math.pi, color="0.6", label=r"arccos$(k_2/\varepsilon)/\pi$")
     for i, r in enumerate([near[-1], *far]):
-        at = rf"{r['A']:.4f}, {r['distance']:g}"
+        at = rf"$A_g$ = {r['A']:.4f}, $|A - A_g|$ = {r['distance']:g}"
         left.plot(RATIOS, r["predicted"], color="black", linewidth=0.6)
         left.plot(RATIOS, r["measured"], label=at, marker=MARKERS[i], color="black", **OPEN)
     left.set_xlabel(r"$\varepsilon / k_2$, predicted $k_2$")

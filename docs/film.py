@@ -1,12 +1,11 @@
-"""Take the pictures of the explorer, docs/explorer.gif and docs/explorer.png, and the one that it shows while kernels
-are compiled, in headless Chromium.
+"""Take the pictures of the explorer, docs/explorer.gif and docs/explorer.png, in headless Chromium, and write the one
+that it shows while kernels are compiled.
 
 python -m docs.film
 """
 
 from __future__ import annotations
 
-import base64
 import io
 import json
 import signal
@@ -18,6 +17,12 @@ import numpy as np
 from PIL import Image
 
 from tests.support.chromium import browser
+from vibrodrive.explorer.engine import Pace
+from vibrodrive.explorer.image import picture_of
+from vibrodrive.explorer.session import message_of, stored
+from vibrodrive.explorer.view import View
+from vibrodrive.explorer.work import Work
+from vibrodrive.jit.slices import Halt
 
 HERE = Path(__file__).parent
 FIRST = HERE.parent / "vibrodrive" / "explorer" / "first.json"
@@ -95,22 +100,20 @@ def play(film):
     film.shoot(LONG)
 
 
-def supply(kept):
-    """Write the first picture of the explorer, in shades of grey."""
-    picture, encoded = Image.open(io.BytesIO(base64.b64decode(kept[2].partition(",")[2]))), io.BytesIO()
-    picture.convert("L").quantize(32).save(encoded, "PNG", optimize=True)
-    kept[2] = "data:image/png;base64," + base64.b64encode(encoded.getvalue()).decode()
-    FIRST.write_text(json.dumps(["", *kept[1:]], ensure_ascii=False) + "\n")
+def supply():
+    """Write the first picture of the explorer."""
+    view = View().sized(900, 400)
+    *_, level = Work([view.plan()], None).levels(Pace(), Halt())
+    FIRST.write_text(json.dumps([stored(message_of("picture", *picture_of(view, level, 400)))]) + "\n")
 
 
 def main():
+    supply()
     command = [sys.executable, "-m", "vibrodrive", "explore", "--no-browser"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         with browser(1280, 800) as tab:
             tab.open(server.stdout.readline().strip())
-            tab.until("localStorage.getItem('kept')", "the picture that is supplied for the time of the compilation")
-            supply(json.loads(tab.ask("localStorage.getItem('kept')")))
             film = Film(tab)
             play(film)
             film.write(HERE / "explorer.gif")

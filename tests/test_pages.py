@@ -111,6 +111,15 @@ def _parse(line, name, *arguments):
             assert (ROOT / word).exists(), line
 
 
+def test_pages_write_different_files():
+    """All pages can then run one after another in one folder."""
+    written = {}
+    for page in PAGES:
+        for cell in blocks(page.read_text(), "{code-cell}"):
+            for name in re.findall(r"(?:-o |path=\"|%%writefile |vibrodrive init )([\w.]+)", cell):
+                assert written.setdefault(name.removesuffix(".toml"), page) == page, name
+
+
 def test_every_command_is_in_the_table():
     shown = {re.match(r"vibrodrive (\w+)", line)[1] for line in typed((DOCS / "commands.md").read_text())}
     assert shown >= {name for name, command in cli.commands.items() if not command.hidden}
@@ -152,7 +161,7 @@ def test_python_of_the_readme_gives_the_shown_values():
         else:
             exec(ast.unparse(line), names)
     assert names["r"].section.shape == (1000, 2, 500, 2)
-    motion, k2, doubling, (A, B), machine, velocity = values
+    motion, k2, doubling, (A, B), machine, velocity, every = values
     assert "period 2; impacts per excitation period: 0.5" in str(motion)
     assert "mean impact speed 2.12872" in str(motion)
     assert k2 == pytest.approx(1.76e-4, abs=5e-7)
@@ -161,6 +170,7 @@ def test_python_of_the_readme_gives_the_shown_values():
     shown = machine.rows["machine"]
     assert (round(shown["impacts"], 9), round(shown["impact_power"], 1)) == (12, 10.7)
     assert velocity == pytest.approx(5.8e-4, abs=5e-6)
+    assert every == pytest.approx(2.1e-4, abs=5e-6)
 
 
 @pytest.mark.jit

@@ -54,7 +54,7 @@ class Damaged(NoResult):
 
 
 class Busy(VibrodriveError, RuntimeError):
-    """Another process is writing the file, or this process has it open."""
+    """Another process, or another writer in this one, is writing the file."""
 
 
 class Failed(VibrodriveError, RuntimeError):

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from time import sleep
@@ -134,9 +135,9 @@ def test_threads_and_forked_children_of_one_process_sweep(layer):
 
 @pytest.mark.jit
 @pytest.mark.skipif(not TWO, reason="Numba has one thread")
-@pytest.mark.parametrize("startable", [1, 2, 9])
+@pytest.mark.parametrize("startable", [0, 1, 2, 9])
 def test_threads_of_python_compute_the_same_even_if_few_can_be_started(monkeypatch, startable):
-    """The first thread watches for Ctrl-C. If no other can be started, this one takes all points."""
+    """One thread waits for Ctrl-C while another computes. If no other can be started, it takes all points."""
     one, started, worker = vd.sweep(**POINTS, threads=1), [], parallel._Worker
 
     def start():
@@ -151,6 +152,40 @@ def test_threads_of_python_compute_the_same_even_if_few_can_be_started(monkeypat
     monkeypatch.setattr(parallel, "_Worker", start)
     assert np.array_equal(vd.sweep(**POINTS, threads=2).section, one.section)
     assert len(started) == min(startable, 2)
+
+
+def share(motion):
+    return motion.section[:, 1].mean()
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("startable", [0, 1])
+def test_every_call_computes_the_same_if_hardly_a_thread_can_be_started(monkeypatch, tmp_path, startable):
+    """As with `ulimit -u`: a pool with fewer threads than tasks computes each task once."""
+    short, start = dict(transient=60, periods=100), threading.Thread.start
+
+    def few(thread):
+        if thread in left or len(left) == startable:
+            raise RuntimeError("can't start new thread")
+        left.append(thread)
+        start(thread)
+
+    def computed(name):
+        yield vd.sweep(**POINTS, path=tmp_path / name).section
+        for record in (share, "limit"):
+            left.clear()
+            found = vd.sweep(A=[3.0, 3.04, 3.1], record=record, threads=2, **short)
+            yield found[found.quantities[0].name]
+        left.clear()
+        yield np.array([vd.limit(3.04, **short, threads=1).k2])
+
+    left = []
+    wanted = list(computed("all.h5"))
+    monkeypatch.setattr(threading.Thread, "start", few)
+    monkeypatch.setattr(parallel, "_workers", [])
+    monkeypatch.setattr(parallel, "_Worker", lambda: few(None))
+    for some, every in zip(computed("few.h5"), wanted, strict=True):
+        np.testing.assert_array_equal(some, every)
 
 
 @pytest.mark.jit
@@ -276,8 +311,8 @@ def test_error_after_ctrl_c_is_not_raised_by_the_next_call():
         raise ValueError("of the first call")
 
     with pytest.raises(KeyboardInterrupt):
-        parallel._watch(fail, halt)
-    parallel._watch(lambda: None, Halt())
+        parallel._watch(fail, fail, halt)
+    parallel._watch(lambda: None, fail, Halt())
 
 
 @pytest.mark.jit

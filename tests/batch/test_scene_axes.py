@@ -1,5 +1,6 @@
 """Sweeps over a scene in SI units equal sweeps over the same A and B to the bit. Their figures are in SI units."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,11 @@ from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
 from vibrodrive.store.reader import look
 
+SAID = {"impacts": r"\((\S+) per second\)", "impact_speed_mean": r"mean impact speed (\S+) m/s"}
+SAID |= {
+    "impact_speed_max": r"largest (\S+) m/s",
+    "lyapunov": r"exponent (\S+) per second",
+}  # finite at the second point
 MACHINE = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4, mass=250.0)
 
 
@@ -33,6 +39,12 @@ def test_machines_with_tolerances_are_points(tmp_path):
         row = motion.describe().rows["machine"]
         for name in ("impact_power", "xi_max", "impact_speed_max", "impacts"):
             assert data[name].values[k] == pytest.approx(row[name], rel=1e-14)
+        for name, pattern in SAID.items():
+            value = data[name].values[k]
+            assert re.findall(pattern, motion.describe()) == [f"{value:.4g}"] * int(np.isfinite(value)), name
+        for name, pattern in SAID.items():
+            value = data[name].values[k]
+            assert re.findall(pattern, motion.describe()) == [f"{value:.4g}"] * int(np.isfinite(value)), name
         one = r.select(point=k)
         assert one.scalars["A"] == pytest.approx(machine.A, rel=1e-15)
         assert one.to_xarray().impact_power == data.impact_power[k]

@@ -1,10 +1,8 @@
 """Result files, tables and figures replace nothing by mistake. Unusable files and paths are refused."""
 
-import gzip
 import os
 import resource
 import signal
-import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -15,7 +13,6 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
-from tests.support.process import ROOT
 from vibrodrive.errors import ConfigError
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.style import save
@@ -202,37 +199,3 @@ def test_sweep_of_one_motion_has_its_section_drawn(run, quick):
     assert sorted(ax.lines[0].get_xdata()) == pytest.approx(sorted(section[:, 0]), abs=1e-9)
     assert "3.17" in ax.get_title(loc="right")
     assert_refused(run, "plot d.h5 --kind bifurcation", "--kind", "poincare")
-
-
-CHECK = """
-import sys
-from vibrodrive.cli import common, main
-common.STALLED = 0.5
-main(["info", *sys.argv[1:]])
-"""
-
-
-@pytest.mark.integration
-@pytest.mark.parametrize("options", [(), ("--check",)])
-def test_reader_that_loops_for_ever_says_how_to_stop_it(tmp_path, options):
-    """HDF5 looks for ever for the next text in a heap of zeros, and holds the lock of the interpreter."""
-    raw = bytearray(gzip.decompress((ROOT / "tests/store/schema3.h5.gz").read_bytes()))
-    heap = raw.index(b"GCOL", raw.index(b"GCOL") + 4)
-    begins = heap + 1024 - heap % 512
-    raw[begins : begins + 512] = bytes(512)
-    path = tmp_path / "x.h5"
-    path.write_bytes(raw)
-    command = [sys.executable, "-c", CHECK, *options, str(path)]
-    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
-        said = process.stderr.readline()
-        process.send_signal(signal.SIGINT)
-        process.send_signal(signal.SIGTERM)
-        if "too damaged" in said:
-            pytest.skip("this HDF5 does not loop")
-        assert said == (
-            f"vibrodrive: {path}: no progress for 0.5 s: HDF5 may loop for ever in damaged bytes, "
-            f"where Ctrl-C has no effect; stop it with Ctrl-\\ or kill -9 {process.pid}\n"
-        )
-        assert process.poll() is None
-        process.kill()
-        assert process.stderr.read() == ""  # also the process that has said this has ended

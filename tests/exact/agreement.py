@@ -107,13 +107,13 @@ class Held(NamedTuple):
         return bound / error if error > 0.0 else math.nan
 
 
-def hold(scene: dict[str, Any], most: int = MOST) -> Held:
+def hold(scene: dict[str, Any], most: int = MOST, **method: Any) -> Held:
     """Compare a motion and its error bounds with the reference, from the start of the motion.
 
     Raises ArithmeticError if the reference finds a zero of order three.
     """
     exact = reference(**scene, max_switches=most)
-    motion = vd.simulate(**scene, transient=0, budget=BUDGET)
+    motion = vd.simulate(**scene, transient=0, budget=BUDGET, **method)
     return compare(motion, exact, most)
 
 

@@ -223,6 +223,19 @@ def test_error_bars_of_muller_reach_the_certified_motion(tol, eps):
 
 
 @pytest.mark.jit
+@pytest.mark.parametrize("eps", [0.0, 1e-9])
+@pytest.mark.parametrize(("start", "side"), [({}, 1.0), ({"xi0": 1.0}, 1.0), ({"xi0": 1.0}, -1.0)])
+def test_bounds_of_muller_include_the_force_where_a_wait_ends(start, side, eps):
+    """H barely exceeds 1, or falls below -1. The slide begins where Muller's method ends, at another H."""
+    for B in (0.0, 0.1, 0.6) if side > 0.0 else (0.05, 0.1, 0.6):
+        for d in 10.0 ** np.arange(-8.0, -1.5, 0.5):
+            scene = dict(A=float(abs(1.0 + side * B) * (1.0 + d)), B=B, eps=eps, eta=20.0, periods=3, **start)
+            for tol in (1e-4, 1e-7, 1e-10):
+                held = hold(scene, 12, method="muller", dtau=0.2 * math.sqrt(d), tol=tol)
+                assert (held.others, held.broken) == (0, []), scene
+
+
+@pytest.mark.jit
 def test_tolerance_may_change_a_decision_near_H_minus_1():
     """H falls through -1 near the end of UP. If UP ends earlier, the mass sticks. If UP ends later, it slides down."""
     scene = dict(A=3.04, xi0=1.0, dxi0=0.59222, tau0=3.0, transient=0, periods=1, method="muller", dtau=0.1)

@@ -111,6 +111,9 @@ def test_spacing_and_further_axes_of_a_configuration_and_refusal():
     view = view_of(config.parse("[sweep]\nA = [1, 2, 4]\neps = [0.0, 1e-4]"))
     assert (view.scale, title_of(view)[1].split(", ")[:2]) == ("log", ["B = 0.1", "ε = 0"])
     assert view_of(config.parse("[sweep]\nA = [2, 4]")).scale == "linear"  # two values are spaced both ways
+    machine = "[physical]\na0 = 8e-4\nfrequency = 24.0\nmu = 0.6\nalpha = 3.4\n"
+    told = "Ω₀ = 150.796 rad/s (24 Hz), μ = 0.6"  # and not a₀, which A replaces
+    assert title_of(view_of(config.parse(machine)))[1].startswith(told)
     scene = "[physical]\nomega0 = 150.0\nalpha = 3.4\n[sweep]\nmu = [0.5, 0.6]\nA = 3.0"
     with pytest.raises(ValueError, match=r"A = 3\.0: must be an axis, or left out"):
         view_of(config.parse(scene))

@@ -1,12 +1,18 @@
 """Pictures and motions without a page: images of diagrams and maps, the levels that refine them, and the limits k₂."""
 
+import json
 import math
+import re
+from dataclasses import replace
 from threading import Timer
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.support.messages import messages
+from vibrodrive.batch.trajectory import follow
 from vibrodrive.explorer.image import (
     ONLY_CERTIFIED,
     ONLY_CHOSEN,
@@ -16,9 +22,10 @@ from vibrodrive.explorer.image import (
     pictures,
     values_of,
 )
-from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, motion_at, words
+from vibrodrive.explorer.motion import curve_of, limit_at, limit_plans, shown_motion, words
+from vibrodrive.explorer.tasks import answer, save, work_of
 from vibrodrive.explorer.view import View
-from vibrodrive.explorer.work import Level, Pace, Part, Work
+from vibrodrive.explorer.work import Level, Pace, Part, Work, coarse_first
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model import config
 from vibrodrive.model.states import LASTING
@@ -128,13 +135,45 @@ def test_curve_is_the_motion_with_its_states(eps):
 
 
 @pytest.mark.jit
-def test_description_is_that_of_the_motion_and_names_no_hash():
-    view = View.read({"at": 3.1842, "low": 3.18, "high": 3.19, "transient": 2000, "periods": 250})
-    plan = view.motion_plan()
-    told = words(motion_at(plan, Halt()), plan, view, Halt())
-    lines = vd.simulate(3.1842, section_phase=view.section_phase, transient=2000).describe().splitlines()[1:]
-    assert (told["details"], told["period"]) == (lines, 8)
-    assert "states: a cycle of more than 12" in lines
+@pytest.mark.parametrize("more", [{}, {"eps": 2e-4}, {"tau0": 0.3, "section_phase": 0.2}, {"method": "fixed"}])
+def test_impacts_and_dots_lie_on_the_curve(more):
+    head, found = shown_motion(View.read({"low": 3.0, "high": 3.25, "at": 3.1, **more}), {}, Halt())
+    time, dxi = found["time"], found["dxi"]
+    there = np.isfinite(dxi)
+    assert np.isin(found["hit_time"].round(5), time[~there].round(5)).all(), "the velocity jumps there"
+    assert len(found["hit_time"]) == np.sum(there[:-1] & ~there[1:] & (dxi[:-1] < -1.5)) + np.sum(
+        found["hit_speed"] < 1.5
+    )
+    assert found["hit_speed"] == pytest.approx(-dxi[np.searchsorted(time, found["hit_time"])], abs=1e-4)
+    view = View.read(more)
+    when = (view.section_phase - view.tau0) / (2 * np.pi) % 1 + np.arange(12)
+    assert found["dot"] == pytest.approx(np.interp(when, time[there], dxi[there]), abs=2e-3)
+    assert found["dot_time"].tolist() == [
+        max([h for h in found["hit_time"] if h <= t] or found["hit_time"]) for t in when
+    ]
+    assert (len(found["dot"]), round(float(time[-1]))) == (12, 12)
+    assert (head["status"], head["limits"]["eps"]) == ("OK", None)
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("more", "period"),
+    [
+        ({"at": 3.1842, "low": 3.18, "high": 3.19, "transient": 2000, "periods": 250}, 8),
+        ({"at": 3.04, "eps": 1.5e-5}, 0),
+        ({"at": 3.04, "method": "fixed", "dtau": 0.0353, "periods": 40}, 0),
+        ({"at": 2.703, "eps": 0.002}, 0),  # its first twelve periods have another status
+    ],
+)
+def test_description_is_that_of_the_record_which_the_page_names_without_a_hash(more, period):
+    view = View.read(more)
+    told = words(view.motion_plan(), view, Halt())
+    disturbed = {name: more[name] for name in ("eps", "dtau", "method") if name in more}
+    record = {"section_phase": view.section_phase, "transient": view.transient, "periods": view.recorded}
+    motion = vd.simulate(view.at, **disturbed, **record)
+    assert (told["details"], told["period"]) == (motion.describe().splitlines()[1:], period)
+    assert told["status"] == motion.status.name
+    assert period != 8 or "states: a cycle of more than 12" in told["details"]
 
 
 @pytest.mark.jit
@@ -149,3 +188,85 @@ def test_limits_are_those_of_limit_and_end_when_they_are_halted():
     Timer(0.2, halt.call).start()
     with pytest.raises(Halted):
         limit_at(limit_plans(View.read({"at": 2.2}).motion_plan())["eps"], halt)
+
+
+def session_of(told):
+    """Return a page that appends what it is told to a list."""
+    engine = SimpleNamespace(threads=1, pace=Pace(), limits={}, make_room=print)
+    engine.worker = SimpleNamespace(pause=lambda *_: None)
+    return SimpleNamespace(
+        work=None, made_from=[], painted=0, pixels=(300, 200), moving="", rests=False,
+        later=lambda change: change(), news=told.append, send=lambda kind, head, arrays: told.append(head),
+        engine=engine,
+    )  # fmt: skip
+
+
+@pytest.mark.jit
+def test_slow_map_finds_the_limit_of_its_motion_first_and_tells_how_long_it_takes(monkeypatch):
+    monkeypatch.setattr("vibrodrive.explorer.tasks.SOON", 0.0)  # every picture is slow
+    monkeypatch.setattr("vibrodrive.explorer.work.LEVEL_SECONDS", 1e-9)
+    session = session_of(told := [])
+    session.view = view = View.read(
+        {"mode": "map", "columns": 33, "rows": 9, "periods": 66, "transient": 20, "eps": 2e-4, "at": 3.04, "at_y": 0.1}
+    )
+    answer(session, view, {"seq": 1, "done": 1}, Halt())
+    pictures = [head for head in told if "complete" in head]
+    (limits,) = (news for news in told if "limits" in news and "done" not in news)
+    assert float(limits["limits"]["eps"]["k2"]) == vd.limit(3.04).k2
+    assert told.index(pictures[0]) < told.index(limits) < told.index(pictures[-1])
+    assert [head["complete"] for head in pictures] == [False] * (len(pictures) - 1) + [True]
+    assert pictures[-2]["left"] > pictures[-1]["left"] == 0.0
+
+
+@pytest.mark.jit
+def test_time_that_is_left_is_that_of_the_missing_points_at_the_mean_rate_of_the_others(monkeypatch):
+    now = iter(range(10**6))
+    monkeypatch.setattr("vibrodrive.explorer.work.perf_counter", lambda: float(next(now)))  # each level takes seconds
+    work = Work([View.read({"columns": 300, "transient": 3, "periods": 5}).plan()], 1)
+    seen = [(level.share, level.left, work.seconds) for level in work.levels(paced(1e4), Halt())]
+    assert len(seen) > 3
+    for share, left, taken in seen[1:]:
+        assert left == pytest.approx(taken * (1.0 - share) / share)
+
+
+@pytest.mark.parametrize("shape", [(300,), (40, 30)])
+def test_each_grid_is_computed_in_a_mixed_order_after_all_coarser_ones(shape):
+    order, counts = coarse_first(shape)
+    assert sorted(order) == [*range(math.prod(shape))]
+    for count, stride in zip(counts, (16, 8, 4, 2, 1)[-len(counts) :], strict=True):
+        grid = np.arange(math.prod(shape)).reshape(shape)[(slice(None, None, stride),) * len(shape)]
+        assert {*order[:count]} == {*grid.ravel()}
+    last = order[counts[-2] :] / math.prod(shape)
+    assert abs(last[: len(last) // 2].mean() - 0.5) < 0.1, "the first half is everywhere"
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("more", [{}, {"eps": 2e-4, "method": "fixed"}, {"mode": "map", "columns": 20, "rows": 10}])
+def test_saved_page_contains_its_motions_needs_nothing_else_and_fits_into_a_mail(more, monkeypatch):
+    view = View.read({"low": 3.0, "high": 3.25, "at": 3.04, "periods": 64, **more})
+    session = session_of(told := [])
+    list(work_of(session, view.sized(300, 200)).levels(Pace(), Halt()))
+    save(session, view, Halt())
+    page = told[0]["saved"]
+    assert len(page.encode()) <= 2_000_000
+    assert re.findall(r"(?:src|href)=.?https?:|@import|type=.module", page) == []
+    known = json.loads(re.search(r'id="known">(.*?)</script>', page, re.DOTALL)[1])
+    (picture, _), *motions = messages(known["stored"])
+    first, *places = known["places"]
+    assert (picture["complete"], first) == (True, view.at)
+    assert len(motions) == len(known["places"]) == 32
+    assert np.diff(places) == pytest.approx(0.25 / 30, rel=0.1)
+    for at, (head, arrays) in list(zip(known["places"], motions, strict=True))[::9]:
+        plan = replace(view, at=at).motion_plan()
+        exact = curve_of(
+            follow(replace(plan, settings=replace(plan.settings, periods=round(float(arrays["time"][-1])))))
+        )
+        assert head["period"] == words(plan, view, Halt())["period"]
+        for name in ("time", "xi", "dxi"):
+            largest = float(np.nanmax(np.abs(exact[name])))
+            assert arrays[name] == pytest.approx(exact[name], abs=1e-4 * largest, nan_ok=True)
+    monkeypatch.setattr("vibrodrive.explorer.tasks.LARGEST_PAGE", len(page.encode()) - 1)
+    save(session, view, Halt())
+    fewer = json.loads(re.search(r'id="known">(.*?)</script>', told[1]["saved"], re.DOTALL)[1])
+    assert fewer["places"] == known["places"][::2]
+    assert len(messages(fewer["stored"])) == 1 + len(fewer["places"])

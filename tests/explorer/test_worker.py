@@ -17,7 +17,10 @@ class Log:
 
     def __init__(self):
         self.told, self.failures, self.begun = [], [], threading.Event()
-        self.worker = Worker(lambda page, error: self.failures.append((page, type(error))))
+        self.waits = []
+        self.worker = Worker(
+            lambda page, error: self.failures.append((page, type(error))), lambda *pages: self.waits.append(pages)
+        )
 
     def long(self, halt):
         self.told.append("long")
@@ -55,6 +58,7 @@ def test_newest_request_of_a_page_replaces_the_others(log):
 def test_request_of_another_page_interrupts_the_task_which_starts_again_unless_cancelled(log):
     log.worker.request(1, log.note("other"))
     assert log.finished() == ["long", "other", "long"]
+    assert log.waits == [(0, 1)], "who waits is told for whom"
     log.told.clear()
     log.worker.request(0, log.long)
     while not log.told:
@@ -62,6 +66,26 @@ def test_request_of_another_page_interrupts_the_task_which_starts_again_unless_c
     log.worker.cancel(0)
     log.worker.request(1, log.note("other"))
     assert log.finished() == ["long", "other"]
+
+
+def test_tasks_that_last_take_turns(log, monkeypatch):
+    monkeypatch.setattr("vibrodrive.explorer.engine.TURN", 0.001)
+    turns, enough = [], threading.Event()
+
+    def endless(page):
+        def task(halt):
+            turns.append(page)
+            if turns.count(0) > 2 < turns.count(1):
+                enough.set()
+            log.worker.pause(halt, LIMIT)
+
+        return task
+
+    for page in range(2):
+        log.worker.request(page, endless(page))
+    assert enough.wait(LIMIT)
+    assert (0, 1) in log.waits
+    assert (1, 0) in log.waits
 
 
 def test_failed_task_is_reported_and_the_worker_continues(log):

@@ -24,6 +24,8 @@ def test_trajectory_names_its_settings_and_shows_the_first_periods():
     assert time.lines[0].get_xdata().max() < 20 * math.pi + 1e-6
     sine = next(line for line in time.lines if line.get_label() == r"$\sin\tau$")
     assert np.allclose(sine.get_ydata(), np.sin(sine.get_xdata()))
+    (jump,) = (line for line in phase.lines if line.get_label() == curves.JUMP)
+    assert jump.get_linestyle() != sine.get_linestyle(), "both are grey"
     assert curves.trajectory_figure(long, shown=None).axes[1].get_xlim()[1] == pytest.approx(3000 * math.pi)
 
 

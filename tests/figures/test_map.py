@@ -14,11 +14,12 @@ from matplotlib.colors import to_hex, to_rgba_array
 import vibrodrive as vd
 from tests.figures import made
 from tests.support import fake
-from vibrodrive.figures.colours import APART, MANY, paint
+from vibrodrive.figures.colours import APART, MANY, SHADES, paint
 from vibrodrive.figures.image import borders_of
 from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import map_figure
 from vibrodrive.figures.plane import Exact, joined
+from vibrodrive.figures.sections import full_range
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import UNSEEN, Status
 from vibrodrive.model.drawing import choose_drawing, merge_options
@@ -196,6 +197,44 @@ def test_few_extreme_values_do_not_set_the_scale(quantity):
     assert paint(QUANTITIES[quantity], values[1:], np.full(MANY - 1, Status.OK), None).norm.vmax == 60.0
 
 
+LINEAR, DECADES, ONE = np.linspace(1.0, 2.0, 2 * MANY), np.geomspace(1.0, 1e3, 2 * MANY), np.full(2 * MANY, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("most", "few", "cut"),
+    [(LINEAR, 2.9, False), (LINEAR, 3.1, True), (LINEAR, 0.1, False), (LINEAR, -0.1, True), (DECADES, 9e4, False),
+     (DECADES, 2e5, True), (DECADES, 0.02, False), (DECADES, 1e-3, True), (ONE, 9.0, False), (ONE, 0.1, False)],
+)  # fmt: skip
+def test_extreme_is_out_of_the_scale_only_where_it_would_hide_the_others(most, few, cut):
+    values = np.append(most, [few] * 8)
+    painted = paint(QUANTITIES["energy"], values, np.full(values.size, Status.OK), None)
+    assert painted.extend == ("neither" if not cut else "max" if few > most.max() else "min")
+    assert painted.counts[SHADES:].sum() <= 16
+    assert cut or {painted.norm.vmin, painted.norm.vmax} == {values.min(), values.max()}
+
+
+def test_extremes_are_stated_with_their_points(plane):
+    plane.energy = np.array([[0.5, 1e-20], [0.5, 1.0], [60.0, np.nan]])
+    plane.status[0, 1] = Status.NEVER_LEAVES
+    fig = map_figure(plane, "energy", x="B", limits=(0.6, 2.0))
+    assert "least $0.5$ at 2 points, largest $60$ at $A = 3$, $B = 0.1$," in note(fig)
+    plane.energy[:] = 1.0
+    assert "largest" not in note(map_figure(plane, "energy")), "one value has no place"
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0])
+def test_values_that_differ_by_rounding_are_one_value(size):
+    noise = size * (1.0 + 1e-14 * np.random.default_rng(4).random((40, 50)))
+    axes = {"A": np.linspace(1, 2, 40), "B": np.linspace(0.1, 0.2, 50)}
+    fig = map_figure(results(axes, energy=noise), "energy")
+    line = map_figure(results({"A": axes["A"]}, energy=noise[:, 0]), "energy")
+    for low, high in (fig.axes[1].get_ylim(), line.axes[0].get_ylim(), full_range([noise])):
+        assert low < 0.9 * size < 1.1 * size < high
+    assert np.ptp(to_rgba_array([c for row in cells(fig)[2] for c in row]), axis=0).max() < 0.01
+    two = noise * np.repeat([1.0, 3.0], 20)[:, None]
+    assert paint(QUANTITIES["energy"], two, np.full(two.shape, Status.OK), None).extend == "neither"
+
+
 def test_exponent_has_its_zero_in_the_middle(plane):
     plane.lyapunov = np.array([[-np.inf, -2.0], [-1.0, 0.1], [0.5, -0.2]])
     fig = map_figure(plane, "lyapunov")
@@ -276,6 +315,10 @@ def test_no_point_over_one_axis_is_left_out(quantity, values, told):
     for line in ax.lines[1:]:
         edge = line.get_transform() == ax.get_xaxis_transform()
         assert not edge or line.get_label() in key(figure)
+    if quantity == "period":
+        level = dict(zip(ax.get_yticks(), (text.get_text() for text in ax.get_yticklabels()), strict=True))
+        named = [level[y] for y in ax.lines[0].get_ydata()[:-1]]
+        assert named == ["1", "1", "2", "record too short", "record too short", "rests", "none up to 64"]
 
 
 def test_only_neighbours_of_one_orbit_are_joined():
@@ -471,6 +514,10 @@ def test_limits_over_one_axis_are_bands_of_velocities():
     same = {"A": [1.5, 1.0, 2.0]}
     certified, fixed = limits_over([1e-3, 1e-4, np.inf], **same), limits_over([0.2, 0.1, 0.3], **same, method="fixed")
     assert vd.plot.limits(certified).axes[0].get_xlim() == (1.0, 2.0), "where a limit is missing, too"
+    several = limits_over([1e-3] * 1000, A=np.linspace(1.0, 2.0, 1000))
+    several.orbit_period[:] = [1] * 400 + [2, 3, 4] + [5] * 197 + [6, 0, 7] + [8] * 397
+    texts = [text.get_text() for text in vd.plot.limits(several).axes[0].texts]
+    assert texts == ["$n = 1$", *"234", "$n = 5$", *"67", "$n = 8$"]
     ax = (fig := vd.plot.limits([certified, fixed])).axes[0]
     first, last = ax.lines[:2]
     assert first.get_xdata().tolist() == [1.0, 1.5, 2.0]

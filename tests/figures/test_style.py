@@ -8,13 +8,14 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 from tests.figures.made import results
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.curves import periods_ticks
 from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.sheet import drawn_on
-from vibrodrive.figures.style import FORMATS, INCHES, LETTERS, save
+from vibrodrive.figures.style import FORMATS, INCHES, LETTERS, about, save
 from vibrodrive.figures.texts import equation, number
 from vibrodrive.model.drawing import WIDTHS
 from vibrodrive.model.records import How
@@ -131,7 +132,18 @@ def test_same_figure_is_the_same_file_with_its_letters(swept, tmp_path):
         assert one.read_bytes() == two.read_bytes()
     assert b"/FontFile2" in (written := (tmp_path / "one.pdf").read_bytes())
     assert b"/Type3" not in written
-    assert "<text" not in (tmp_path / "one.svg").read_text(), "letters must be outlines"
+    assert "<text" not in (svg := (tmp_path / "one.svg").read_text(encoding="utf-8")), "letters must be outlines"
+    png, title, said = Image.open(tmp_path / "one.png").text, "ξ′ over A", "a) ε = 0; B = 0.1, η = 101, certified, "
+    assert (png["Title"], png["Description"][: len(said)]) == (title, said)
+    assert all(text.encode("utf-16-be") in written.replace(b"\\)", b")") for text in (title, said))
+    assert f"<title>{title}</title>\n <desc>{said}" in svg
+    figures.bifurcation(swept).savefig(tmp_path / "one.jpg")  # this format has no title
+    figures.bifurcation(swept).savefig(tmp_path / "mine.png", metadata={"Author": "me"})
+    assert Image.open(tmp_path / "mine.png").text.items() >= {"Title": title, "Author": "me"}.items()
+    shown = results({"A": [1.0, 2.0], "B": [0.1, 0.2]}, ("summary",), drive_work=np.array([[1.0, 2.0], [3.0, 4e-9]]))
+    title, said = about(figures.map_figure(shown, "drive_work"))
+    assert title == "work of the excitation per excitation period over A and B"
+    assert said.endswith("least 4·10⁻⁹ at A = 2, B = 0.2, largest 3 at A = 2, B = 0.1")
 
 
 @pytest.mark.parametrize("count", [3, 117, 1500])

@@ -1,7 +1,10 @@
-"""Tests of the machine code that comes with the package: a library of a few kernels gives what Numba compiles."""
+"""Tests of the machine code that comes with the package: where it is used, and that it gives what Numba compiles."""
 
+import ctypes
 import json
 import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,22 +15,159 @@ import pytest
 from tests.support.process import python
 from vibrodrive.explorer.density import darken
 from vibrodrive.jit import shipped
-from vibrodrive.jit.fletcher import _RAMP, sums
 from vibrodrive.periodic.flight import launch_after, launch_window
-from vibrodrive.periodic.itineraries import DEPTH, NO_SLIDES, Pieces, flights, split
+from vibrodrive.periodic.itineraries import DEPTH, NO_SLIDES, PIECE, flights, split
 from vibrodrive.shipped import build
 
 ROOT = Path(build.__file__).parents[1]
 
-LEVEL = "x86-64-v3"
+V4, V3 = shipped.LEVELS
 
-pytestmark = [
-    pytest.mark.jit,
-    pytest.mark.skipif(not shipped.can_run(LEVEL), reason="no Linux on x86-64-v3"),
-]
+pytestmark = pytest.mark.jit
 
-KERNELS = [sums, darken, launch_after, launch_window, flights, split]
+WIDE = dict.fromkeys(shipped.LEVELS[V4], True)  # features of a processor
 
+
+@pytest.fixture
+def found(monkeypatch, tmp_path, capsys):
+    """Return a function that looks for the code of a kernel as a new process would, on a processor with these features.
+
+    The libraries are not opened, so that this needs neither such a processor nor a compiler of C. `change` changes the
+    folder of the libraries. The function returns the kernel, the library that is chosen, and what was said.
+    """
+    for name in ("VIBRODRIVE_CODE", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(shipped.sys, "platform", "linux")
+
+    def look(cpu=WIDE, change=lambda folder: None):
+        features = {} if cpu is None else {"__cpu_features__": cpu}
+        opened = [None]
+        kernel = SimpleNamespace(kernel0=lambda block: None)
+        monkeypatch.setattr(shipped.ctypes, "CDLL", lambda path, *more: opened.append(Path(path).stem) or kernel)
+        monkeypatch.setattr(shipped, "import_module", lambda name: SimpleNamespace(**features))
+        monkeypatch.setattr(shipped, "FOLDER", tmp_path)
+        for level in shipped.LEVELS:
+            (tmp_path / f"{level}.so").write_text(level)
+        arrays = [{"dtype": dtype, "ndim": 1} for dtype in ("<u2", "<u4")]
+        build.write_table(tmp_path, {darken.name: ["kernel0", arrays, ["u8"] * 3]})
+        change(tmp_path)
+        shipped._table_and_library.cache_clear()
+        return shipped.function(darken.name), opened[-1], capsys.readouterr().err
+
+    yield look
+    shipped._table_and_library.cache_clear()
+
+
+def without(*names):
+    return {name: present for name, present in WIDE.items() if name not in names}
+
+
+@pytest.mark.parametrize(
+    ("features", "level"),
+    [
+        (WIDE, V4),
+        (WIDE | {"AVX512VL": False}, V3),
+        (WIDE | {"MOVBE": False}, None),
+        ({name: True for name in WIDE if name.startswith(("AVX", "FMA"))}, V4),  # NumPy before 2.4
+        (dict.fromkeys(WIDE, False), None),
+        ({}, None),  # another processor
+    ],
+)
+def test_widest_library_that_the_processor_can_run_is_taken(found, features, level):
+    assert found(features)[1:] == (level, "")
+
+
+def test_an_unknown_processor_is_one_line(found):
+    """Otherwise a program would compile for a minute without a word."""
+    run, _, said = found(None)
+    assert run is None
+    assert re.fullmatch(".* kernels are compiled .*__cpu_features__.*\n", said)
+
+
+def _damage(folder):
+    (folder / f"{V4}.so").write_text("another")
+
+
+def _edit(folder):
+    table = json.loads((folder / shipped.TABLE).read_text())
+    (folder / shipped.TABLE).write_text(json.dumps(table | {"sources": "of another version"}))
+
+
+def _swap(folder):
+    text = (folder / shipped.TABLE).read_text()
+    (folder / shipped.TABLE).write_text(text.replace("kernel0", "kernel1"))
+
+
+def _leave_out(folder):
+    (folder / f"{V4}.so").unlink()
+    build.write_table(folder, json.loads((folder / shipped.TABLE).read_text())["kernels"])
+
+
+@pytest.mark.parametrize(
+    ("change", "level", "says"),
+    [
+        (_leave_out, V3, ""),
+        (lambda folder: (folder / f"{V4}.so").unlink(), V3, ""),
+        (_damage, None, f"{V4}.so is damaged"),
+        (lambda folder: (folder / shipped.TABLE).write_text("{"), None, "Expecting property name"),
+        (_swap, None, f"{shipped.TABLE} is damaged"),
+        (_edit, None, ""),  # an edited source is compiled, as in a clone
+        (lambda folder: (folder / shipped.TABLE).unlink(), None, ""),
+    ],
+)
+def test_code_that_is_not_of_these_sources_is_compiled(found, change, level, says):
+    run, opened, said = found(change=change)
+    assert (opened, run is not None) == (level, level is not None)
+    assert said.count("\n") == bool(says)
+    assert says in said
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "level"),
+    [
+        ("VIBRODRIVE_CODE", "numba", None),
+        ("VIBRODRIVE_CODE", V3, V3),
+        ("VIBRODRIVE_CODE", "", V4),
+        ("NUMBA_CPU_NAME", "generic", None),
+        ("NUMBA_CPU_FEATURES", "+avx2", None),
+    ],
+)
+def test_variables_choose_the_code(found, monkeypatch, name, value, level):
+    monkeypatch.setenv(name, value)
+    assert found()[1:] == (level, "")
+
+
+@pytest.mark.parametrize("code", [V4, "avx2"])
+def test_code_that_does_not_exist_is_named(found, monkeypatch, code):
+    monkeypatch.setenv("VIBRODRIVE_CODE", code)
+    run, _, said = found(change=_leave_out)
+    assert run is None
+    assert said.endswith(f"(VIBRODRIVE_CODE = {code}: must be {V3} or numba here)\n")
+
+
+def test_arrays_of_other_kinds_are_refused(found):
+    run, *_ = found()
+    for wrong in (np.zeros(4), np.zeros((2, 2), np.uint16), np.zeros(8, np.uint16)[::2]):
+        with pytest.raises(TypeError, match="must be a contiguous uint16 array of 1 dimensions"):
+            run(wrong, np.zeros(4, np.uint32))
+
+
+@pytest.mark.skipif(shutil.which("qemu-x86_64") is None, reason="needs qemu-x86_64 (Debian: qemu-user)")
+def test_an_emulated_processor_is_asked():
+    """/proc/cpuinfo describes the real one, whose machine code would end the process."""
+    script = "from vibrodrive.jit.shipped import LEVELS, can_run; print([*map(can_run, LEVELS)])"
+    command = ["qemu-x86_64", "-cpu", "SandyBridge", sys.executable, "-c", script]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "[False, False]\n"
+
+
+def test_other_systems_get_no_machine_code(monkeypatch):
+    monkeypatch.setattr(shipped.sys, "platform", "darwin")
+    assert not any(map(shipped.can_run, shipped.LEVELS))
+
+
+LEVEL = next(filter(shipped.can_run, shipped.LEVELS), None)
+
+KERNELS = [darken, launch_after, launch_window, flights, split]
 
 MAKE = f"""
 import sys
@@ -46,37 +186,23 @@ def make(folder, seed):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A folder with a library of KERNELS, and the table."""
+    """A folder with a library of KERNELS for this processor, and the table."""
+    if LEVEL is None:
+        pytest.skip("no Linux on x86-64-v3")
+    try:
+        build._linker()
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
     folder = tmp_path_factory.mktemp("shipped")
     make(folder, "1")
     return folder
 
 
-@pytest.fixture
-def found(made, monkeypatch, tmp_path, capsys):
-    """Return a function that looks for the code of a kernel as a new process would, in a copy of the folder `made`.
-
-    `change` changes the copy. The function returns the code and what was said.
-    """
-    for name in ("VIBRODRIVE_CODE", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"):
-        monkeypatch.delenv(name, raising=False)
-
-    def look(kernel=sums, change=lambda folder: None):
-        for path in (made / f"{LEVEL}.so", made / shipped.TABLE):
-            (tmp_path / path.name).write_bytes(path.read_bytes())
-        change(tmp_path)
-        monkeypatch.setattr(shipped, "FOLDER", tmp_path)
-        shipped._table_and_library.cache_clear()
-        return shipped.function(kernel.name), capsys.readouterr().err
-
-    yield look
-    shipped._table_and_library.cache_clear()
-
-
 def _split(run):
-    ends, pieces = np.empty((64, 2)), Pieces(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), np.int64), NO_SLIDES)
-    under_way = np.array([-1, 0])
-    return run((0.4, 1.2), 2, 3.04, 0.1, 16, 10**6, under_way, ends, pieces), ends[: under_way[1]].tolist()
+    cells, stack = np.zeros((64, 5)), np.empty(DEPTH, PIECE)
+    cells[0, :2] = 0.4, 1.2
+    _, found, _ = under_way = run(2, 3.04, 0.1, 16, np.empty(0, np.int64), 10**6, (0, 1, -1), cells, stack)
+    return under_way, cells[:found].tolist()
 
 
 def _darken(run):
@@ -88,7 +214,6 @@ def _darken(run):
 _SHADES = np.array([0, 9, 7, 5], np.uint8)
 
 CALLS = {
-    sums: lambda run: run(np.arange(1000, dtype=np.uint16), _RAMP),
     darken: _darken,
     launch_after: lambda run: run(7.0, 3.04, 0.1),
     launch_window: lambda run: run(3.04, 0.0),
@@ -98,103 +223,12 @@ CALLS = {
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=lambda kernel: kernel.__name__)
-def test_shipped_code_gives_what_numba_compiles(found, kernel):
+def test_shipped_code_gives_what_numba_compiles(made, monkeypatch, kernel):
     """All kinds of arguments and results occur: numbers, truth values, tuples, arrays, nothing."""
-    run, said = found(kernel)
-    assert said == ""
-    assert CALLS[kernel](run) == CALLS[kernel](kernel.dispatcher)
-
-
-def test_arrays_of_other_kinds_are_refused(found):
-    run, _ = found(sums)
-    for wrong in (np.zeros(4), np.zeros((2, 2), np.uint16), np.zeros(8, np.uint16)[::2]):
-        with pytest.raises(TypeError, match="must be a contiguous uint16 array of 1 dimensions"):
-            run(wrong, _RAMP)
-
-
-def _damage(folder):
-    path = folder / f"{LEVEL}.so"
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-
-
-def _edit(folder):
-    table = json.loads((folder / shipped.TABLE).read_text())
-    (folder / shipped.TABLE).write_text(json.dumps(table | {"sources": "of another version"}))
-
-
-def _swap(folder):
-    text = (folder / shipped.TABLE).read_text()
-    (folder / shipped.TABLE).write_text(text.replace("kernel1", "kernel2"))
-
-
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        (_damage, f"{LEVEL}.so is damaged"),
-        (lambda folder: (folder / f"{LEVEL}.so").write_bytes(b""), f"{LEVEL}.so is damaged"),
-        (lambda folder: (folder / shipped.TABLE).write_text("{"), "Expecting property name"),
-        (_swap, f"{shipped.TABLE} is damaged"),
-        (_edit, ""),  # an edited source is compiled, as in a clone
-        (lambda folder: (folder / shipped.TABLE).unlink(), ""),
-        (lambda folder: (folder / f"{LEVEL}.so").unlink(), ""),
-    ],
-)
-def test_code_that_is_not_of_these_sources_is_compiled(found, change, says):
-    run, said = found(change=change)
-    assert run is None
-    assert said.count("\n") == bool(says)
-    assert says in said
-    assert found()[0] is not None
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "used"),
-    [
-        ("VIBRODRIVE_CODE", "numba", False),
-        ("VIBRODRIVE_CODE", LEVEL, True),
-        ("VIBRODRIVE_CODE", "x86-64-v4", False),  # the folder has no library of this kind
-        ("VIBRODRIVE_CODE", "", True),
-        ("NUMBA_CPU_NAME", "generic", False),
-        ("NUMBA_CPU_FEATURES", "+avx2", False),
-    ],
-)
-def test_variables_choose_the_code(found, monkeypatch, name, value, used):
-    monkeypatch.setenv(name, value)
-    assert (found()[0] is not None) == used
-
-
-def test_code_that_does_not_exist_is_named(found, monkeypatch):
-    monkeypatch.setenv("VIBRODRIVE_CODE", "avx2")
-    run, said = found()
-    assert run is None
-    assert re.search(r"VIBRODRIVE_CODE = avx2: must be (x86-64-v4 or )?x86-64-v3 or numba here\)\n$", said)
-
-
-@pytest.mark.parametrize(
-    ("features", "level"),
-    [
-        (shipped.LEVELS["x86-64-v4"], "x86-64-v4"),
-        ((*shipped.LEVELS[LEVEL], "avx512f"), LEVEL),
-        (shipped.LEVELS[LEVEL][:-1], None),  # without xsave the system saves no wide registers
-        ((), None),
-    ],
-)
-def test_widest_library_that_the_processor_can_run_is_taken(found, monkeypatch, features, level):
-    monkeypatch.setattr(shipped, "_features", lambda: set(features))
-    opened = []
-    monkeypatch.setattr(
-        shipped.ctypes, "CDLL", lambda path, *more: opened.append(path) or SimpleNamespace(kernel0=sums)
-    )
-
-    def add(folder):
-        (folder / "x86-64-v4.so").write_bytes(b"wide")
-        build.write_table(folder, json.loads((folder / shipped.TABLE).read_text())["kernels"])
-
-    run, _ = found(change=add)
-    assert (run is not None) == (level is not None)
-    assert [path.rpartition("/")[2] for path in opened[1:]] == ([f"{level}.so"] if level else [])
+    table = json.loads((made / shipped.TABLE).read_text())
+    opened = table["kernels"], ctypes.CDLL(str(made / f"{LEVEL}.so"))
+    monkeypatch.setattr(shipped, "_table_and_library", lambda: opened)
+    assert CALLS[kernel](shipped.function(kernel.name)) == CALLS[kernel](kernel.dispatcher)
 
 
 def test_every_kernel_is_shipped():
@@ -238,8 +272,3 @@ def test_a_linker_is_asked_for(monkeypatch):
     monkeypatch.setattr(build, "find_spec", lambda name: None)
     with pytest.raises(FileNotFoundError, match="no compiler of C was found"):
         build._linker()
-
-
-def test_other_systems_get_no_machine_code(monkeypatch):
-    monkeypatch.setattr(shipped.platform, "machine", lambda: "aarch64")
-    assert shipped._features() == set()

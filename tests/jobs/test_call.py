@@ -94,7 +94,7 @@ def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
         vd.sweep(**SWEEP, B=0.2, path="x.h5")
     Path("notes.h5").write_text("precious")
     for overwrite in (False, True):
-        with pytest.raises(ValueError, match=r"notes\.h5'?: not a result file.*overwrite=True replaces only result"):
+        with pytest.raises(ValueError, match=r"notes\.h5'?: not a result file.*only result files are overwritten"):
             vd.sweep(**SWEEP, path="notes.h5", overwrite=overwrite)
     for wrong in ({"threads": 0}, {"executor": 3}):
         with pytest.raises((TypeError, ValueError), match=f"^{next(iter(wrong))} = "):

@@ -291,6 +291,26 @@ def test_periods_and_exponents_equal_those_of_the_orbits():
     assert np.isnan(vd.sweep(A=[3.04], eps=1e-4, transient=9, periods=9, record="summary").lyapunov).all()
 
 
+ALTERNATING = [
+    dict(A=[*np.linspace(2.595, 2.604, 40), 2.604085, *np.linspace(2.6045, 2.61, 20)]),
+    dict(A=np.linspace(3.05, 3.065, 40)),
+    dict(A=[10.76, 10.7825, 10.783, 10.79], B=2.2, transient=20_000),
+    dict(A=np.linspace(2.6, 2.608, 10), method="muller", dtau=1e-2),
+    dict(A=[2.9259506337558374, 2.95], eps=1e-2, eta=3.0, periods=64),
+    dict(A=[4.459984996249062, 8.02263565891473]),
+]
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("scene", ALTERNATING, ids=lambda scene: f"A={scene['A'][0]:g}")
+def test_alternation_that_decays_is_no_period(scene):
+    """Near a doubling a motion alternates about its orbit, and differs little from itself two periods earlier."""
+    run = dict(transient=500, periods=128, record="summary") | scene
+    soon, late = vd.sweep(**run).period, vd.sweep(**run | {"transient": 300_000}).period
+    assert (soon == late)[soon > 0].all()
+    assert (soon > 0).mean() > 0.7
+
+
 @pytest.mark.jit
 @pytest.mark.parametrize("number", [0, 1])
 def test_exponent_is_the_growth_of_a_small_difference(number):

@@ -9,7 +9,8 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.model.choices import Method
-from vibrodrive.model.names import PARAMETERS, SCENE, Settings
+from vibrodrive.model.keywords import Machine, Parameters
+from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
 
 FUNCTIONS = [vd.simulate, vd.sweep, vd.limit]
 OWN = {
@@ -58,6 +59,20 @@ def test_every_call_takes_the_quantities_of_a_scene(function):
     shown = inspect.signature(function).parameters
     assert list(shown)[-len(SCENE) - 1 :] == ["scene", *SCENE]
     assert all(shown[name].default is None for name in ("scene", *SCENE))
+
+
+def test_types_and_table_have_the_same_names():
+    assert {"A", *Parameters.__annotations__} == {*PARAMETERS, *SETTINGS} - {"method"}
+    assert [*Machine.__annotations__] == ["scene", *SCENE]
+
+
+def test_help_says_of_each_keyword_type_range_default_meaning_and_unit():
+    told = inspect.getdoc(vd.sweep)
+    assert "B : float or sequence of float, 0 to 1e9, default 0.1\n    incline over friction B = tan α / μ." in told
+    assert "a0 : float or sequence of float, optional\n    amplitude a0 of the excitation in m." in told
+    told = inspect.getdoc(vd.limit)
+    assert "periods : int, default 1500\n    excitation periods recorded." in told
+    assert "dtau : float, 1e-12 to 1e6, optional\n    step Δτ of the grid" in told
 
 
 @pytest.mark.integration

@@ -62,7 +62,7 @@ def test_blocks_tile_the_points_and_are_chunks(shape, periods):
         low, high = index.min(axis=0), index.max(axis=0)
         assert math.prod(high - low + 1) == stop - start, "the block must be a box"
         assert (low % plan.chunk == 0).all()
-        assert (low // plan.chunk == high // plan.chunk).all(), "the block must be in one chunk"
+        assert (low // plan.chunk == high // plan.chunk).all(), "the block must be in one tile"
 
 
 def test_blocks_are_smaller_the_longer_their_points_take():

@@ -23,6 +23,7 @@ import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.figures.style import save
 from vibrodrive.model.config import parse, read
+from vibrodrive.model.drawing import choose_configured
 from vibrodrive.model.parameters import real_array
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.results import Results
@@ -99,7 +100,7 @@ VALUES = {
     "Scene omega0": ("omega0", lambda v: vd.Scene(**{**SCENE, "omega0": v}), [*NUMBER[1:], 0]),  # None means missing
     "Scene a0": ("a0", lambda v: vd.Scene(**{**SCENE, "a0": v}), NUMBER),
     "Scene mass": ("mass", lambda v: vd.Scene(**{**SCENE, "mass": v}), [*NUMBER[1:], 0]),
-    "Scene alpha": ("alpha", lambda v: vd.Scene(**{**SCENE, "alpha": v}), [*NUMBER, 90]),
+    "Scene alpha": ("alpha", lambda v: vd.Scene(**{**SCENE, "alpha": v}), [*NUMBER[1:], 90]),
     "beyond doubles": ("A", lambda v: vd.simulate(A=vd.Scene.quiet(**{**SCENE, **v}).A), [
         {"omega0": 1e300}, {"a0": 1e300, "omega0": 1e9}, {"mu": 1e-300, "alpha": 0.0}, {"mu": 5e-324, "g": 5e-324}
     ]),
@@ -157,6 +158,7 @@ CONFIGURATIONS = [
     (RANGE % "step = '1'", "sweep.A.step = '1': must be replaced by num, the number of values"),
     (RANGE % "scale = 'log'", "sweep.A.num is missing: must be given, because a range needs start, stop and num"),
     (RANGE % "num = 0", "sweep.A.num = 0: must be an integer >= 1"),
+    (RANGE % "num = 1", "sweep.A.num = 1: must be >= 2, because a range contains both … (one value is … A = 1.0)"),
     (RANGE.replace("2", "inf") % "num = 3", f"sweep.A.stop = inf: {NUMBERS}"),
     (RANGE % "num = 3, scale = 'cubic'", "sweep.A.scale = 'cubic': must be one of linear, log"),
     (RANGE.replace("1", "0") % "num = 3, scale = 'log'", 'sweep.A.start = 0.0: must be a number > 0 with scale = …'),
@@ -173,6 +175,8 @@ CONFIGURATIONS = [
     ('title = "a\\nb"\n' + ONE, r"title = 'a\nb': must be one line, without control characters"),
     (".".join("a" * 20_000) + " = 1\n", "invalid TOML: a key must have at most 100 parts"),
     ("[sweep]\nA = 1\nA = 2\n", "invalid TOML: … (at line 3, …"),
+    (RANGE.replace("1", "1,5") % "num = 3", "invalid TOML: … (at line 2, …. Write 1.5 for 1,5"),
+    (f"[sweep]\nA = {'9' * 4400}\n", "invalid TOML: an integer has too many digits"),
     ("[sweep]\npoints = 3\n", "sweep.points = 3: must be a table [sweep.points]"),
     (POINTS + "B = 0.1\n", "sweep.points.B = 0.1: must be a list or a range (give one number outside of points)"),
     (POINTS + "mu = [0.1]\n", "physical.omega0 is missing: must be given, because [physical] needs …"),
@@ -204,8 +208,15 @@ OPTIONS = [
     ("zzz=3", "key of --set = 'zzz': must be one of A, … max_period"),
     ("run.peroids=3", "key of [run] = 'peroids': must be one of … record. Did you mean periods?"),
     ("run=3", "--set = 'run=3': must be TABLE.KEY=VALUE"),
-    ("A=3,4", "--set = 'A=3,4': must be a list in brackets, such as A=[3,4]"),
-    ("sweep.A = 3, .5", "--set = 'sweep.A = 3, .5': must be a list in brackets, such as sweep.A =[3, .5]"),
+    (
+        "A=3,4",
+        "A = '3,4': must be written with a decimal point, such as 3.4, or as a list in brackets, such as A=[3,4]",
+    ),
+    ("B=0,04", "B = '0,04': must be written with a decimal point, such as 0.04"),
+    ("A=[3,04]", "A = '[3,04]': must be written with a decimal point, such as 3.04"),
+    ("periods=1,5", "periods = '1,5': must be written with a decimal point, such as 1.5"),
+    ("sweep.A = 3, .5", "sweep.A = '3, .5': must be a list in brackets, such as sweep.A=[3, .5]"),
+    (f"periods={'9' * 4400}", "periods = '9…9 …: must be an integer >= 1"),
     ("figure.quantity=power", "figure.quantity = 'power': must be one of … Did you mean impact_power?"),
     ("A=1\nB=2", r"--set = 'A=1\nB=2': must be one KEY=VALUE"),
     ("run.periods.x=3", "--set = 'run.periods.x=3': must be a key of a table, but periods is not a table"),
@@ -220,7 +231,7 @@ CALLS = [
     (lambda: vd.simulate(3.0, 0.1), "arguments without a name = (3.0, 0.1): must be at most 1 (A); …"),
     (lambda: vd.sweep([3.0]), "arguments without a name = ([3.0],): must be none; give each by name, such as A = …"),
     (lambda: vd.simulate(transiant=3), f"argument = 'transiant': must be one of {NAMES}. Did you mean transient?"),
-    (lambda: vd.limit(3.0, bogus=3), "argument = 'bogus': must be one of A, disturbance, …, threads"),
+    (lambda: vd.limit(3.0, bogus=3), "argument = 'bogus': must be one of A, disturbance, …, g"),
     (lambda: vd.sweep(B=0.1), f"A is missing: must be given, {NUMBERS[8:]}"),
     (lambda: vd.impact_map(a0=1e-3), "omega0 is missing: must be given, because a scene needs …"),
     (lambda: vd.plot.cobweb(a0=1e-3), "argument = 'a0': must be given by a scene, as scene = vd.Scene(a0=…, …)"),
@@ -248,6 +259,11 @@ CALLS = [
     (lambda: recorded().plot(cmap=3), "cmap = 3: must be a Colormap of Matplotlib, or the name of one such as magma"),
     (lambda: recorded().plot("poincare", cmap="magma"), "cmap = 'magma': must be left out for a figure of kind poin…"),
     (lambda: recorded().plot(quantity="status", cmap="magma"), "cmap = 'magma': must be left out over one axis, …"),
+    (lambda: recorded().plot("map", xlim=(3, 4)), "argument = 'xlim': must be one of kind, …, notes"),
+    (lambda: choose_configured(recorded(), {}, {"units": "SI"}), "--units = 'SI': must be left out, because …"),
+    (lambda: choose_configured(recorded(), {"units": "SI"}, {}), "figure.units = 'SI': must be left out, because …"),
+    (lambda: motion().switches["tau"], "field = 'tau': must be one of period, …, dxi. to_dataframe() has tau"),
+    (lambda: recorded().select(3.0), 'method = 3.0: must be "nearest", or … the name of its axis, such as A=3.0'),
     (lambda: recorded().select(B=1), "axis = 'B': must be one of A"),
     (lambda: recorded().select(A=99), 'A = 99: must be one of the 2 values of this axis; method="nearest" … 3.1'),
     (lambda: recorded().select(A=[3.0, 3.1]), "A = [3.0, 3.1]: must be one number; to_xarray().sel(A=…) selects …"),
@@ -269,7 +285,7 @@ CALLS = [
     (lambda: motion().to_dataframe(table="x"), "argument = 'table': must be one of of"),
     (lambda: vd.plot.map(summarised(), "kept", undisturbed=3), "undisturbed = 3: must be the gaps …"),
     (lambda: vd.own(len, unit="lenght"), "unit = 'lenght': must be one of length, … Did you mean length?"),
-    (lambda: vd.own(len, units="m"), "argument = 'units': must be one of function, unit, label. Did you mean unit?"),
+    (lambda: vd.own(len, units="m"), "argument = 'units': must be one of function, version, … Did you mean unit?"),
     (lambda: vd.sweep(A=3, record=[lambda m: 1.0, lambda m: 2.0]), "record = 'function, function': must be functi…"),
     (lambda: vd.sweep(A=3, record=vd.own(lambda m: {"a": 1.0}, label={"b": "x"}), **SHORT),
      "name in the units and labels of function = 'b': must be one of a"),
@@ -288,6 +304,8 @@ CALLS = [
     (lambda: vd.Scene(1e-3, 24.0), "arguments without a name = (0.001, 24.0): must be none; … such as a0 = …"),
     (lambda: vd.Scene(freq=24), "argument = 'freq': must be one of a0, omega0, … Did you mean frequency?"),
     (lambda: vd.Scene(omega0=150.0, mu=0.6, alpha=3.4), "a0 is missing: must be given"),
+    (lambda: vd.Scene(a0=1e-3, omega0=150.0, mu=0.6), "alpha is missing: must be given, because a scene needs …"),
+    (lambda: vd.sweep(frequency=[20, 24]), "mu is missing: must be given, because a scene needs …"),
     (lambda: vd.orbits(3.0, eps=1e-4), "argument = 'eps': must be one of A, B, max_period, scene, a0, …"),
     (lambda: vd.bifurcations((2, 3), max_perod=2), "argument = 'max_perod': … Did you mean max_period?"),
     (lambda: vd.impact_map(), f"A is missing: must be given, {NUMBERS[8:]}"),

@@ -93,3 +93,9 @@ def test_arrays_and_axes_are_items():
             r[name]
     with pytest.raises(TypeError, match="not iterable"):
         list(r)
+    for name in ("error", "error_xi", "k2", "impact_phase"):
+        assert getattr(r, name, None) is None
+        with pytest.raises(ValueError, match="must be extended by"):
+            getattr(r, name)
+    r = Results.collect(plan := make_plan({"A": [3.0], "record": "summary"}), fake.run_blocks(plan))
+    assert not hasattr(r, "section")

@@ -1,6 +1,5 @@
-"""Values in geometric progression: their exact values, and no function of NumPy that depends on the processor."""
+"""Values in geometric progression, compared with their exact values."""
 
-import math
 from decimal import Decimal, localcontext
 
 import numpy as np
@@ -22,10 +21,3 @@ def test_values_are_those_of_exact_arithmetic(low, high, num):
 @pytest.mark.parametrize(("num", "values"), [(0, []), (1, [2.0]), (2, [2.0, 3.0])])
 def test_few_values(num, values):
     assert spacing.geometric(2.0, 3.0, num).tolist() == values
-
-
-def test_no_power_is_taken_by_numpy(monkeypatch):
-    expected = [10.0**x for x in np.linspace(math.log10(1e-6), math.log10(0.3), 50).tolist()][1:-1]
-    for name in ("power", "log10", "exp", "log", "geomspace", "logspace"):
-        monkeypatch.setattr(np, name, None)
-    assert spacing.geometric(1e-6, 0.3, 50)[1:-1].tolist() == expected

@@ -132,11 +132,11 @@ def test_grazing_agrees_from_both_sides():
 def test_phase_differences_are_measured_on_the_circle():
     """An impact just before the end of a period is close to an impact just after the beginning of a period."""
     (orbit,) = orbits(1.5, 0.1, 1)
-    one, other, two = (
-        replace(orbit, phases=np.array(phases)) for phases in ([0.01], [2 * math.pi - 0.02], [3.0, 2 * math.pi - 0.02])
-    )
+    places = [0.01], [2 * math.pi - 0.02], [3.0, 2 * math.pi - 0.02], [0.01, 2.8, 4.0]
+    one, other, two, three = (replace(orbit, phases=np.array(phases)) for phases in places)
     assert gap_between(one, other) == gap_between(other, one) == pytest.approx(0.03)
     assert gap_between(one, two) == gap_between(two, one) == pytest.approx(0.03)
+    assert gap_between(two, three) == gap_between(three, two) == pytest.approx(0.2), "the largest of 0.2 and 0.03"
 
 
 @pytest.mark.parametrize(

@@ -139,10 +139,10 @@ def test_orbits_with_a_rest_are_superstable():
     (orbit,) = orbits(1.5)
     assert (orbit.period, orbit.kind, orbit.word) == (1, "superstable", "REST UP STICK DOWN IMPACT")
     for A in (1.1, 0.0):
-        with pytest.warns(UserWarning, match="the mass cannot leave the obstacle") as caught:
-            assert orbits(A) == []
-        assert len(caught) == 1
-        assert caught[0].filename == __file__
+        assert orbits(A) == []
+    with pytest.warns(UserWarning, match="swapped") as caught:
+        assert orbits(0.1, 3.04) == []
+    assert [one.filename for one in caught] == [__file__]
 
 
 @pytest.mark.jit
@@ -164,7 +164,6 @@ STICKS = math.sqrt(1.0 + 0.25 * math.pi**2)
 
 
 @pytest.mark.parametrize("A", [1.0 + 1e-9, 1.37, 1.4666980286121560, 1.86, 1.8622, 1.9, 2.5, 2.93, 10.0, 1e6])
-@pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_one_orbit_on_the_level_touches(A):
     """For B = 0 the orbit lands with velocity 0. Rounding errors once gave other kinds at two of these values of A."""
     (orbit,) = orbits(A, 0.0, 2)
@@ -219,7 +218,6 @@ def test_no_orbit_close_to_the_level_depends_on_rounding(B):
 
 
 @pytest.mark.jit
-@pytest.mark.filterwarnings("ignore:A = .*A is usually below")
 def test_orbit_passed_twice_is_listed_once():
     """Far above A = 1 + B rounding separates two passes of an orbit. Together they were once listed as a new orbit."""
     for A in np.linspace(1000.0, 1100.0, 401).tolist():

@@ -125,11 +125,10 @@ def test_limit_has_it_for_epsilon_certified_impacts_only():
 
 
 @pytest.mark.jit
-def test_record_limit_has_it():
-    r = vd.sweep(A=[1.9, 2.9], record="limit", transient=50, periods=50)
-    for at, A in enumerate((1.9, 2.9)):
-        k = vd.limit(A, transient=50, periods=50)
-        assert (r.k2_always[at], r.starts_width[at]) == (k.k2_always, k.starts_width)
+def test_search_begins_below_a_loss_that_an_interval_of_starts_hides():
+    """The start is the end of a sampled interval: at ε = 9e-4 it returns to the orbit, at smaller ε it does not."""
+    k = vd.limit(2.75, tau0=6.952201193032453, transient=0, periods=200)
+    assert (k.k2 < 1e-12, k.kept_below) == (True, 0.0)
 
 
 @pytest.mark.unit

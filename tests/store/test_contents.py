@@ -1,5 +1,6 @@
 """The file of each record describes its contents; equal runs make equal files; what a file is not is said in a line."""
 
+import hashlib
 from dataclasses import replace
 from time import sleep
 
@@ -21,7 +22,7 @@ from vibrodrive.model.records import RECORDS
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look, verify
 
-OWN = Own("settle", ("last", "share"), "0" * 64)
+OWN = Own("settle", ("last", "share"), "1")
 TOGETHER = (*(one for one in RECORDS.values() if not one.alone), OWN)
 GRID = {"method": "fixed", "dtau": 0.1}
 
@@ -29,7 +30,8 @@ PLANS = {
     name: {"A": [1.0, 2.0], "eps": [0.0], "periods": 3, "record": record, **(GRID if name == "failures" else {})}
     for name, record in {**{name: (name,) for name in RECORDS}, "own": (OWN,), "several": TOGETHER}.items()
 }
-PLANS["limit"].pop("eps")
+for name in ("limit", "impulses"):
+    PLANS[name].pop("eps")
 
 
 def made(name, path):
@@ -50,13 +52,29 @@ def test_file_does_not_contain_the_time(tmp_path):
 def test_every_variable_is_described_and_every_text_has_a_fixed_length(name, tmp_path):
     """Programs for netCDF-3 read no other texts: Octave neither lists nor reads an attribute of such a file."""
     with h5py.File(made(name, tmp_path / "x.h5")) as file:
-        for variable, data in file.items():
-            assert all((data.attrs["long_name"], data.attrs["units"], data.fletcher32)), variable
-            assert data.is_scale or tuple(len(d[0]) for d in data.dims) == data.shape, variable
+        for variable, data in [*file["digests"].items(), *file.items()]:
+            if variable != "digests":
+                assert all((data.attrs["long_name"], data.attrs["units"], data.id.get_offset() % 8 == 0)), variable
+                assert data.is_scale or tuple(len(d[0]) for d in data.dims) == data.shape, variable
         kinds = {f"{of.name} {a}": of.attrs.get_id(a).dtype for of in (file, *file.values()) for a in of.attrs}
         texts = {about: text for about, kind in kinds.items() if (text := h5py.check_string_dtype(kind)) is not None}
     assert {"/ config", "/ method", "/status long_name", "/status units", "/status flag_meanings"} <= texts.keys()
     assert [about for about, text in texts.items() if text.length is None] == []
+
+
+@each
+def test_any_program_finds_the_values_and_their_digests(name, tmp_path):
+    """With `numpy.memmap`, and with the recipe of docs/files.md for a digest."""
+    path = made(name, tmp_path / "x.h5")
+    with h5py.File(path) as file:
+        for variable, sums in file["digests"].items():
+            if variable != "block":
+                data = file[variable]
+                place = {"dtype": data.dtype, "shape": data.shape, "offset": data.id.get_offset()}
+                raw = np.memmap(path, mode="r", **place)
+                np.testing.assert_array_equal(raw, data[...])
+                found = hashlib.blake2b(variable.encode() + raw.tobytes(), digest_size=8, salt=bytes(16))
+                assert [int.from_bytes(found.digest(), "little")] == sums[...].tolist(), "one block, with the number 0"
 
 
 OF_OTHERS = {

@@ -152,12 +152,12 @@ def assert_one_line(err, *words):
 
 
 def test_kill_at_a_random_time_leaves_a_file_that_resumes(scene, undisturbed):
-    """Committed blocks survive each kill undamaged. The final file equals the file of an uninterrupted sweep."""
+    """Written blocks survive each kill undamaged. The final file equals the file of an uninterrupted sweep."""
     random = np.random.default_rng()
     committed, struck = 0, 0
     while struck < 5:
         process = scene.start(delay=0.02)
-        if struck % 4:  # three of four kills happen while blocks are written, the fourth also during the layout
+        if struck % 4:  # three of four kills happen while blocks are written, the fourth also before
             while not scene.file.exists() and process.poll() is None:
                 time.sleep(0.002)
         time.sleep(random.uniform(0, 0.7))
@@ -189,16 +189,16 @@ def test_signal_ends_a_sweep_with_the_command_to_resume(scene, undisturbed, anno
     assert f"resumed with {done} of 60 blocks" in scene.assert_resumes(undisturbed)
 
 
-IN_A_FLUSH = """
+IN_A_WRITE = """
 import os, signal
-from vibrodrive.store.writer import Writer
-flush, sent = Writer._flush, []
-def interrupted(writer):
-    if writer._pending and not sent:
-        sent.append(writer)
+from vibrodrive.store.lock import Lock
+write, written = Lock.write, []
+def interrupted(lock, content, at):
+    written.append(at)
+    if len(written) == 90:
         os.kill(os.getpid(), signal.SIGINT)
-    flush(writer)
-Writer._flush = interrupted
+    write(lock, content, at)
+Lock.write = interrupted
 """
 
 
@@ -214,10 +214,10 @@ fake.block = block
 
 @pytest.mark.parametrize(
     ("before", "ends", "words"),
-    [(IN_A_FLUSH, 130, ["SIGINT"]), (IN_A_BLOCK, 1, ["no memory for block 7", "7 of 60 blocks are in the file"])],
-    ids=["interrupt in a flush", "failed computation"],
+    [(IN_A_WRITE, 130, ["SIGINT"]), (IN_A_BLOCK, 1, ["no memory for block 7", "7 of 60 blocks are in the file"])],
+    ids=["interrupt in a write", "failed computation"],
 )
-def test_blocks_before_the_end_are_committed(scene, undisturbed, before, ends, words):
+def test_blocks_before_the_end_are_kept(scene, undisturbed, before, ends, words):
     err, code = scene.run(delay=0.01, before=before, preexec_fn=lambda: os.close(0))  # the lock may be the file 0
     done = look(scene.file).done.sum()
     assert (code, 0 < done < 60) == (ends, True), err

@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrodrive.batch.sweep import check_threads, compute
 from vibrodrive.jit.slices import Halt
+from vibrodrive.jit.trig import sincos
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN, Settings
 from vibrodrive.model.parameters import unknown
@@ -147,7 +148,7 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
     if scene is None:
         return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, {})
-    pull = a["A"] * (1.0 + a["eps"] * a["eta"] ** 2)  # largest excitation
+    pull = a["A"] * (1.0 + a["eps"] * a["eta"] * a["eta"])  # largest excitation
     leaves = "the mass leaves the obstacle" if pull > 1.0 + a["B"] else "the mass rests at the obstacle"
     told = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
     given = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in told.items())
@@ -192,9 +193,9 @@ def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     # the velocity down never exceeds 2 A (1 + ε η), so that a mass at this gap does not reach the obstacle
     far = 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + n)
     known = (B <= 1.0) & (far <= PARAMETERS["xi0"].high)
-    begin = math.cos(plan.scalars["tau0"]) + eps * eta * math.cos(eta * plan.scalars["tau0"])
-    start = np.where(known, [A, far, -A * (np.sin(np.minimum(B, 1.0) * TURN / 4.0) + begin)], 0.0)
-    free = _with(plan, B=B, **dict(zip(("A", "xi0", "dxi0"), start, strict=True)))
+    level = np.array([sincos(0.25 * TURN * min(b, 1.0))[0] for b in B.tolist()])
+    start = np.where(known, [A, far, -A * (level + 1.0 + eps * eta)], 0.0)
+    free = _with(plan, B=B, tau0=0.0 * B, **dict(zip(("A", "xi0", "dxi0"), start, strict=True)))
     settings = Settings(transient=transient, periods=n, budget=plan.settings.budget)
     section = compute(replace(free, settings=settings, record=(SECTION,)), 0, len(A), check_threads(None)).section
     assert section is not None
@@ -216,7 +217,9 @@ def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Pla
             f"grid of step Δτ = {step:.6g}: switches are late by up to one step; two switches in a step may be missed"
         )
     closest = f"margin {margin:.3g}: smallest distance of a decision from the opposite decision, in H, ξ or ξ'"
-    said = [f"{status.name}: {advice}", "no decision" if math.isinf(margin) else closest]
+    closest = "no decision" if math.isinf(margin) else closest
+    plain = advice == Status.OK.advice  # it need not be said again of each motion
+    said = [f"OK, {closest}"] if plain else [f"{status.name}: {advice}", closest]
     if status != Status.OK:
         return said
     period, impacts = found["period"], found["impacts"]

@@ -15,9 +15,10 @@ import sys
 import threading
 from _thread import start_new_thread
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -30,6 +31,8 @@ LOOK = 0.05  # time in seconds between two checks for Ctrl-C, for a halt from an
 
 BRIEF = 5000.0
 """Largest work, in microseconds (`Settings.work` in model/names.py), that runs in the calling thread."""
+
+R = TypeVar("R")
 
 Loop = Callable[[Sequence[Any], np.ndarray, Halt], None]
 """Function like `_run_in_workers`."""
@@ -83,7 +86,7 @@ def run(
     if brief or (threads == 1 and not watched):
         _run(calls, threads, halt, loop)
     else:
-        _watch(lambda: _run(calls, threads, halt, loop), halt, look)
+        _watch(partial(_run, calls, threads, halt, loop), partial(_run, calls, 1, halt, loop), halt, look)
     if halt.called:
         raise Halted
 
@@ -134,12 +137,38 @@ def _give_back(worker: _Worker) -> None:
         raise error
 
 
-def _watch(work: Callable[[], None], halt: Halt, look: Callable[[], None] | None = None) -> None:
+class Pool(ThreadPoolExecutor):
+    """Threads of Python. If no further one can be started, a task runs in the calling thread."""
+
+    def submit(self, task: Callable[..., R], /, *args: Any, **kwargs: Any) -> Future[R]:
+        future, taken = Future[R](), threading.Lock()
+
+        def run() -> None:
+            if taken.acquire(blocking=False) and future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(task(*args, **kwargs))
+                except BaseException as error:
+                    future.set_exception(error)
+
+        try:
+            super().submit(run)
+        except RuntimeError:  # the task is in the queue all the same, from which another thread may have taken it
+            run()
+        return future
+
+
+def _watch(
+    work: Callable[[], None], alone: Callable[[], None], halt: Halt, look: Callable[[], None] | None = None
+) -> None:
     """Run `work` in a worker thread and wait for its end. Meanwhile call `look` periodically.
 
-    An interrupt of the calling thread halts the work.
+    An interrupt of the calling thread halts the work. If no thread can be started, this thread runs `alone`, whose end
+    an interrupt awaits.
     """
-    worker = _take(work)
+    try:
+        worker = _take(work)
+    except RuntimeError:  # no thread can be started
+        return alone()
     try:
         while not worker.ended.acquire(timeout=LOOK):
             if halt.called:

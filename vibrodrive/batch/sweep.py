@@ -12,7 +12,7 @@ import sys
 import tempfile
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -24,7 +24,7 @@ from uuid import uuid4
 import numpy as np
 
 from vibrodrive.batch import memory
-from vibrodrive.batch.parallel import BRIEF, run
+from vibrodrive.batch.parallel import BRIEF, Pool, run
 from vibrodrive.batch.records import Arrays, Rows
 from vibrodrive.errors import Failed
 from vibrodrive.jit.slices import Halt
@@ -272,7 +272,7 @@ def run_blocks(
     count = check_threads(threads)
     waves, halt = list(_waves(plan, todo)), Halt()
     found: SimpleQueue[Block | Future[None]] = SimpleQueue()  # the blocks of each wave, and then the wave itself
-    with ThreadPoolExecutor(1, thread_name_prefix="compute") as pool:
+    with Pool(1, thread_name_prefix="compute") as pool:
         now: Future[None] | None = None
         try:
             for some in [*waves, None]:

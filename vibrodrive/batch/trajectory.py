@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -22,14 +22,13 @@ from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import documented
-from vibrodrive.model.keywords import as_written
-from vibrodrive.model.names import ETA
-from vibrodrive.model.parameters import COLUMNS, check_count, with_sentences
+from vibrodrive.model.keywords import Point, takes
+from vibrodrive.model.parameters import COLUMNS, check_count, unknown, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import row_of
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
-from vibrodrive.model.slips import forgotten, names_scene, unlikely, warn
+from vibrodrive.model.slips import names_scene, unlikely, warn
 
 if TYPE_CHECKING:
     import pandas
@@ -45,6 +44,18 @@ SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 
 MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("row", "i8")])
 """Row of `Trajectory.impacts`; `row` is the index of the impact in `Trajectory.switches`."""
+
+
+class Rows(np.ndarray):
+    """Switches or impacts. An unknown field is refused with the names of the fields."""
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        if key not in (names := self.dtype.names or (key,)):
+            hint = ". to_dataframe() has tau" if key == "tau" else ""
+            raise ValueError(unknown("field", key, names) + hint)
+        return np.asarray(self).__getitem__(key)
 
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
@@ -309,7 +320,7 @@ class Trajectory:
         Examples
         --------
         >>> import vibrodrive as vd
-        >>> print("\\n".join(vd.simulate(1.5, transient=10, periods=1).describe().splitlines()[3:]))
+        >>> print("\\n".join(vd.simulate(1.5, transient=10, periods=1).describe().splitlines()[2:]))
         period 1; impacts per excitation period: 1
         states: U S D I R (Up, Down, Stick, Rest, Impact)
         mean impact speed 0.699856, largest 0.699856
@@ -366,33 +377,14 @@ class Trajectory:
         return Sample(tau, out[:, 0], out[:, 1], state, out[:, 2])
 
 
-@as_written
+@takes(Point[float])
 def simulate(
     written: Mapping[str, Any],
     /,
     A: float | None = None,
     *,
-    scene: Scene | None = None,
-    B: float = 0.1,
-    eps: float = 0.0,
-    eta: float = ETA,
     method: MethodLike = "certified",
-    dtau: float | None = None,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = 250,
-    section_phase: float = 0.0,
-    budget: int = 100_000,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
+    **parameters: Unpack[Point[float]],
 ) -> Trajectory:
     """Simulate one trajectory of the oscillator, eqs. (1)-(10) and the scheme of Fig. 2.
 
@@ -403,34 +395,11 @@ def simulate(
     ----------
     A : float, 0 to 1e9
         excitation amplitude, A = Ω0² a0 / (μ g cos α). Required without a scene.
-    scene : Scene, optional
-        machine in SI units, which gives A and B. If its a0 is 0, it gives only B and the units.
-    a0, omega0, frequency, mu, alpha, mass, g : float, optional
-        quantities of `Scene`, each in place of that of `scene`, or all that are needed without a scene.
-    B : float, 0 to 1e9
-        B = tan α / μ, with the angle of the incline α and the coefficient of friction μ.
-    eps, eta : float
-        relative amplitude ε (0 to 1e3, default 0) and frequency ratio η (1e-9 to 1e8, default 10·√102) of the
-        disturbance, eq. (9).
     method : "certified", "muller" or "fixed"
         method that finds the end of a state. "certified" finds the first zero of the switching function and never
         misses one. "muller" scans a grid and refines the zero by Muller's method (§4). "fixed" takes the first grid
         point after the sign change (§5). "muller" and "fixed" need `dtau`.
-    dtau : float, 1e-12 to 1e6
-        grid step Δτ of "fixed" and "muller". With "certified", which has no grid, `dtau` is not allowed.
-    tol : float, above 0 to 1
-        tolerance of "muller": the refinement ends when its step is smaller. Default 1e-7. With other methods `tol` is
-        not allowed.
-    xi0, dxi0, tau0 : float
-        gap ξ >= 0 and velocity ξ' at the initial time τ0. If ξ' = 0, Fig. 2 determines the initial state. They are
-        dimensionless with a scene, too: x metres are ``xi0 = x / scene.length(1)``, and so for `velocity` and `time`.
-    transient, periods : int
-        number of excitation periods before the record, and number of excitation periods of the record.
-    section_phase : float
-        phase φ_s of the Poincaré section in radians.
-    budget : int
-        largest number of switches in one excitation period. Evaluations of switching functions also count, with a
-        small weight. A motion that exceeds the budget, for example by chattering, ends with the status BUDGET.
+    **parameters
 
     Returns
     -------
@@ -447,7 +416,7 @@ def simulate(
     -----
     UserWarning
         for values that are probably a mistake: a section_phase or tau0 in degrees; ε in per cent; a dtau above 2π; A
-        and B swapped; the default B with the A of a `Scene` that has another B.
+        and B swapped.
 
     Examples
     --------
@@ -466,7 +435,7 @@ def simulate(
     plan = make_plan(written)
     refuse_idle(plan, written)
     refuse_axes(plan.axes, " (for an axis use `sweep`)")
-    warn([*unlikely(plan, names_scene(written, plan)), *forgotten(A, plan.scalars.get("B"))])
+    warn(unlikely(plan, names_scene(written, plan)))
     if plan.settings.transient + plan.settings.periods < LONG:
         return follow(plan)
     with above("the progress of a call")("simulate"):
@@ -505,8 +474,8 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
     known = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
     found = Trajectory(
-        rows[1:], section, main_impacts(a.impacts[0]), Status(int(a.status[0])), float(a.margin[0]), bounds,
-        switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
+        rows.view(Rows)[1:], section, main_impacts(a.impacts[0]).view(Rows), Status(int(a.status[0])),
+        float(a.margin[0]), bounds, switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
     )  # fmt: skip
     if kept:
         memory.give_back(a)

@@ -117,7 +117,7 @@ def _expected(error: Exception) -> int | None:
     """Return the exit code of a foreseeable error; None for a defect of the program."""
     from vibrodrive.errors import Damaged, Failed, Unwritable, VibrodriveError
 
-    if isinstance(error, (Damaged, Failed, Unwritable, MemoryError)):
+    if isinstance(error, (Damaged, Failed, Unwritable, MemoryError)) or "start new thread" in str(error):
         return 1
     if isinstance(error, OSError):
         return 2 if error.errno in REFUSED else 1

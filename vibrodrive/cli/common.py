@@ -6,11 +6,9 @@ Only the `cli` modules print and exit. They import other modules when a command 
 from __future__ import annotations
 
 import os
-import select
 import shlex
 import sys
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -167,40 +165,3 @@ def working(name: str) -> Iterator[None]:
         yield
     if compilation.seconds >= 1:
         show.say(f"kernels compiled in {duration(compilation.seconds)}")
-
-
-STALLED = 10.0
-"""Time in seconds without progress after which a reader says how it is stopped."""
-
-
-@contextmanager
-def stoppable(file: Path) -> Iterator[Callable[[], object]]:
-    """Yield a function that reports progress of the reader of a file, and say how to stop one that makes none.
-
-    HDF5 may loop for ever in damaged bytes. It then holds the lock of the interpreter, so no thread and no signal
-    handler of this process runs. Another process says so, which ends with this one.
-    """
-    told = f"{file}: no progress for {STALLED:g} s: HDF5 may loop for ever in damaged bytes, where Ctrl-C has no effect"
-    ear, mouth = os.pipe()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of threads, such as those of NumPy: the child needs none
-        child = os.fork()
-    if not child:
-        try:
-            os.setsid()  # Ctrl-C and Ctrl-\ are meant for the reader
-            os.close(mouth)
-            patience: float | None = STALLED
-            while True:
-                if not select.select([ear], [], [], patience)[0]:
-                    patience = None
-                    os.write(2, f"vibrodrive: {told}; stop it with Ctrl-\\ or kill -9 {os.getppid()}\n".encode())
-                elif not os.read(ear, 4096):
-                    break
-        finally:
-            os._exit(0)
-    os.close(ear)
-    try:
-        yield lambda: os.write(mouth, b".")
-    finally:
-        os.close(mouth)
-        os.waitpid(child, 0)

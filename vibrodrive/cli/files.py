@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import sys
-from datetime import UTC, datetime
 from pathlib import Path
 
 import click
 
-from vibrodrive.cli.common import FILE, say, stoppable
+from vibrodrive.cli.common import FILE, say
 from vibrodrive.cli.plot import left_out
 from vibrodrive.model.drawing import DIMENSIONLESS
 
@@ -33,23 +32,21 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
             raise click.UsageError("--csv: must be given without --check and --json")
         _print_table(file)
         return
+    import numpy as np
+
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import human
     from vibrodrive.store.reader import contradictions, look, verify
 
     show = Show(sys.stderr, file.name)
-    with stoppable(file) as advances:
-
-        def watch(done: int, total: int) -> None:
-            advances()
-            show.update(lambda: f"block {done} of {total}")
-
-        try:
-            found = verify(file, watch) if check else look(file)
-        finally:
-            show.clear()
+    try:
+        found = (
+            verify(file, lambda done, total: show.update(lambda: f"block {done} of {total}")) if check else look(file)
+        )
+    finally:
+        show.clear()
     size, versions = file.stat().st_size, found.header.versions
-    written = datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="seconds")
+    written = f"{np.datetime64(int(file.stat().st_mtime), 's')}+00:00"  # also in the year 10000
     title, faults = found.header.origin.title, found.complaints()
     if check:
         faults += contradictions(found.header)

@@ -127,18 +127,17 @@ def sweep(
 def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
     from vibrodrive.jobs.estimate import estimate
     from vibrodrive.jobs.progress import duration
-    from vibrodrive.model.size import BASE_MEMORY, file_bytes, human, refuse_large_file, working_bytes
+    from vibrodrive.model.size import file_bytes, human, refuse_large_file, working_bytes
 
     periods = plan.settings.transient + plan.settings.periods
     click.echo(f"points   {plan.n_points}")
     click.echo(f"periods  {plan.n_points * periods:.3g} ({periods} a point, {plan.settings.periods} recorded)")
     click.echo(f"file     {human(file_bytes(plan))}")
-    click.echo(f"memory   {human(BASE_MEMORY + working_bytes(plan, remote))}")
+    click.echo(f"memory   {human(working_bytes(plan, remote))}, and that of the program itself")
     refuse_large_file(plan, path)
     if plan.per_point:
-        click.echo(
-            f"time     unknown, because the record {', '.join(plan.record)} needs several motions for each point"
-        )
+        why = "each point needs a search with several motions" if plan.seeks else "the points are computed one by one"
+        click.echo(f"time     unknown, because {why} for the record {', '.join(plan.record)}")
         return
     with common.working(path.name):
         found = estimate(plan, threads)

@@ -49,10 +49,14 @@ const build = (c) => {
   const input = control.querySelector(`#${name}`), range = control.querySelector("[type=range]");
   fields[name] = {...c, control, input, range, mark: control.querySelector("b")};
   input.addEventListener("change", ({target}) => page.enter(name, target.value));
+  for (const kind of ["focus", "blur"]) if (!options.length) input.addEventListener(kind, () => show_field(name));
   range?.addEventListener("keydown", () => (keyed = true));
   range?.addEventListener("pointerdown", () => (keyed = false));
   range?.addEventListener("input", () => slide(name, Number(range.value)));
-  range?.addEventListener("change", () => { page.pressed = false; page.ask(true); });
+  for (const end of ["change", "keyup"]) range?.addEventListener(end, () => {
+    if (!page.pressed || (end === "change" && keyed)) return; // a key that is held down goes on
+    page.pressed = false; page.ask(true);
+  });
   control.querySelector("[data-play]")?.addEventListener("click", () => (page.played ? end_play() : start_play(name)));
 };
 for (const control of known.controls) build(control);
@@ -89,16 +93,23 @@ const hidden_now = () => {
   return away;
 };
 
+// A number in a field has as many digits as there is room for and, while one types in it, all.
+const show_field = (name) => {
+  const {input, factor} = fields[name], value = page.view[name] ?? "";
+  const digits = input === document.activeElement || Number.isInteger(value) ? 15 : 6;
+  input.value = typeof value === "number" ? plain(value * factor, digits) : value;
+};
 // Show the view in all controls, also in the one in which one types if its text is refused.
 const show_controls = (refused) => {
   const away = hidden_now(), {view} = page;
   for (const [name, {control, input, range, slider, factor, options, only}] of Object.entries(fields)) {
     control.hidden = away.includes(name) || (only !== "" && only !== view.mode && only !== view.scene);
-    const value = view[name] ?? "", shown = typeof value === "number" ? plain(value * factor, 15) : value;
+    const value = view[name];
     if (input.className === "radios") for (const radio of input.querySelectorAll("input")) radio.checked = radio.value === value;
-    else if (input !== document.activeElement || options.length || refused) input.value = shown;
-    const place = range && place_on(slider, number(name));
-    if (range && Number.isFinite(place)) Object.assign(range, {value: place, ariaValueText: `${label_of(name)} = ${pretty(shown)}`});
+    else if (options.length) input.value = value;
+    else if (input !== document.activeElement || refused) show_field(name);
+    const place = range && place_on(slider, number(name)), shown = pretty(plain(number(name) * factor, 15));
+    if (range && Number.isFinite(place)) Object.assign(range, {value: place, ariaValueText: `${label_of(name)} = ${shown}`});
   }
   fields.dtau.control.classList.toggle("idle", !known.steps[view.method]);
   element("dive").hidden = !over_plane();
@@ -111,25 +122,26 @@ const fit_now = () => {
 
 known.starts.forEach(({name, address}, k) => {
   const button = make(`<button><kbd>${k + 1}</kbd> ${name}</button>`);
-  button.addEventListener("click", () => {
-    sessionStorage.setItem("start", page.start = k); // a page that is loaded again has the same text
-    page.command({address});
-  });
+  button.addEventListener("click", () => page.command({address}));
   element("starts").append(button);
 });
 element("starts").append(make("<button id='over'>Start over</button>"));
 press("over", () => start_over());
 const start_over = () => {
-  page.kind = ""; sessionStorage.setItem("start", page.start = 0);
-  page.command({reset: true});
+  page.kind = ""; page.command({reset: true});
 };
-// The text of the start view chosen last, as long as nothing else has changed than what this text invites to move.
+const SAVED = `<br><strong>A saved page.</strong> The knob moves among ${known.places.length} motions stored in this file;
+  it cannot compute others, zoom, add a ripple, or find a limit k₂ that was not known. The program vibrodrive can: see Save.`;
+// The text of the start view in whose window the middle of the view is, as long as nothing else has changed than what
+// this text invites to move.
 const story = () => {
-  const {view} = page, {name, text, moves, view: first} = known.starts[page.start];
-  const rest = (one) => JSON.stringify({...one, ...Object.fromEntries([...PLACES, ...WINDOW, ...ENDS, moves].map((free) => [free, 0]))});
-  const apart = (low, high) => view[high] < first[low] || view[low] > first[high];
-  const valid = rest(view) === rest(first) && !apart("low", "high") && !(over_plane() && apart("y_low", "y_high"));
-  return valid ? `<strong>${name}</strong> ${text}` : known.about[over_plane() ? view.mode : view.quantity];
+  const {view} = page, rest = (one, moves) => JSON.stringify({...one, ...Object.fromEntries([...PLACES, ...WINDOW, ...ENDS, moves].map((free) => [free, 0]))});
+  const about = known.about[over_plane() ? view.mode : view.quantity];
+  const found = [...known.starts].reverse().find(({view: first, moves}) => {
+    const inside = (low, high) => view[low] + view[high] >= 2 * first[low] && view[low] + view[high] <= 2 * first[high];
+    return rest(view, moves) === rest(first, moves) && inside("low", "high") && (!over_plane() || inside("y_low", "y_high"));
+  });
+  return saved ? `${about} ${SAVED}` : found ? `<strong>${found.name}</strong> ${found.text}` : about;
 };
 
 // Show an error message, beside its field if that is in view, until the next action. All fields return to what was
@@ -162,14 +174,17 @@ const play_on = () => setTimeout(() => {
   if (!name) return;
   const {slider} = fields[name], place = place_on(slider, number(name)), limit = page.limits[name];
   const rests = current("motion") && page.motion.head.status === "NEVER_LEAVES";
-  if (page.busy || !current("motion") || !(limit || rests)) return play_on(); // each step shows its motion
+  if (page.busy || !page.shown || !current("motion") || !(limit || rests)) return play_on(); // each step shows its motion
   if (place >= 1 || rests || verdict(name, limit) === "lost") return end_play();
   slide(name, Math.min(1, place + 1 / STEPS));
   play_on();
 }, 100);
 
-// Compare a disturbance with the limit k₂ of the motion. On an axis its value is that of the knob.
-const disturbance = (name) => Number(name === page.view.x ? page.view.at : over_plane() && name === page.view.y ? page.view.at_y : number(name));
+// Compare a disturbance of the motion with its limit k₂, which does not depend on it.
+const disturbance = (name) => {
+  const {view} = current("neighbour") ? page.motion : page;
+  return Number(name === view.x ? view.at : view.mode === "map" && name === view.y ? view.at_y : view[name]);
+};
 const verdict = (name, {k2, last_kept}) => {
   const value = disturbance(name);
   return value < Number(k2) ? "kept" : value > Number(last_kept) ? "lost" : "between";
@@ -186,16 +201,16 @@ const comparison = (name, limit, others) => {
 };
 const limit_of = (name) => (page.limits[name] && current(name) ? Number(page.limits[name].k2) : NaN);
 
-// The sentence about the motion, and all else that is said: only of what belongs to the view (`current`).
+// The sentence about the motion, and all else that is said: only of what belongs to the view (`current`). What is older
+// is dimmed once, at the beginning of a movement, until its end.
 const judge = () => {
   if (!page.view) return;
-  if (page.kept && page.kept !== setting(page.view, "picture")) clear_picture();
-  const {motion, limits, view, data} = page, fresh = current("motion"), older = data ? !current("picture") : page.kept !== "";
-  document.body.classList.toggle("older", older);
-  element("motion").classList.toggle("late", Boolean(motion) && !fresh);
+  const {motion, limits, data} = page, calm = !page.played && !page.pressed, {classList} = document.body;
+  const fresh = current("motion"), near = current("neighbour"), moves = !calm && classList.contains("older");
+  classList.toggle("older", Boolean(data) && (moves || !current("picture")));
+  element("motion").classList.toggle("late", Boolean(motion) && !near);
   if (data?.complete && !current("window")) say("…", "status");
-  say(story(), "story");
-  const calm = !page.played && !page.pressed;
+  say(story(), "story"); say(known.questions[over_plane() ? page.view.shade : page.view.x], "title");
   for (const one of ["sentence", "status"]) element(one).ariaLive = calm ? "polite" : "off";
   for (const name of ["eps", "dtau"]) {
     const {mark, slider} = fields[name], k2 = limit_of(name), place = place_on(slider, k2), away = place < 0 ? "◀" : "▶";
@@ -204,38 +219,32 @@ const judge = () => {
     mark.textContent = place >= 0 && place <= 1 ? "▲" : away;
     mark.title = `k₂ = ${digits(k2)}, the limit of the motion below`;
   }
-  const shown = JSON.stringify([older, limit_of("eps"), limit_of("dtau")]);
+  const shown = JSON.stringify([current("picture"), limit_of("eps"), limit_of("dtau")]);
   if (shown !== page.marked) draw(page.marked = shown);
-  if (!motion) return;
-  const {status, period, details} = motion.head, step = known.steps[view.method];
+  if (!motion) return say(page.waits, "sentence");
+  const {status, period, hits, details} = motion.head, {view} = near ? motion : page, step = known.steps[view.method];
   const names = step ? (disturbance("eps") > 0 ? ["dtau", "eps"] : ["dtau"]) : ["eps"];
-  const found = names.filter((name) => current(name) && limits[name]), none = found.length && !(limits[found[0]].period > 0);
-  const own = !fresh ? "…" : status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
-    : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? "" : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period";
-  const parts = [label_of_x(), own];
-  if (fresh && status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
+  const found = names.filter((name) => limits[name] && (near || current(name))), none = found.length && !(limits[found[0]].period > 0);
+  const parts = [label_of_x(view), !near ? (found.length ? "" : "…") : status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
+    : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? (found.length ? "" : hits) : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period"];
+  if (near && status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
   else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
   else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));
   if (page.waits && !(fresh && found.length === names.length)) parts.push(page.waits);
-  else if (fresh && status !== "NEVER_LEAVES" && found.length < names.length) parts.push(calm ? "finding the limit of its structure …" : "…");
+  else if (fresh && calm && !saved && status !== "NEVER_LEAVES" && found.length < names.length) parts.push("finding the limit of its structure …");
   say(parts.filter(Boolean).join(" · "), "sentence");
   const lines = found.map((name) => `k₂ in ${label_of(name)}: ${limits[name].k2 === "nan" ? "none" : digits(Number(limits[name].k2), 4)}, ${limits[name].how}`);
-  say([...(fresh ? details : ["…"]), ...lines].map((line) => `<p>${line}</p>`).join(""), "words");
+  say((near ? [...details, ...lines] : ["…"]).map((line) => `<p>${line}</p>`).join(""), "words");
   for (const [id, what] of [["phase", "Phase curve: velocity over gap"], ["time", "Gap over time"]]) {
     element(id).ariaLabel = `${what}. ${element("sentence").textContent}`;
   }
-};
-const know = (limits) => {
-  Object.assign(page.limits, limits);
-  if (page.took > usual) localStorage.setItem("compiled", page.took);
-  wait("");
 };
 
 // Keys. On a focused control the keys of this control act.
 const KEYS = {
   ArrowLeft: () => pan("x", -0.1), ArrowRight: () => pan("x", 0.1), ArrowUp: () => pan("y", 0.1), ArrowDown: () => pan("y", -0.1),
   "+": () => zoom("x", 0.5, 0.5), "-": () => zoom("x", 2, 0.5), Home: () => start_over(), f: () => fit_now(), " ": () => page.play(),
-  x: () => element("full").click(), Escape: () => { end_play(); close_menus(); },
+  m: () => element("sound").click(), x: () => element("full").click(), Escape: () => { end_play(); close_menus(); },
 };
 known.starts.forEach((_, k) => { KEYS[k + 1] = () => element("starts").children[k].click(); });
 window.addEventListener("keydown", (event) => {
@@ -247,5 +256,5 @@ window.addEventListener("keydown", (event) => {
   const act = KEYS[event.key];
   if (act) { event.preventDefault(); act(); }
 });
-element("more").open = localStorage.getItem("more") === "open";
-element("more").addEventListener("toggle", ({target}) => localStorage.setItem("more", target.open ? "open" : ""));
+element("more").open = kept("more") === "open";
+element("more").addEventListener("toggle", ({target}) => kept("more", target.open ? "open" : ""));

@@ -1,8 +1,12 @@
-"""Words, views and controls of the page: a control for each field of a view (view.py) that is no range and no place."""
+"""Words, views and controls of the page, and its HTML. Each field of a view (view.py) that is no range and no place has
+a control."""
 
 from __future__ import annotations
 
 import functools
+import json
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import vibrodrive as vd
@@ -15,26 +19,26 @@ QUANTITIES = records.QUANTITIES
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
 
 WORDS = {
-    "A": "how hard it is shaken",
-    "B": "slope",
-    "eps": "ripple",
-    "eta": "frequency of the ripple",
-    "dtau": "time step",
-    "tol": "tolerance",
-    "xi0": "gap at the start",
-    "dxi0": "velocity at the start",
-    "tau0": "phase at the start",
-    "section_phase": "moment of a shake",
-    "transient": "left out before",
-    "periods": "drawn",
-    "a0": "amplitude",
-    "omega0": "angular frequency",
-    "frequency": "frequency",
-    "mu": "friction",
-    "alpha": "incline",
-    "mass": "",
+    "A": ("how hard it is shaken", "Shake it harder"),
+    "B": ("slope", "Tilt it more"),
+    "eps": ("ripple", "Add more ripple"),
+    "eta": ("frequency of the ripple", "Add a faster ripple"),
+    "dtau": ("time step", "Take longer steps"),
+    "tol": ("tolerance", "Tolerate more"),
+    "xi0": ("gap at the start", "Start it farther away"),
+    "dxi0": ("velocity at the start", "Start it faster"),
+    "tau0": ("phase at the start", "Start it later"),
+    "section_phase": ("moment of a shake", "Look at it later"),
+    "transient": ("left out before", ""),
+    "periods": ("drawn", ""),
+    "a0": ("amplitude", "Shake it farther"),
+    "omega0": ("angular frequency", "Shake it faster"),
+    "frequency": ("frequency", "Shake it faster"),
+    "mu": ("friction", "Add friction"),
+    "alpha": ("incline", "Tilt it more"),
+    "mass": ("", "Add mass"),
 }
-"""Parameters in the words of titles."""
+"""Parameters in the words of axes, and what more of them means."""
 
 
 class Control(NamedTuple):
@@ -70,12 +74,14 @@ def _letter(name: str) -> str:
 
 
 def title_of(view: View) -> tuple[str, str]:
-    """Return (title of the picture in words, conditions common to all its motions)."""
+    """Return (what the axes of the picture show, conditions common to all its motions)."""
     shown = view.shade if view.mode == MAP else view.quantity
     named = symbol(shown, si=view.scene == SI)
     title = QUANTITIES[shown].title or named[0].upper() + named[1:]
-    title += ", against " + " and ".join(f"{WORDS[name]} ({_letter(name)})" for name in view.axes)
-    given = [name for name in view.machine if name != "g" or view.g != View.g] if view.scene == SI else ["A", "B"]
+    title += ", against " + " and ".join(f"{WORDS[name][0]} ({_letter(name)})" for name in view.axes)
+    away = {"g"} if view.g == View.g else set()
+    away |= {"a0"} if "A" in view.axes else set()  # A then replaces it
+    given = [name for name in view.machine if name not in away] if view.scene == SI else ["A", "B"]
     given += ["eps"]
     given += ["eta"] if "eps" in view.axes or view.eps > 0.0 else []
     given += ["dtau"] if view.method != "certified" else []
@@ -87,6 +93,8 @@ def title_of(view: View) -> tuple[str, str]:
         for name in given
         if name not in view.axes
     ]
+    hertz = f" ({view.omega0 / names.TURN:.6g} Hz)"
+    values = [value + hertz if value.startswith(_letter("omega0")) else value for value in values]
     periods = f"periods {view.transient + 1} to {view.transient + view.recorded}"
     return title, ", ".join([*(value.replace(" °", "°").rstrip() for value in values), view.method, periods])
 
@@ -98,7 +106,7 @@ def _number(name: str, place: str = MORE, only: str = "") -> Control:
     ends = row.slider or (row.axis[:2] if row.axis and spacing == names.LINEAR else None)
     slider = (*ends, "zero" if spacing == names.LOG and row.default == 0.0 else spacing) if ends else None
     hint = f"{row.meaning[0].upper()}{row.meaning[1:]}.".replace("_s", "ₛ")
-    return Control(name, symbol(name), WORDS[name], hint, place, (), slider, row.scale, only)
+    return Control(name, symbol(name), WORDS[name][0], hint, place, (), slider, row.scale, only)
 
 
 def _choice(name: str, label: str, hint: str, options: dict[str, str], place: str = MORE, only: str = "") -> Control:
@@ -211,6 +219,26 @@ def known() -> dict[str, Any]:
         "in_si": {name: symbol(name, si=True) for name in shown},
         "starts": [{**start._asdict(), "view": read_address(start.address).state()} for start in STARTS],
         "about": ABOUT,
+        "questions": {name: f"{WORDS[name][1]}: when does it lose its beat?" for name in RANGES}
+        | {name: f"Where is the {name.replace('_', ' ')} largest?" for name in OF_MAPS}
+        | {name: "Where does it lose its beat?" for name in OF_MAPS if "f" not in QUANTITIES[name].dtype},
         "states": [state.name.lower() for state in vd.State],
         "steps": {m.name.lower(): m in choices.ACTS_ON["dtau"] for m in choices.Method},
     }
+
+
+SCRIPTS = "page.js", "picture.js", "controls.js", "sound.js", "motion.js"
+
+
+def build(view: View, refused: str, messages: Sequence[str] = (), places: Sequence[float] = ()) -> str:
+    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
+    is not the view of the address, or "". A saved page contains `messages` instead of a server: its picture, and its
+    motions at `places`."""
+    names = "page.html", "page.css", *SCRIPTS, "first.json"
+    text, style, *scripts, first = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
+    own = {"view": view.state(), "address": view.address(), "refused": refused, "places": places}
+    own["stored"] = messages or (json.loads(first) if view == View() else [])
+    told = json.dumps(known() | own).replace("</", "<\\/")
+    for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
+        text = text.replace("{{ " + name + " }}", part)
+    return text

@@ -1,8 +1,8 @@
 """Picture of a view: a diagram or a map as an image, whose pixels are indices into a palette, its key and its statuses.
 
-Each column of a diagram is a point of the sweep. The rows divide the range of the ordinate evenly. A column that is not
-yet computed repeats the last computed column to its left. Maps have the colours of the package's figures. A level
-(work.py) is the computed part of a sweep, with a sketch for missing points or without.
+Each column of a diagram is a point of the sweep. The rows divide the range of the ordinate evenly. A point that is not
+yet computed copies a computed one (`_nearest`). Maps have the colours of the package's figures. A level (work.py) is
+the computed part of a sweep, with a sketch for missing points or without.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import vibrodrive as vd
+from vibrodrive.explorer.controls import title_of
 from vibrodrive.explorer.density import darken
 from vibrodrive.explorer.view import MAP, PICTURE_ROWS, SPAN, Y_SPAN, View
 from vibrodrive.explorer.work import STRIDES, Level
-from vibrodrive.figures.ink import ink_of
+from vibrodrive.figures.ink import ink_of, range_around
 from vibrodrive.model import choices, names, records
 
 SHADES = 64
@@ -46,9 +47,7 @@ def fitting_range(level: Level, quantity: str) -> tuple[float, float]:
         values = np.sort(values)
         gap = int(np.argmax(np.diff(values, append=values[0] + TURN)))
         values = np.array([values[gap + 1] - TURN if gap + 1 < len(values) else values[0], values[gap]])
-    low, high = float(values.min()), float(values.max())
-    margin = MARGIN * (high - low) or 0.5
-    return low - margin, high + margin
+    return range_around(float(values.min()), float(values.max()), MARGIN)
 
 
 def _is_phase(quantity: str) -> bool:
@@ -110,15 +109,8 @@ def pictures(level: Level, quantity: str, low: float, high: float, rows: int = P
             shades_of(_values_above(low, level.sketch.results[k], quantity)[rest], rest, low, high, image)
         now = np.flatnonzero(done)
         shades_of(_values_above(low, results, quantity)[now], now, low, high, image)
-        out.append(image if there.all() else image[:, _repeated(there)])
+        out.append(image if there.all() else image[:, _nearest(there[:, None])])
     return out
-
-
-def _repeated(there: np.ndarray) -> np.ndarray:
-    """Return for each column the last available column at or before it. If there is none, return the first available
-    column."""
-    at = np.maximum.accumulate(np.where(there, np.arange(len(there)), -1))
-    return np.where(at < 0, np.argmax(there), at)
 
 
 class Key(NamedTuple):
@@ -187,9 +179,9 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
     """Return (head, arrays) of the picture of the computed part of a view. `height` is the number of rows of a diagram.
 
     The arrays are the image, with y upwards, and its palette (empty for a diagram, whose shades the page colours). The
-    head has the place of the image in coordinates of the axes, which are decimal logarithms along a logarithmic axis;
-    whether the ordinate has the range of the values (`fit`); the number of motions with each status of COUNTED
-    (`counts`), and in a diagram their columns (`odd`); and the `spans` of equal periods.
+    head has the title; how much is computed; the place of the image in coordinates of the axes, which are decimal
+    logarithms along a logarithmic axis; whether the ordinate has the range of the values (`fit`); the number of motions
+    with each status of COUNTED (`counts`), and in a diagram their columns (`odd`); and the `spans` of equal periods.
     """
     columns, rows = view.grid
     left, right = edges(view, SPAN, columns)
@@ -198,6 +190,8 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
     where = {words: points for words, points in where.items() if len(points)}
     head: dict[str, Any] = {"x": left, "dw": right - left, "map": view.mode == MAP, "fit": False, "empty": False}
     head |= {"counts": {words: len(points) for words, points in where.items()}, "odd": {}, "spans": []}
+    head |= dict(zip(("title", "conditions"), title_of(view), strict=True)) | {"complete": level.complete}
+    head |= {"share": level.share, "left": level.left, "count": level.sweep.done.size}
     if view.mode == MAP:
         low, high = edges(view, Y_SPAN, rows)
         image, palette, key = painted(level, view.shade, view.limits)

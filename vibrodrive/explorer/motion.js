@@ -1,19 +1,20 @@
 // The motion: the mass on the shaken incline, its phase curve, and its time curve with a line at the present time.
 const WORDS = {up: "slides up", down: "slides down", stick: "sticks", rest: "rests", impact: "hits"};
 const SLOPE = 0.16; // angle of the drawn incline in radians; the true angle is not used
-const TEMPO = 0.7; // shakes a second
-const FRAME = 30; // ms between two pictures of the mass
-const clock = {at: 0, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, last: 0};
+const TEMPO = 0.7, HEARD = 2.5; // shakes a second, without and with sound
+const FRAME = 0.03, PAUSE = 0.3; // s between two pictures of the mass, and after which it has rested
+const still = matchMedia("(prefers-reduced-motion: reduce)").matches; // then it may be heard, but moves only if told so
+const clock = {at: 0, playing: !still, still, last: 0};
 
 const move = (head, found) => {
   const finite = (values) => Array.from(values).filter(Number.isFinite);
   const [xi, dxi] = [finite(found.xi), finite(found.dxi)];
   const ends = (values, least) => [Math.min(...values, 0), Math.max(...values, least)];
   for (const name of ["xi", "dxi"]) ({xi, dxi})[name].push(...finite(found[`orbit_${name}`] ?? []));
-  page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: page.sent[head.done]};
+  page.motion = {head, ...found, over: ends(xi, 1e-9), up: ends(dxi, 1e-9), view: head.view};
   page.limits = Object.fromEntries(Object.entries(head.limits).filter(([, limit]) => limit));
-  clock.at %= found.time.at(-1); draw_motion(); place_handle(box_of());
-  requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
+  clock.at %= found.time.at(-1); hush(); draw_motion(); place_handle(box_of());
+  page.shown = 0; requestAnimationFrame(() => setTimeout(() => { page.shown = performance.now(); }, 0));
   if (head.done === page.seq) answered(head); else judge();
 };
 
@@ -68,18 +69,18 @@ const draw_motion = () => {
 };
 const draw_mass = () => {
   const {c, width, height, size} = begun("mechanism"), {motion} = page, at = clock.at;
-  const length = Math.min(0.84 * width, 2.6 * height), block = 0.15 * length, wall = 0.05 * length;
+  const length = Math.min(0.84 * width, 1.7 * height), block = 0.27 * length, wall = 0.05 * length;
   let k = 0, gap = 0.45, state = "rest";
   if (motion) {
     k = Math.max(0, motion.time.findLastIndex((t) => t <= at));
     gap = (Number.isFinite(motion.xi[k]) ? motion.xi[k] : 0) / motion.over[1];
     state = known.states[motion.state[k]];
   }
-  c.translate((width - length) / 2, Math.min(height - 1.6 * size, height / 2 + 0.16 * length));
+  c.translate((width - length) / 2, Math.min(height - 1.6 * size, height / 2 + 0.26 * length));
   c.rotate(-SLOPE);
   c.translate(motion ? 0.03 * length * Math.sin(2 * Math.PI * at + motion.head.phase) : 0, 0);
   c.fillStyle = css("--faint"); c.fillRect(0, 0, length, 0.2 * size); c.fillStyle = css("--quiet");
-  c.fillRect(0, -1.5 * block, wall, 1.5 * block); // the obstacle moves with the incline
+  c.fillRect(0, -1.1 * block, wall, 1.1 * block); // the obstacle moves with the incline
   c.fillStyle = css(`--${state === "impact" ? "down" : state}`);
   const left = wall + gap * (length - wall - block);
   c.beginPath(); c.roundRect(left, -block, block, block, 0.1 * block); c.fill();
@@ -90,15 +91,33 @@ const draw_mass = () => {
   if (width > 15 * size) c.fillText("shaken incline", length, 1.3 * size);
   element("moment").style.transform = `translate(${motion ? at / motion.time.at(-1) * element("times").clientWidth : -9}px)`;
 };
+// Each impact between two times flashes on the dots of the diagram that it makes.
+const flash = (from, to) => {
+  const {dot_time, dot, view} = page.motion, [[x0, x1], [y0, y1]] = [span("x"), span("y")];
+  const turn = parameter("y") === "impact_phase" ? 2 * Math.PI : 0;
+  if (view.quantity === page.view.quantity && current("neighbour")) dot_time.forEach((hit, n) => {
+    if (from < to ? hit <= from || hit > to : hit <= from && hit > to) return;
+    const v = dot[n] - turn * Math.floor((dot[n] - y0) / (turn || 1)), ring = make("<i class='flash'></i>");
+    Object.assign(ring.style, {left: `${100 * (drawn(view.at, "x") - x0) / (x1 - x0)}%`, top: `${100 * (y1 - v) / (y1 - y0)}%`});
+    ring.addEventListener("animationend", () => ring.remove());
+    frame.append(ring);
+  });
+};
 const tick = (now) => {
   requestAnimationFrame(tick);
+  const sounds = heard(), time = sounds ? sound.context.currentTime : now / 1000, passed = time - clock.last, from = clock.at;
   const rests = page.pressed && pointers.part !== "handle"; // while the picture is dragged, it has all the time
-  if (!page.motion || !clock.playing || now - clock.last < FRAME || document.hidden || rests) return;
-  clock.at = (clock.at + Math.min(0.1, (now - clock.last) / 1000) * TEMPO) % page.motion.time.at(-1);
-  clock.last = now; draw_mass();
+  if (passed >= 0 && passed < FRAME) return;
+  clock.last = time;
+  if (!page.motion || !clock.playing || document.hidden || rests || passed < 0 || passed > PAUSE) return;
+  clock.at = (from + passed * (sounds ? HEARD : TEMPO)) % page.motion.time.at(-1);
+  if (sounds) schedule(time);
+  if (!clock.still) { draw_mass(); flash(from, clock.at); }
 };
-page.play = () => { clock.playing = !clock.playing; };
+page.play = () => {
+  hush(); Object.assign(clock, {playing: !clock.playing, still: false});
+};
 element("mechanism").addEventListener("click", () => page.play());
 for (const id of ["mechanism", "phase", "time"]) new ResizeObserver(draw_motion).observe(element(id));
 requestAnimationFrame(tick);
-connect();
+if (saved) revive().catch((error) => say(String(error), "notice")); else connect();

@@ -17,6 +17,7 @@ const name_of = (k) => (page.view.scene === "SI" && known.in_si[parameter(k)]) |
 const factor_of = (k) => (known.allowed[parameter(k)] ? known.factor[parameter(k)] ?? 1 : 1);
 
 const set_span = (k, start, end) => {
+  if (saved) return;
   const [least, most] = allowed(k), [low, high] = [Math.max(start, least), Math.min(end, most)];
   if (!(high - low >= FINEST * Math.max(Math.abs(low), Math.abs(high)))) return;
   keys(k).forEach((key, n) => { page.view[key] = shown([low, high][n], k); });
@@ -44,7 +45,9 @@ const round = (low, high, most = 8) => {
 // Coordinates of the ticks. A logarithmic axis has them at 1 to 9, at 1, 2 and 5, or at 1 of each decade, or of some.
 const ticks = (k, most) => {
   const [start, end] = span(k), f = factor_of(k);
-  if (scale_of(k) !== "log") return round(start * f, end * f, most).map((u) => u / f);
+  return scale_of(k) === "log" ? decades_in(start, end, most) : round(start * f, end * f, most).map((u) => u / f);
+};
+const decades_in = (start, end, most) => {
   if (end - start < 0.7) return round(10 ** start, 10 ** end, most).map(Math.log10);
   const decades = round(start, end, most).filter(Number.isInteger);
   const within = (factors) => Array.from({length: Math.ceil(end) - Math.floor(start) + 1}, (_, n) => Math.floor(start) + n)
@@ -106,7 +109,7 @@ const draw_axes = (c, {left, top, width, height}) => {
     c.fillText(pretty(text), left - 0.6 * size, up(ys[k]));
   });
   Object.assign(c, {fillStyle: ink, textBaseline: "top", font: `${1.1 * size}px ${css("--font")}`});
-  c.fillText(name_of("x"), left + width, top + height + 2 * size); c.textAlign = "left";
+  c.fillText(name_of("x"), left + width, top + height + 2.4 * size); c.textAlign = "left";
   c.fillText(name_of("y"), Math.max(0, left - 3.2 * size), Math.max(0, top - 1.9 * size));
   Object.assign(c, {font: `${0.9 * size}px ${css("--font")}`, fillStyle: quiet, textAlign: "center"});
   for (const [from, to, period] of (current("picture") && page.data.spans) || []) {
@@ -135,25 +138,19 @@ const draw = () => {
   clearTimeout(page.due); page.due = 0;
   if (!page.view) return;
   const box = box_of();
-  place_handle(box); draw_axes(cleared(axes), box); place_picture(box);
-};
-const place_picture = ({width, height}) => {
-  const {data} = page;
+  place_handle(box); draw_axes(cleared(axes), box);
+  const {data} = page, [[x0, x1], [y0, y1]] = [span("x"), span("y")], across = box.width / (x1 - x0), up = box.height / (y1 - y0);
   canvas.hidden = odd_canvas.hidden = !data;
   if (!data) return;
-  const [[x0, x1], [y0, y1]] = [span("x"), span("y")], across = width / (x1 - x0), up = height / (y1 - y0);
   const right = (data.x - x0) * across, down = (y1 - data.y - data.dh) * up, wider = data.dw * across / canvas.width;
   canvas.style.transform = `translate(${right}px, ${down}px) scale(${wider}, ${data.dh * up / canvas.height})`;
   odd_canvas.style.transform = `translate(${right}px) scale(${wider}, 1)`;
 };
 // The knob is on the horizontal axis or, in a map, at the point of its motion.
-const label_of_x = () => {
-  const value = (k, v) => {
-    const [symbol, unit] = known.symbols[parameter(k)].replace(")", "").split(" (");
-    return [symbol, "=", pretty(plain(v * factor_of(k), 10)), unit].join(" ").trim();
-  };
-  return value("x", page.view.at) + (over_plane() ? `, ${value("y", page.view.at_y)}` : "");
-};
+const label_of_x = ({at, at_y} = page.view) => (over_plane() ? ["x", "y"] : ["x"]).map((k) => {
+  const [symbol, unit] = known.symbols[parameter(k)].replace(")", "").split(" ("), value = k === "x" ? at : at_y;
+  return [symbol, "=", pretty(plain(value * factor_of(k), 10)), unit].join(" ").trim();
+}).join(", ");
 const place_handle = ({left, top, width, height}) => {
   const [[x0, x1], [y0, y1]] = [span("x"), span("y")], map = over_plane(), [tag] = handle.children;
   const x = (drawn(page.view.at, "x") - x0) / (x1 - x0), y = map ? (y1 - drawn(page.view.at_y, "y")) / (y1 - y0) : 1;
@@ -183,39 +180,19 @@ const measure = () => {
 new ResizeObserver(measure).observe(element("figure"));
 
 const clear_picture = () => {
-  Object.assign(page, {data: null, kept: ""});
-  frame.style.background = "";
+  page.data = null;
   for (const where of ["key", "status"]) say("", where);
-  for (const where of ["title", "conditions"]) say("…", where);
+  for (const where of ["subject", "conditions"]) say("…", where);
+  document.title = "vibrodrive";
   wait(`computing the ${page.view.mode} …`);
-};
-
-// The last complete picture stays in the browser. When its view is opened again, it is shown, pale, until the first
-// picture of the page is there; for the first view of all a picture is supplied (docs/film.py).
-const CAPTION = ["title", "conditions"];
-const place = () => location.search.replace(/token=[^&]*&?/, "") + css("--paper");
-const keep = () => {
-  try {
-    localStorage.setItem("kept", JSON.stringify([place(), page.fitted, canvas.toDataURL(), ...CAPTION.map((id) => said[id])]));
-  } catch { // too large for the browser
-    localStorage.removeItem("kept");
-  }
-};
-const show_kept = () => {
-  const kept = JSON.parse(localStorage.getItem("kept") ?? "[]"), own = kept[0] === place();
-  const first = JSON.stringify(page.view) === JSON.stringify(known.view) ? known.first : [];
-  const [, fitted, picture, ...caption] = own ? kept : first;
-  if (!picture) return;
-  const dark = !own && matchMedia("(prefers-color-scheme: dark)").matches; // the supplied picture is black on white
-  frame.style.background = `linear-gradient(${css("--paper")}a6 0 0), url(${picture}) 0 0 / 100% 100% white`; // pale
-  frame.style.backgroundBlendMode = dark ? "normal, difference" : "normal";
-  Object.assign(page, {fitted, kept: setting(page.view, "picture")});
-  caption.forEach((text, k) => say(text, CAPTION[k]));
 };
 
 // Colours of a diagram: scales of `--ink`, `--down` and `--up` on the paper. The colours of a map come with it.
 const SHADES = 64;
-const rgb = (name) => [1, 3, 5].map((at) => parseInt(css(name).slice(at, at + 2), 16));
+const rgb = (name) => { // of the system, its colours are words
+  context.fillStyle = css(name);
+  return [1, 3, 5].map((at) => parseInt(context.fillStyle.slice(at, at + 2), 16));
+};
 const inks = () => {
   const paper = rgb("--paper"), table = new Uint32Array(3 * SHADES);
   ["--ink", "--down", "--up"].map(rgb).forEach((ink, k) => {
@@ -247,49 +224,48 @@ const colour = () => {
   }
 };
 const paint = (head, {image, palette}) => {
-  const answers = page.busy, {began} = page, before = page.data;
-  if (head.fit && page.view.bottom === null && !head.map && head.seq === page.asked) {
-    const rests = before && (page.pressed || page.played);
-    if (!rests) page.fitted = [head.y, head.y + head.dh];
-  }
-  page.data = {...head, image, palette, view: page.sent[head.seq]};
-  page.kept = ""; frame.style.background = ""; page.patience = PATIENCE; colour(); draw();
-  caption(head);
-  if (head.seq === page.asked) remember(head.address);
+  const answers = page.busy, {began, data: before} = page;
+  if (kind_of(head.view) !== page.kind) return; // a late picture of an earlier kind
+  page.data = {...head, image, palette}; page.patience = PATIENCE;
+  const latest = current("window"), rests = before && (page.pressed || page.played);
+  if (head.fit && page.view.bottom === null && !head.map && latest && !rests) page.fitted = [head.y, head.y + head.dh];
+  colour(); draw(); caption(head);
+  if (latest && head.seq) remember(head.address);
   wait("");
   requestAnimationFrame(() => setTimeout(() => {
     const now = performance.now();
-    if (page.frames.length > 20000) page.frames.length = page.latencies.length = 0;
-    page.frames.push(now);
+    if (head.seq) page.frames.push(now);
     if (answers) page.latencies.push(now - began);
-    page.whole = head.complete ? head.seq : 0; settle();
+    page.settled ||= head.seq > 0 && head.complete && current("window") && page.last === but_for_motion(page.state());
   }, 0));
 };
-const caption = ({title, conditions, key, count, done, complete, counts, empty}) => {
-  say(title, "title");
+const caption = ({title, conditions, key, count, share: ready, left, complete, counts, empty}) => {
+  say(title, "subject");
   document.title = `${title} – vibrodrive`;
   say(conditions, "conditions");
   const swatches = key.swatches.map(([colour, name]) => `<span class="entry"><i style="background: ${colour}"></i>${name}</span>`);
-  const [low, high, log] = key.ends, values = log ? round(Math.log10(low), Math.log10(high), 5).map((u) => 10 ** u) : round(low, high, 6);
+  const [low, high, log] = key.ends, values = log ? decades_in(Math.log10(low), Math.log10(high), 5).map((u) => 10 ** u) : round(low, high, 6);
   const share = (v) => (log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
   const numbers = values.map((v) => `<span style="left: ${100 * share(v)}%">${pretty(plain(v, 4))}</span>`);
   const bar = key.scale.length ? `<span class="bar"><i style="--scale: ${key.scale}"></i>${numbers.join("")}</span>` : "";
   say(bar + swatches.join(""), "key");
   const odds = Object.entries(counts).map(([words, n]) => `${n} ${words}`);
-  const text = complete ? [`${count} motions`, ...odds].join(" · ") : `coarse, ${Math.round(100 * done)} % of ${count} motions`;
+  const more = left < 2 ? "" : `, about ${left < 90 ? `${Math.ceil(left)} s` : `${Math.ceil(left / 60)} min`} more`;
+  const text = complete ? [`${count} motions`, ...odds].join(" · ") : `coarse, ${Math.round(100 * ready)} % of ${count} motions${more}`;
   say((empty ? "no value in this window: press F · " : "") + text, "status");
 };
 
-// Show the motion at a place.
-const choose = (u, v) => {
-  page.view.at = shown(u, "x");
-  if (over_plane() && v !== undefined) page.view.at_y = shown(v, "y");
-  page.moved = true; draw(); page.ask();
-};
+// Show the motion at a place in pixels or, on a saved page, the nearest one that is stored.
 const choose_at = (x, y) => {
-  const {width, height} = box_of(), [[x0, x1], [y0, y1]] = [span("x"), span("y")];
-  const at = (k, low, high, share, size) => drawn(read_off(low + Math.min(1, Math.max(0, share)) * (high - low), k, size), k);
-  choose(at("x", x0, x1, x / width, width), over_plane() ? at("y", y0, y1, 1 - y / height, height) : undefined);
+  const {width, height} = box_of(), at = (k, share, size) => {
+    const [low, high] = span(k);
+    return read_off(low + Math.min(1, Math.max(0, share)) * (high - low), k, size);
+  };
+  page.view.at = at("x", x / width, width);
+  if (over_plane() && !saved) page.view.at_y = at("y", 1 - y / height, height);
+  const away = (place) => Math.abs(drawn(place, "x") - drawn(page.view.at, "x"));
+  if (saved) page.view.at = known.places.reduce((one, other) => (away(other) < away(one) ? other : one));
+  draw(); page.ask();
 };
 press("dive", () => page.command({changed: "mode", view: {...page.state(), mode: "diagram", [page.view.y]: page.view.at_y}}));
 
@@ -336,7 +312,7 @@ const lift = (event) => {
   const dragged = pointers.far;
   if (event.type === "pointerup" && !dragged && pointers.part !== "y") choose_at(...inside(event));
   pointers.far = true; // the other finger does not click
-  begin();
+  begin(); judge();
   if (!page.pressed && dragged && page.view.bottom === null) page.ask(true); // the ordinate may move now
 };
 for (const kind of ["pointerup", "pointercancel"]) figure.addEventListener(kind, lift);
@@ -351,55 +327,44 @@ handle.addEventListener("keydown", (event) => {
   const by = {ArrowLeft: -size, ArrowRight: size, ArrowDown: -size, ArrowUp: size, PageDown: -width / 10, PageUp: width / 10, Home: -most, End: most}[event.key];
   if (!by) return;
   event.preventDefault();
-  const up = over_plane() && /Arrow(Up|Down)/.test(event.key), [x, y] = inside({clientX: left, clientY: top});
-  choose_at(x + (up ? 0 : by), y - (up ? by : 0));
+  const up = over_plane() && !saved && /Arrow(Up|Down)/.test(event.key), [x, y] = inside({clientX: left, clientY: top}), {at} = page.view;
+  let far = 1; // as far as a saved page needs it for another motion
+  do choose_at(x + (up ? 0 : far * by), y - (up ? by : 0)); while (saved && page.view.at === at && far++ < width);
 });
 
-// The picture as PNG, as on the page, with twice as many pixels: the picture, its axes, and all texts and colours of the title and of the key.
+// The picture as PNG, as on the page, with twice as many pixels, its axes, and all texts and colours of title and key.
 const whole_picture = () => {
   const ratio = 2 * devicePixelRatio, out = document.createElement("canvas"), c = out.getContext("2d"), size = rem();
-  const [top, {left, width}] = [element("title"), figure].map((one) => one.getBoundingClientRect());
-  Object.assign(out, {width: ratio * (width + 2 * size), height: ratio * (element("foot").getBoundingClientRect().bottom - top.top + 2 * size)});
+  const [top, {left, width}, {bottom}, box] = [element("title"), figure, element("foot"), frame].map((one) => one.getBoundingClientRect());
+  Object.assign(out, {width: ratio * (width + 2 * size), height: ratio * (bottom - top.top + 2 * size)});
   c.scale(ratio, ratio); c.fillStyle = css("--paper"); c.fillRect(0, 0, out.width, out.height);
-  c.translate(size - left, size - top.top);
-  const box = frame.getBoundingClientRect();
+  c.translate(size - left, size - top.top); c.imageSmoothingEnabled = false;
   c.save(); c.beginPath(); c.rect(box.left, box.top, box.width, box.height); c.clip();
-  c.imageSmoothingEnabled = false;
   for (const one of [canvas, odd_canvas]) {
     const place = one.getBoundingClientRect();
     c.drawImage(one, place.left, place.top, place.width, place.height);
   }
-  c.restore();
-  const around = axes.getBoundingClientRect(), knob = handle.getBoundingClientRect(), [tag] = handle.children;
-  c.save(); c.translate(around.left, around.top); draw_axes(c, box_of()); c.restore();
-  if (!handle.hidden) {
-    Object.assign(c, {fillStyle: css("--accent"), font: getComputedStyle(tag).font, textAlign: "center", textBaseline: "middle"});
-    if (!line.hidden) c.fillRect(knob.left, box.top, 1, box.height);
-    c.beginPath(); c.arc(knob.left, knob.top, 0.5 * size, 0, 7); c.fill();
-    const {left: from, top: above, width: wide, height: tall} = tag.getBoundingClientRect();
-    c.fillText(tag.textContent, from + wide / 2, above + tall / 2);
-  }
-  c.textAlign = "left";
-  for (const one of document.querySelectorAll("#title, #conditions, #key *")) {
-    const {left, top, width, height} = one.getBoundingClientRect(), style = getComputedStyle(one), text = one.lastChild;
-    if (one.tagName === "I") {
-      const {scale} = page.data.key, shades = c.createLinearGradient(left, 0, left + width, 0);
-      scale.forEach((colour, k) => shades.addColorStop(k / (scale.length - 1), colour));
-      c.fillStyle = one.parentNode.className === "bar" ? shades : style.backgroundColor;
-      c.fillRect(left, top, width, height);
-    } else if (text?.nodeType === 3) {
-      const range = document.createRange();
-      range.selectNode(text);
-      Object.assign(c, {font: style.font, fillStyle: style.color, textBaseline: "middle"});
-      c.fillText(text.data, range.getBoundingClientRect().left, top + height / 2);
-    }
+  c.restore(); c.save(); c.translate(left, box.top - frame.offsetTop); draw_axes(c, box_of()); c.restore();
+  Object.assign(c, {textAlign: "left", textBaseline: "middle"});
+  for (const one of document.querySelectorAll("#title, #subject, #conditions, #key *, #line:not([hidden]), #handle:not([hidden]), #handle output")) {
+    const {left: x, top: y, width: wide, height} = one.getBoundingClientRect(), style = getComputedStyle(one), text = one.lastChild;
+    const shades = c.createLinearGradient(x, 0, x + wide, 0), {scale} = page.data.key, range = document.createRange();
+    scale.forEach((colour, k) => shades.addColorStop(k / (scale.length - 1), colour));
+    Object.assign(c, {font: style.font, fillStyle: one.parentNode.className === "bar" ? shades : style.backgroundColor});
+    if (one === handle) { c.fillStyle = css("--accent"); c.beginPath(); c.arc(x, y, 0.5 * size, 0, 7); c.fill(); }
+    if (one === line || /^(I|OUTPUT)$/.test(one.tagName)) c.fillRect(x, y, wide, height);
+    if (text?.nodeType !== 3) continue;
+    range.selectNode(text); c.fillStyle = style.color;
+    c.fillText(text.data, range.getBoundingClientRect().left, y + height / 2);
   }
   return out;
 };
 press("png", () => whole_picture().toBlob((content) => save(`${parameter("y")}_over_${page.view.x}.png`, content)));
 
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  page.inks = null;
-  if (page.data) colour();
-  draw(); draw_motion();
-});
+for (const feature of ["prefers-color-scheme: dark", "forced-colors: active"]) {
+  matchMedia(`(${feature})`).addEventListener("change", () => {
+    page.inks = null;
+    if (page.data) colour();
+    draw(); draw_motion();
+  });
+}

@@ -15,7 +15,6 @@ A request with a body is answered with status 400 before its body is read, becau
 from __future__ import annotations
 
 import hmac
-import json
 import logging
 import os
 import re
@@ -27,10 +26,10 @@ from typing import Any
 
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
-from tornado.ioloop import IOLoop, PeriodicCallback
+from tornado.ioloop import IOLoop
 from tornado.web import Application, RequestHandler
 
-from vibrodrive.explorer.controls import known
+from vibrodrive.explorer.controls import build
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.session import Session, one_line
 from vibrodrive.explorer.view import View, read_address
@@ -40,10 +39,6 @@ ADDRESS = "127.0.0.1"
 HOST_NAMES = (ADDRESS, "localhost")
 PORT = 6283
 """Default port of the page, 1000 · 2π. With the same port in each run a browser remembers what is open on the page."""
-
-SCRIPTS = "page.js", "picture.js", "controls.js", "motion.js"
-
-TELLING = 500  # milliseconds between two messages that kernels are being compiled
 
 HEADERS = {
     "Cache-Control": "no-store",
@@ -72,43 +67,22 @@ def kept_token(path: Path) -> str:
     return token
 
 
-def build(view: View, refused: str) -> str:
-    """Return the HTML of the page, which contains its scripts and its style, with its first view, and the reason why it
-    is not the view of the address, or ""."""
-    names = "page.html", "page.css", *SCRIPTS
-    text, style, *scripts = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
-    first = json.loads((Path(__file__).parent / "first.json").read_text(encoding="utf-8")) if view == View() else []
-    told = json.dumps({**known(), "view": view.state(), "refused": refused, "first": first}).replace("</", "<\\/")
-    for name, part in {"style": style, "known": told, "script": "\n".join(scripts)}.items():
-        text = text.replace("{{ " + name + " }}", part)
-    return text
-
-
-class Handler(RequestHandler):
-    """Handler whose responses have HEADERS."""
+class Page(RequestHandler):
+    """The page, which also contains its scripts, with the view of its address or, if there is none, the first view. A
+    refused request has the status 403 and the reason."""
 
     def set_default_headers(self) -> None:
         for name, value in HEADERS.items():
             self.set_header(name, value)
 
-
-class Refusal(Handler):
-    """Handler of refused requests: status 403 and the reason."""
-
-    def initialize(self, why: str) -> None:
-        self.why = why
+    def initialize(self, engine: Engine, base: View, why: str = "") -> None:
+        self.engine, self.base, self.why = engine, base, why
 
     def prepare(self) -> None:
-        self.set_status(403)
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish(self.why + "\n")
-
-
-class Page(Handler):
-    """The page, which also contains its scripts, with the view of its address or, if there is none, the first view."""
-
-    def initialize(self, engine: Engine, base: View) -> None:
-        self.engine, self.base = engine, base
+        if self.why:
+            self.set_status(403)
+            self.set_header("Content-Type", "text/plain; charset=utf-8")
+            self.finish(self.why + "\n")
 
     def get(self) -> None:
         view, refused = self.base, ""
@@ -124,15 +98,15 @@ class Page(Handler):
 class Guarded(Application):
     """Application that checks every request."""
 
-    def __init__(self, handlers: list[Any], token: str, port: int, hub: str) -> None:
-        self.token, self.port, self.hub = token, port, hub
+    def __init__(self, common: dict[str, Any], token: str, port: int, hub: str) -> None:
+        self.common, self.token, self.port, self.hub = common, token, port, hub
         self.hosts = [f"{name}:{port}" for name in HOST_NAMES]
-        super().__init__(handlers)
+        super().__init__([("/", Page, common), ("/ws", Session, common)])
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> Any:
         why = self.refusal(request)
         if why:
-            return self.get_handler_delegate(request, Refusal, {"why": why})
+            return self.get_handler_delegate(request, Page, {**self.common, "why": why})
         return super().find_handler(request, **kwargs)
 
     def refusal(self, request: HTTPServerRequest) -> str:
@@ -184,12 +158,9 @@ class Explorer:
         listening.setblocking(False)
         self.port: int = listening.getsockname()[1]
         common = {"engine": self.engine, "base": view}
-        handlers = [("/", Page, common), ("/ws", Session, common)]
-        self.http = HTTPServer(Guarded(handlers, self.token, self.port, self.hub), max_body_size=0)
+        self.http = HTTPServer(Guarded(common, self.token, self.port, self.hub), max_body_size=0)
         self.http.add_sockets([listening])
         self.loop = IOLoop.current()
-        self.telling = PeriodicCallback(self._tell, TELLING)
-        self.telling.start()
 
     @property
     def address(self) -> str:
@@ -204,12 +175,6 @@ class Explorer:
             return "the page needs the package jupyter-server-proxy beside the Jupyter server of this JupyterHub"
         return f"if the browser runs on another machine, {tunnel(self.port)}"
 
-    def _tell(self) -> None:
-        """Tell all pages that kernels are being compiled."""
-        if seconds := self.engine.compiling():
-            for session in self.engine.pages.values():
-                session.news({"compiling": round(seconds)})
-
     def run(self) -> None:
         """Serve until `close` is called."""
         self.loop.start()
@@ -221,6 +186,5 @@ class Explorer:
         self.loop.add_callback(self._end)
 
     def _end(self) -> None:
-        self.telling.stop()
         self.http.stop()
         self.loop.stop()

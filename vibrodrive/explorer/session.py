@@ -6,10 +6,12 @@ the head as JSON with the type, the shape and the place of each array, and the a
 
 from __future__ import annotations
 
+import base64
 import html
 import itertools
 import json
 import struct
+import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -24,7 +26,7 @@ from vibrodrive.explorer.view import COLUMNS, MOST_COLUMNS, PICTURE_ROWS, View, 
 if TYPE_CHECKING:
     from vibrodrive.explorer.work import Work
 
-NUMBERS = itertools.count()
+NUMBERS = itertools.count(1)
 
 
 class Session(WebSocketHandler):
@@ -37,7 +39,6 @@ class Session(WebSocketHandler):
         self.made_from: list[str] = []
         self.view, self.seq, self.asked = base, 0, 0  # numbers of the last message, and of the last one for a picture
         self.pixels = COLUMNS, PICTURE_ROWS  # width and height of the picture in the page
-        self.unpainted = 0
         self.painted = 0  # number of the request whose complete picture the page shows
         self.moving, self.rests = "", False  # the plan of the motion that the page shows, and whether it rests for ever
 
@@ -54,6 +55,7 @@ class Session(WebSocketHandler):
 
     def on_close(self) -> None:
         self.engine.worker.cancel(self.number)
+        self.engine.worker.cancel(-self.number)
         self.engine.pages.pop(self.number, None)
 
     def later(self, change: Callable[[], None]) -> None:
@@ -74,7 +76,7 @@ class Session(WebSocketHandler):
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
         if asked.get("ping"):
-            self.news({})
+            self.news({"compiling": seconds} if (seconds := round(self.engine.compiling())) else {})
         elif asked.get("reset"):
             self.news({"apply": self.base.state()})
         elif "address" in asked:
@@ -83,15 +85,15 @@ class Session(WebSocketHandler):
             self.news({"apply": adapted(asked["view"], asked["changed"]).state()})
         elif asked.get("toml"):
             self.news({"toml": View.read(asked["view"]).sized(*self.pixels).toml()})
+        elif asked.get("save"):
+            view = View.read(asked["view"])
+            self.engine.worker.request(-self.number, lambda halt: self.engine.tasks().save(self, view, halt))
         else:
-            self._show(View.read(asked["view"]), asked.get("only_motion", False))
-
-    def _show(self, view: View, only_motion: bool) -> None:
-        """Request the picture of a view and its motion or, if `only_motion`, its motion first."""
-        self.view, seq = view, self.seq
-        self.asked = asked = self.asked if only_motion else seq
-        sized = view.sized(*self.pixels)
-        self.engine.worker.request(self.number, lambda halt: self.engine.tasks().answer(self, sized, seq, asked, halt))
+            self.view = view = View.read(asked["view"])
+            self.asked = self.asked if asked.get("only_motion") else self.seq
+            about = {"view": asked["view"], "address": view.address(), "done": self.seq, "seq": self.asked}
+            sized = view.sized(*self.pixels)
+            self.engine.worker.request(self.number, lambda halt: self.engine.tasks().answer(self, sized, about, halt))
 
     def refuse(self, error: BaseException) -> None:
         self.news({"refused": one_line(error), "done": self.seq})
@@ -101,20 +103,31 @@ class Session(WebSocketHandler):
         self._write(json.dumps(news))
 
     def send(self, kind: str, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:
-        """Send arrays to the page, each at a multiple of 8 bytes."""
-        places, parts, at = {}, [], 0
-        for name, array in arrays.items():
-            places[name] = array.dtype.str[1:], array.shape, at
-            part = np.ascontiguousarray(array).tobytes()
-            parts.append(part + bytes(-len(part) % 8))
-            at += len(parts[-1])
-        text = json.dumps({**head, "kind": kind, "arrays": places}).encode()
-        text += b" " * (-(len(text) + 4) % 8)
-        self._write(b"".join([struct.pack("<i", len(text)), text, *parts]))
+        """Send arrays to the page."""
+        self._write(message_of(kind, head, arrays))
 
     def _write(self, content: str | bytes) -> None:
         with suppress(WebSocketClosedError):
-            self.write_message(content, binary=isinstance(content, bytes))
+            sent = self.write_message(content, binary=isinstance(content, bytes))
+            sent.add_done_callback(lambda sent: sent.cancelled() or sent.exception())  # the page may be closed by then
+
+
+def message_of(kind: str, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return a message with arrays, each at a multiple of 8 bytes."""
+    places, parts, at = {}, [], 0
+    for name, array in arrays.items():
+        places[name] = array.dtype.str[1:], array.shape, at
+        part = np.ascontiguousarray(array).tobytes()
+        parts.append(part + bytes(-len(part) % 8))
+        at += len(parts[-1])
+    text = json.dumps({**head, "kind": kind, "arrays": places}).encode()
+    text += b" " * (-(len(text) + 4) % 8)
+    return b"".join([struct.pack("<i", len(text)), text, *parts])
+
+
+def stored(message: bytes) -> str:
+    """Return a message as compressed text, which a page contains."""
+    return base64.b64encode(zlib.compress(message, 9)).decode()
 
 
 def one_line(error: BaseException) -> str:

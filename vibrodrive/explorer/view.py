@@ -126,7 +126,7 @@ class View:
     def __post_init__(self) -> None:
         for name, span in (("at", SPAN), ("at_y", Y_SPAN)):
             if math.isnan(getattr(self, name)):
-                object.__setattr__(self, name, _inside(*(getattr(self, key) for key in span)))
+                object.__setattr__(self, name, inside(*(getattr(self, key) for key in span)))
 
     @classmethod
     def read(cls, written: Mapping[str, object]) -> View:
@@ -215,8 +215,8 @@ class View:
         """Return the query of the address: all fields that differ from their defaults."""
         defaults = {f.name: f.default for f in fields(self)}
         defaults |= dict(zip(SPAN, RANGES[self.x], strict=True)) | dict(zip(Y_SPAN, RANGES[self.y], strict=True))
-        defaults |= {"scene": self._default_scene, "at": _inside(self.low, self.high, self.scale)}
-        defaults |= {"at_y": _inside(self.y_low, self.y_high, self.y_scale)}
+        defaults |= {"scene": self._default_scene, "at": inside(self.low, self.high, self.scale)}
+        defaults |= {"at_y": inside(self.y_low, self.y_high, self.y_scale)}
         values = ((name, getattr(self, name)) for name in defaults)
         chosen = {name: v for name, v in values if v is not None and v != defaults[name] and v == v}
         return urlencode({name: repr(v) if isinstance(v, float) else v for name, v in chosen.items()})
@@ -306,9 +306,9 @@ class View:
         return [*lines, *limits]
 
 
-def _inside(low: float, high: float, scale: str) -> float:
-    """Return a round number at about PLACE of a window."""
-    at = low * (high / low) ** PLACE if scale == names.LOG and low > 0.0 else low + PLACE * (high - low)
+def inside(low: float, high: float, scale: str, place: float = PLACE) -> float:
+    """Return a round number at about this share of a window."""
+    at = low * (high / low) ** place if scale == names.LOG and low > 0.0 else low + place * (high - low)
     step = high - low if scale == names.LINEAR else at
     return min(max(round(at, 3 - math.floor(math.log10(step))) if 0.0 < step < math.inf else at, low), high)
 

@@ -41,10 +41,12 @@ class Part(NamedTuple):
 
 
 class Level(NamedTuple):
-    """Computed part of the sweep, and optionally a sketch with fewer periods for the missing points."""
+    """Computed part of the sweep, and optionally a sketch with fewer periods for the missing points, which will take
+    about `left` seconds (0 if that is not yet known)."""
 
     sweep: Part
     sketch: Part | None
+    left: float = 0.0
 
     @property
     def share(self) -> float:
@@ -61,6 +63,7 @@ class Work:
     def __init__(self, plans: list[Plan], threads: int | None) -> None:
         self.plans, self.threads = plans, threads
         self.order, self.steps = coarse_first(plans[0].shape)
+        self.seconds = 0.0  # that the computed points have taken
         self.part = Part([vd.Results.uncomputed(p) for p in plans], np.zeros(plans[0].n_points, bool))
 
     @property
@@ -74,7 +77,7 @@ class Work:
         if first:
             sketch = self._sketch(pace, halt)
         if not first or sketch is not None:
-            yield Level(self.part, sketch)
+            yield Level(self.part, sketch, self._left())
         waiting = self.order[~done[self.order]]
         count = self._points_within(pace, LEVEL_SECONDS)
         if first and sketch is None:
@@ -87,14 +90,20 @@ class Work:
             done[waiting[:count]] = True
             waiting = waiting[count:]
             # scale by the time of this level: the measured pace of a small level is too low, because of fixed costs
-            longer = LEVEL_SECONDS / max(perf_counter() - began, 1e-4)
-            count = max(FEWEST, int(count * min(GROWTH, longer)))
-            yield Level(self.part, sketch)
+            took = perf_counter() - began
+            self.seconds += took
+            count = max(FEWEST, int(count * min(GROWTH, LEVEL_SECONDS / max(took, 1e-4))))
+            yield Level(self.part, sketch, self._left())
 
     def _points_within(self, pace: Pace, seconds: float) -> int:
         """Return n, at least 1: n points of every plan take this time in total."""
         each = sum(length(plan) / pace.of(plan) for plan in self.plans)
         return max(1, int(seconds / each))
+
+    def _left(self) -> float:
+        """Return the seconds that the missing points will take, at the mean rate of the others, once that is known."""
+        done = self.part.done
+        return self.seconds / done.sum() * (~done).sum() if self.seconds > LEVEL_SECONDS else 0.0
 
     def _sketch(self, pace: Pace, halt: Halt) -> Part | None:
         """Return the results of the coarsest grid with fewer periods.
@@ -118,12 +127,14 @@ class Work:
 
 def coarse_first(shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return (indices, counts): the flat indices of the points of a product of axes, coarse grids first, and the number
-    of points of each grid. A grid contains all coarser grids."""
+    of points of each grid. A grid contains all coarser grids, and its own points mixed, so that their mean rate is that
+    of the rest."""
     strides = STRIDES if len(shape) > 1 else [s for s in STRIDES if s <= COARSEST_DIAGRAM]
     finest = np.zeros(shape, np.int64)
     for k, stride in enumerate(reversed(strides)):
         finest[tuple(slice(None, None, stride) for _ in shape)] = k
-    order = np.argsort(-finest.reshape(-1), kind="stable")
+    order = np.random.default_rng(0).permutation(finest.size)
+    order = order[np.argsort(-finest.reshape(-1)[order], kind="stable")]
     counts = np.bincount(finest.reshape(-1), minlength=len(strides))[::-1]
     return order, np.cumsum(counts)
 

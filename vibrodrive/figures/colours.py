@@ -5,33 +5,25 @@ periods between main impacts) have classes. Points outside the scale have separa
 without a value of the quantity, and values beyond the ends of the scale. Points that are not computed have no colour.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize, to_rgba
 
+from vibrodrive.figures.ink import SAME, range_around
 from vibrodrive.figures.looks import LOOKS, Look
 from vibrodrive.model.choices import LONGEST, Status
 from vibrodrive.model.described import counted
-from vibrodrive.model.quantities import (
-    CODES,
-    CYCLES,
-    MARGIN,
-    PERIODS,
-    SIGNED,
-    STATUS,
-    STATUSES,
-    STRUCTURE,
-    Quantity,
-)
+from vibrodrive.model.quantities import CODES, CYCLES, MARGIN, PERIODS, SIGNED, STATUS, STATUSES, STRUCTURE, Quantity
 from vibrodrive.model.statuses import as_status
 
 APART = "white"  # colour of motions at rest, and of 0 on a logarithmic scale; lighter than all classes and shades
 SHADES = 512  # number of shades of a scale
 SCALED = 0.005, 0.995
-"""Quantiles of the values at the ends of a scale. Otherwise a few extreme values would take up most of the shades."""
+"""Quantiles of the values between which nearly all lie. They are ends of a scale if the few others would hide these."""
 
-MANY = 1000  # smallest number of values for SCALED; with fewer values the ends are the least and the largest value
+MANY = 1000  # smallest number of values for SCALED; with fewer values all of them are on the scale
 DECADES = 2.0  # a positive quantity that spans more decades has a logarithmic scale
 LEAST = 1e-9
 """Smallest lower end of a logarithmic scale, as a share of the largest value. Smaller values have the colour for values
@@ -169,10 +161,11 @@ def _shade(
     with the colour in `Painted.apart`, and -1 for a point without a value.
     """
     finite = values[np.isfinite(values) & ~rests]
-    shades, colour, outside = look.shades, APART, rests
+    finite = finite if finite.size else np.array([0.0, 1.0])
+    shades, outside = look.shades, rests
     if row.shown == SIGNED:
-        shades, colour = look.signed, look.nil
-        most = max(_ends(np.abs(finite))[1], 0.0) or 1.0
+        shades = look.signed
+        most = _ends(np.abs(finite))[1] or 1.0
         norm = Normalize(*(limits or (-most, most)))
     else:
         norm = _scale(finite, limits)
@@ -187,30 +180,33 @@ def _shade(
     kind[inside] = np.minimum(np.asarray(norm(values[inside]), float) * SHADES, SHADES - 1).astype(int)
     kind[below], kind[above], kind[outside] = SHADES, SHADES + 1, SHADES + 2
     extend = (("neither", "max"), ("min", "both"))[int(below.any())][int(above.any())]
-    apart = [(name, colour)] if outside.any() else []
+    apart = [(name, APART)] if outside.any() else []
     return kind, norm, shades(np.linspace(0, 1, SHADES)), apart, extend
 
 
-def _ends(values: np.ndarray) -> tuple[float, float]:
-    """Return the ends of a scale for these values, (inf, -inf) without values."""
-    if values.size >= MANY:
-        low, high = np.quantile(values, SCALED)
-        return float(low), float(high)
-    return float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
+def _quantiles(values: np.ndarray) -> list[float]:
+    """Return the least value, the ends of the range of nearly all values, and the largest value."""
+    return np.quantile(values, (0.0, *(SCALED if values.size >= MANY else (0.0, 1.0)), 1.0)).tolist()
+
+
+def _ends(values: np.ndarray, logarithmic: bool = False) -> tuple[float, float]:
+    """Return the least and the largest value or, where the few values beyond the range of nearly all would hide these,
+    the end of this range: if they take up more of a scale than these or, if it is logarithmic, more than DECADES."""
+    low, first, last, high = _quantiles(values)
+    along, room = (math.log10, DECADES) if logarithmic else (float, last - first)
+    hides = max(room, 0.0 if logarithmic else SAME * max(abs(low), abs(high)))  # what is no rounding
+    below, above = (room > 0.0 and along(b) - along(a) > hides for a, b in ((low, first), (last, high)))
+    return first if below else low, last if above else high
 
 
 def _scale(finite: np.ndarray, limits: tuple[float, float] | None) -> Normalize:
     """Return a scale with the ends `limits` or, if they are None, with the ends of `_ends`.
 
-    The scale is logarithmic if both ends are positive and it spans more than DECADES decades.
+    The scale is logarithmic if both ends, or nearly all values, are positive and span more than DECADES decades.
     """
-    positive = finite[finite > 0]
-    low, high = ends = limits or _ends(finite)
-    if limits is None and low >= 0 and positive.size:  # on a logarithmic scale 0 has a separate colour
-        low = max(_ends(positive)[0], LEAST * high)
-    if low > 0 and np.isfinite(high) and np.log10(high / low) > DECADES:
-        return LogNorm(low, high)
-    low, high = ends
-    if limits is None:
-        low, high = (low, high) if low < high else (low - 0.5, low + 0.5) if finite.size else (0.0, 1.0)
-    return Normalize(low, high)
+    positive = np.maximum(finite[finite > 0], LEAST * finite.max())  # on a logarithmic scale 0 has a separate colour
+    nearly_all = _quantiles(positive)[1:3] if positive.size and _quantiles(finite)[1] >= 0 else (0.0, 1.0)
+    low, high = limits or nearly_all
+    if low > 0 and math.log10(high / low) > DECADES:
+        return LogNorm(*(limits or _ends(positive, logarithmic=True)))
+    return Normalize(*(limits or range_around(*_ends(finite))))

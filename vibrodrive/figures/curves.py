@@ -79,7 +79,7 @@ def phase_curve(
 ) -> Figure:
     """Draw phase curves ξ' over ξ, with one panel for each trajectory and the same ranges in all panels.
 
-    A place of an irregular motion is the darker, the more periods pass it. Jumps of the velocity are thin grey lines.
+    A place of an irregular motion is the darker, the more periods pass it. Jumps of the velocity are dotted grey lines.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def draw_phase(sheet: Sheet, ax: Axes, motion: Trajectory) -> None:
     else:
         drawn = _shown(motion, first(curve(motion), max(1, different)))
         ax.plot(drawn.xi, drawn.dxi, color=sheet.look.main)
-    thin: dict[str, Any] = {"color": sheet.look.support, "lw": 0.25 if many else 0.5, "zorder": 0.5}
+    thin: dict[str, Any] = {"color": sheet.look.support, "lw": 0.25 if many else 0.7, "ls": ":", "zorder": 0.5}
     x, v = measures(motion)
     ax.plot(*_joined(drawn.jumps[:, :, 1:]), **thin, label=v.words(JUMP))
     ax.axhline(0.0, color=sheet.look.support, lw=0.4, zorder=0.5)

@@ -18,3 +18,16 @@ def ink_of(counts: np.ndarray, values: int) -> np.ndarray:
     full = math.log(max(values / LINES, math.e))
     ink = FAINTEST + (1 - FAINTEST) * np.log(np.maximum(counts, 1.0)) / full
     return np.where(counts > 0, np.minimum(ink, 1.0), 0.0)
+
+
+SAME = 1e-11  # values whose difference is at most this share of their size may differ only by rounding
+
+
+def range_around(low: float, high: float, share: float = 0.0) -> tuple[float, float]:
+    """Return the range of a scale for values from `low` to `high`, with a share of its length added at both ends.
+
+    Values that may differ only by rounding are one value, in the middle of the range.
+    """
+    size = max(abs(low), abs(high))
+    room = share * (high - low) if high - low > SAME * size else 0.5 * size or 0.5
+    return low - room, high + room

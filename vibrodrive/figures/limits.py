@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.image import is_geometric, keep_range
-from vibrodrive.figures.sheet import Sheet, as_list, drawn_on
+from vibrodrive.figures.sheet import LETTER, Sheet, as_list, drawn_on, length
 from vibrodrive.figures.texts import as_shown, conditions, damaged, of_sweep
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.drawing import Style, Width, documented
@@ -29,7 +29,8 @@ METHODS = {
 }  # fmt: skip
 BAND = "from the first loss on, at least half of the values kept"
 MISSING = (Status.NO_ORBIT, Status.TOO_SHORT, Status.BUDGET, Status.NOT_COMPUTED)
-WIDE = 0.035  # a range of the axis with one period has a label if it is at least this share of the abscissa
+SIZE = 8  # size in points of the periods above the axes
+ROWS = 4  # largest number of rows of these periods
 MARKED = 60  # a curve with at most this many values has marks
 
 
@@ -87,18 +88,17 @@ def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
     along = as_shown(x, values[order])
     for number, one in enumerate(several):
         first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
-        _draw(
-            sheet, ax, along, (first, last), number, f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}"
-        )
-    _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
+        name = f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}"
+        _draw(sheet, ax, along, (first, last), number, name)
     ax.margins(x=0.0)
     keep_range(ax, along)
+    rows = _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
     apart = {x, "eps", "dtau", "method"}
     known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
     said = [*conditions(known, apart, section=False), _gaps(several), *damaged(*several)]
     sheet.name(ax, x, None)
     sheet.label(ax, None, unit.label("limit as a velocity $V$"))
-    sheet.note(ax, said, above=True)
+    sheet.note(ax, said, above=rows)
     return fig
 
 
@@ -140,13 +140,21 @@ def _gaps(several: Sequence[Results]) -> str:
     return f"missing points: {', '.join(there)}" if there else ""
 
 
-def _name_periods(ax: Axes, x: np.ndarray, n: np.ndarray) -> None:
-    """Write the period n of the orbit above each wide range of the ascending x in which this period is constant."""
+def _name_periods(ax: Axes, x: np.ndarray, n: np.ndarray) -> int:
+    """Write the period n of the orbit above each range of the ascending x in which this period is constant, and return
+    the number of rows that narrow ranges need. Beyond ROWS rows the periods overlap."""
+    letter = LETTER * SIZE * ax.figure.dpi / 72 / ax.get_window_extent().width  # as a share of the abscissa
+    share = ax.transAxes.inverted().transform(ax.get_xaxis_transform().transform([(at, 0.0) for at in x]))[:, 0]
+    ends: list[float] = []  # right end of the last period in each row
     for stretch in np.split(np.arange(len(n)), np.flatnonzero(np.diff(n)) + 1):
-        low, high = x[stretch[0]], x[stretch[-1]]
-        if n[stretch[0]] > 0 and high - low >= WIDE * np.ptp(x):
-            place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "bottom"}
-            ax.text((low + high) / 2, 1.015, f"$n = {n[stretch[0]]}$", fontsize=8, **place)
-        if stretch[0]:
-            between = (x[stretch[0] - 1] + low) / 2
-            ax.axvline(between, color="0.75", lw=0.4, zorder=0, label="another period $n$")
+        first, period, (low, high) = stretch[0], n[stretch[0]], share[stretch[[0, -1]]]
+        if period > 0:
+            text = f"$n = {period}$" if high - low > 6 * letter else str(period)
+            middle, half = 0.5 * (low + high), 0.5 * letter * (length(text) + 1)
+            row = next((k for k, end in enumerate(ends) if end <= middle - half), min(len(ends), ROWS - 1))
+            ends[row : row + 1] = [middle + half]
+            place: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "center"}
+            ax.annotate(text, (middle, 1.0), (0.0, 3.0 + 1.2 * SIZE * row), fontsize=SIZE, **place)
+        if first:
+            ax.axvline(x[first - 1 : first + 1].mean(), color="0.75", lw=0.4, zorder=0, label="another period $n$")
+    return len(ends)

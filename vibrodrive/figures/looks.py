@@ -1,7 +1,9 @@
 """Colours of all figures in two styles: `screen`, which colour-blind readers can read, too, and `print` in black ink.
 
-Elements with different colours also have different line styles, marks or lightness. In `print` they differ only in
-these.
+Elements with different colours also have different line styles, marks or lightness, so that colour-blind readers and
+grey copies can tell them apart. In `print` they differ only in these. The lightness of a value beyond a scale is beyond
+that of all shades of the scale, in `print` in the reverse order; still lighter are points without a value, and motions
+at rest, which are white.
 """
 
 from typing import Any, NamedTuple
@@ -29,8 +31,7 @@ class Look(NamedTuple):
     density: Colormap  # darkness of a cell of an image, from 0 to 1 (ink.py)
     classes: tuple[str, ...]  # classes of a map, each darker than the previous one; the last two are "other" and "none"
     shades: Colormap  # continuous quantity of a map
-    signed: Colormap  # quantity of a map that may be negative; 0 is in the middle
-    nil: str  # motions that rest, on a map with the colours `signed`
+    signed: Colormap  # quantity of a map that may be negative; a step at 0, in the middle, shows the sign
     beyond: tuple[str, str]  # values below and above a continuous scale
     kept: tuple[str, str]  # structure kept and lost
     statuses: tuple[str, str, str, str]  # statuses, in the order of SHOWN in figures/colours.py
@@ -66,12 +67,11 @@ def _greys(count: int, light: float, dark: float) -> tuple[str, ...]:
 
 
 _PATTERNS = ("-", "--", ":", "-.")
-_HUES = ("#0072b2", "#d55e00", "#009e73", "#8f4a86", "#7a6000", "#333333")
+_HUES = ("#0072b2", "#d55e00", "#00a87b", "#8a4181", "#333333", "#5a4800")
 
-# One scale from light blue over orange to dark purple, then two greys. Each colour is darker than the previous one, so
-# that a grey copy keeps their order. Colour-blind readers can distinguish them.
+# One scale from light blue over orange to dark purple, then two greys, in even steps of lightness.
 _CLASSES = (
-    "#e1e9f0", "#b0cde6", "#eebb85", "#dc8c58", "#bf5f4c", "#953a5d", "#68286b", "#3f1f63", "#2b2b2b", "#000000",
+    "#c1d4e3", "#91bfe4", "#d59648", "#d27432", "#be563f", "#a0395d", "#6e2e70", "#412266", "#1c1c1c", "#000000",
 )  # fmt: skip
 
 LOOKS: dict[Style, Look] = {
@@ -80,17 +80,16 @@ LOOKS: dict[Style, Look] = {
         other=_HUES[1],
         support="0.55",
         lines=tuple((hue, _PATTERNS[k % 4]) for k, hue in enumerate(_HUES)),
-        bands=("#a9d3ea", "#f6c6a2", "#bfe5d6"),
+        bands=("#80bee0", "#f5c6a0", "#ccedde"),
         coloured=True,
         density=ramp("#ffffff", "#8fc1e3", "#2a72b5", "#0b2e5c"),
         classes=_CLASSES,
-        shades=colormaps["cividis"],
-        signed=colormaps["RdBu_r"],
-        nil="#e8c95a",
-        beyond=("#009a7b", "#e0218a"),  # very different from all colours of `shades` and `signed`
-        kept=("#d3e8f5", "#b5430d"),
-        statuses=("#f2f2f2", _CLASSES[1], _CLASSES[4], _CLASSES[8]),
-        lacking="#d0d0d0",
+        shades=ramp(*colormaps["cividis"](np.linspace(0.08, 0.84, 256))),
+        signed=ramp((0.0, "#123467"), (0.5, "#4678ab"), (0.5, "#c2732b"), (1.0, "#e6bb5a")),
+        beyond=("#4a1200", "#51e7eb"),
+        kept=(_CLASSES[0], "#b5430d"),
+        statuses=(_CLASSES[0], _CLASSES[1], _CLASSES[4], _CLASSES[8]),
+        lacking="#e5e5e5",
     ),
     "print": Look(
         main=INK,
@@ -102,9 +101,8 @@ LOOKS: dict[Style, Look] = {
         density=ramp("white", "black"),
         classes=_greys(8, 88.0, 4.0),  # more greys could not be distinguished
         shades=ramp(*_greys(6, 86.0, 20.0)),
-        signed=ramp((0.0, "0.92"), (0.5, "0.7"), (0.5, "0.42"), (1.0, "0.0")),  # a step at 0 shows the sign
-        nil="white",
-        beyond=("0.94", "black"),
+        signed=ramp((0.0, "0.84"), (0.5, "0.65"), (0.5, "0.42"), (1.0, "0.18")),
+        beyond=("0.92", "black"),
         kept=("0.9", "0.3"),
         statuses=("0.95", "0.75", "black", "0.45"),
         lacking="none",  # no further grey could be distinguished

@@ -19,14 +19,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from vibrodrive.figures.colours import RESTS, SHADES, Painted, paint
+from vibrodrive.figures.colours import SHADES, Painted, paint
 from vibrodrive.figures.image import RarestImage, draw_cells, is_geometric, keep_range
+from vibrodrive.figures.ink import SAME, range_around
 from vibrodrive.figures.looks import HATCHED
 from vibrodrive.figures.plane import NUMBERED, draw_lines, placed, read_lines
 from vibrodrive.figures.sheet import Sheet, drawn_on, fit_label, in_short_lines
-from vibrodrive.figures.texts import as_shown, conditions_of, rest_phrases, status_phrases
+from vibrodrive.figures.texts import as_shown, conditions_of, number, place_of, rest_phrases, status_phrases
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import UNSEEN
+from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import MAP, Drawing, Style, Width, check_swept, choose_drawing, documented
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
@@ -80,9 +82,10 @@ def map_figure(
         of the map must be A and B, or axes of a scene that determine A and B. Limits over one axis, also of a result
         file, need a map over this axis and ε or Δτ.
     limits : (float, float), optional
-        range of the colours of a continuous quantity, with a scene in SI units; by default the range of all values or,
-        if there are at least 1000 values, of 99 % of them. Values below and above the range have their own colours,
-        which the ends of the colour bar show.
+        range of the colours of a continuous quantity, with a scene in SI units; by default the range of all values,
+        without the lowest or highest 0.5 % of at least 1000 values if these would hide the others. Values below and
+        above the range have their own colours, which the ends of the colour bar show. The text above the map gives the
+        least and the largest value and their points.
     undisturbed : int array, optional
         `gaps` of the undisturbed motions for "kept"; by default they are computed. The dimensions of the array are the
         axes of the sweep; along ε and Δτ its length is 1.
@@ -127,6 +130,7 @@ def draw_map(
     painted = paint(row, values, status, unit.ends(limits), sheet.look)
     said = conditions_of(results, (x, y), section=row in LAST)
     more = rest_phrases(values, status) if row is LAST[1] else []
+    more += [] if row.classes else _extremes(results, values, painted, [n for n in names if n in (x, y)])
     more += [*(painted.phrases() if y is None or (row.classes and row.special) else []), *status_phrases(status)]
     lines = placed(over, results, x, y)
     numbered = any(line.period for line in lines)
@@ -155,6 +159,20 @@ def draw_map(
     return fig
 
 
+def _extremes(results: Any, values: np.ndarray, painted: Painted, names: Sequence[str]) -> list[str]:
+    """Return the least and the largest value on the scale and beyond it as phrases, each with its point of the axes
+    `names` or, if several points have it, with their number."""
+    kind = painted.cells.filled(-1)
+    points, said = np.argwhere((kind >= 0) & (kind < painted.first_apart)), []
+    shown = values[tuple(points.T)]
+    for word, value in (("least", shown.min()), ("largest", shown.max())) if shown.size else ():
+        alike = points[np.isclose(shown, value, SAME, 0.0)]
+        place = place_of(results, dict(zip(names, alike[0].tolist(), strict=True)))
+        place = place if len(alike) == 1 else counted(len(alike), "point")
+        said += [f"{word} ${number(float(f'{value:.4g}'))}$ at {place}"] * (len(alike) < len(shown))
+    return said
+
+
 def recorded(results: Any, row: Quantity) -> np.ndarray:
     """Return a quantity over all axes, dimensionless, as float64 with NaN for an undefined value or, for gaps and
     sequences, as int64 with -1."""
@@ -178,30 +196,32 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
 
 
 def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
-    """Draw marks over the only axis. Each class has a separate level. A quantity without classes has a scale, and
-    arrows show the values beyond its ends. Points outside the scale have marks at the edge, so that none is missing."""
+    """Draw marks over the only axis. Each class, and each group without a class, has a separate level. A quantity
+    without classes has a scale, arrows for values beyond its ends, and marks at the edge for points outside it."""
     order = np.argsort(x, kind="stable")
-    x, values = x[order], values[order]
-    kind, n = painted.cells[order].filled(-1), len(painted.labels)
-    dots: dict[str, Any] = {"ms": 3, "mew": 0, "color": sheet.look.main}
-    shown = kind < (n or SHADES)
-    ax.plot(x, np.where((kind >= 0) & shown, kind if n else values, np.nan), ".", **dots)
-    if n:
-        ax.set_yticks(range(n), _broken(painted.labels))
-        ax.set_ylim(-0.5, n - 0.5)
+    x, values, kind = x[order], values[order], painted.cells[order].filled(-1)
+    levels = [*painted.labels, *(name for name, _ in painted.apart)] if painted.labels else []
+    shown = np.where((kind >= 0) & (kind < (len(levels) or SHADES)), kind if levels else values, np.nan)
+    ax.plot(x, shown, ".", ms=3, mew=0, color=sheet.look.main)
+    if levels:
+        ax.set_yticks(range(len(levels)), _broken(levels))
+        ax.set_ylim(-0.5, len(levels) - 0.5)
     else:
         if isinstance(painted.norm, LogNorm):
             ax.set_yscale("log")
-        low, high = painted.norm.vmin, painted.norm.vmax
-        beyond: Any = ((SHADES, "v", low, "below the range"), (SHADES + 1, "^", high, "above the range"))
-        for number, mark, end, name in beyond:
-            if (kind == number).any():
-                there = np.where(kind == number, end, np.nan)
-                ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
-                ax.set_ylim(**{"bottom" if mark == "v" else "top": end})
-    for number, (name, _) in enumerate(painted.apart, painted.first_apart):
-        there, low = kind == number, not n and bool((values[kind == number] <= 0).all())
-        mark = "v" if low else "^" if np.isposinf(values[there]).all() else "." if name == RESTS else "x"
+        inside = values[(kind >= 0) & (kind < SHADES)]
+        if inside.size:
+            ax.update_datalim([(x[0], end) for end in range_around(inside.min(), inside.max())])
+    beyond: Any = (("bottom", "v", "below", painted.norm.vmin), ("top", "^", "above", painted.norm.vmax))
+    for k, (end, mark, side, value) in enumerate(beyond if not levels else (), SHADES):
+        if (kind == k).any():
+            there, name = np.where(kind == k, value, np.nan), f"{side} the range"
+            ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
+            ax.set_ylim(**{end: value})
+    for k, (name, _) in enumerate(painted.apart if not levels else (), SHADES + len(beyond)):
+        there = kind == k
+        low = bool((values[there] <= 0).all())
+        mark = "v" if low else "^" if np.isposinf(values[there]).all() else "x"
         thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": sheet.look.support, "mfc": "none", "label": name}
         at = np.full(there.sum(), 0.025 if low else 0.975)
         ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)

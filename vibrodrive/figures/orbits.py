@@ -22,7 +22,7 @@ from vibrodrive.figures.texts import as_shown, conditions, equation, of_sweep
 from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.described import counted
 from vibrodrive.model.drawing import Style, Width, documented
-from vibrodrive.model.keywords import as_written
+from vibrodrive.model.keywords import takes
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, amplitude_axis, measure
 from vibrodrive.model.plan import plan_motion
@@ -52,33 +52,22 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
     with drawn_on(**look) as sheet:
         fig, axes = sheet.new(height=4.5)
         ax = axes[0, 0]
-        there = unit.shown_of(np.asarray(brute.section)[..., 1])
+        seen = [unit.shown_of(np.asarray(brute.section)[..., 1])]
         dots: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0, "color": sheet.look.support}
-        ax.plot(
-            np.repeat(as_shown(x, swept), there.shape[-1]), there.reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots
-        )
-        seen = [there]
-        for branch in found.branches():
+        across = np.repeat(as_shown(x, swept), seen[0].shape[-1])
+        ax.plot(across, seen[0].reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots)
+        for branch in found.denser().branches():
             drawn: dict[str, Any] = {"color": sheet.look.main, "ls": "-", "lw": 1.1, "label": "stable orbit"}
             if branch.unstable:
                 drawn = {"color": sheet.look.other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
             seen.append(traces(branch, values))
             ax.plot(place(branch.A), seen[-1], zorder=2, **drawn)
         for name, kind in BIFURCATIONS.items():
-            points = [
-                (place(b.A), y)
-                for b in found.bifurcations
-                if b.kind == name and len(b.orbit.phases)
-                for y in values(b.orbit)
-            ]
+            there = [b for b in found.bifurcations if b.kind == name and len(b.orbit.phases)]
+            points = [(place(b.A), y) for b in there for y in values(b.orbit)]
+            mark: dict[str, Any] = {"ms": 3.8, "mfc": INK if kind.marker == "|" else "white", "mew": 0.7}
             if points:
-                mark: dict[str, Any] = {
-                    "ms": 3.8,
-                    "mfc": INK if kind.marker == "|" else "white",
-                    "mec": INK,
-                    "mew": 0.7,
-                }
-                ax.plot(*zip(*points, strict=True), kind.marker, **mark, label=kind.label, zorder=3)
+                ax.plot(*zip(*points, strict=True), kind.marker, **mark, mec=INK, label=kind.label, zorder=3)
         ax.set(xlim=place(found.A[[0, -1]]), ylim=full_range(seen, 0.05))
         sheet.name(ax, x, None)
         sheet.name_quantities(ax, None, unit)
@@ -88,7 +77,7 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
         return fig
 
 
-@as_written
+@takes()
 @documented
 def cobweb(
     written: Mapping[str, Any],
@@ -154,14 +143,8 @@ def cobweb(
         if orbit is not None:
             path = np.repeat(np.append(orbit.phases, orbit.phases[0]), 2)
             ax.plot(path[:-1], path[1:], color=sheet.look.other, lw=0.7, ls="--", label="cobweb of an orbit")
-            ax.plot(
-                orbit.phases,
-                np.roll(orbit.phases, -1),
-                "o",
-                ms=3.5,
-                color=sheet.look.other,
-                label="impacts of the orbit",
-            )
+            impacts: dict[str, Any] = {"ms": 3.5, "color": sheet.look.other, "label": "impacts of the orbit"}
+            ax.plot(orbit.phases, np.roll(orbit.phases, -1), "o", **impacts)
         ax.set(xlim=(0, turn), ylim=(0, turn), aspect="equal")
         sheet.label(ax, r"$\varphi_i$", r"$\varphi_{i+1}$", upright=16.0)
         sheet.note(ax, [equation("A", system.A), equation("B", system.B)])

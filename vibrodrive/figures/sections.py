@@ -13,7 +13,7 @@ from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.image import density
-from vibrodrive.figures.ink import FAINTEST
+from vibrodrive.figures.ink import FAINTEST, range_around
 from vibrodrive.figures.plane import NUMBERED, draw_lines, read_lines, upright
 from vibrodrive.figures.sheet import Sheet, as_list, drawn_on
 from vibrodrive.figures.style import INCHES
@@ -179,8 +179,7 @@ def full_range(values: Sequence[np.ndarray], margin: float = 0.04) -> tuple[floa
     seen = [v[np.isfinite(v)] for v in values]
     low = min((v.min() for v in seen if v.size), default=-1.0)
     high = max((v.max() for v in seen if v.size), default=1.0)
-    room = margin * (high - low) or 0.5
-    return low - room, high + room
+    return range_around(low, high, margin)
 
 
 @documented

@@ -117,13 +117,13 @@ class Sheet:
             ax.set_title(f"{name} {text}".strip(), loc="left")
 
     def note(
-        self, ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Literal["left", "right"] = "right"
+        self, ax: Axes, text: str | Sequence[str], above: int = 0, *, side: Literal["left", "right"] = "right"
     ) -> None:
         """Write a note in small letters at the upper right of a panel.
 
-        If note and name of the panel do not fit into one line, or if `above`, the note is above the name. A sequence of
-        phrases is wrapped between the phrases. `side` is "left" for a panel with a colour bar and without a name. In
-        the user's axes the phrases become the title of the legend, if he wants notes.
+        The note is `above` this number of lines of other text and, if both do not fit into one line, above the name of
+        the panel. A sequence of phrases is wrapped between the phrases. `side` is "left" for a panel with a colour bar
+        and without a name. In the user's axes the phrases become the title of the legend, if he wants notes.
         """
         if not self.notes:
             return
@@ -133,7 +133,7 @@ class Sheet:
         cell, name = ax.get_subplotspec(), ax.get_title(loc="left")
         alone = cell is None or cell.get_gridspec().ncols == 1
         fits = not name or (alone and length(name) / NOTE + length(text.rsplit("\n", 1)[-1]) + BESIDE < room)
-        ax.set_title(text + "\n" if text and (above or not fits) else text, loc=side, fontsize=size, color="0.35")
+        ax.set_title(text + "\n" * (above or not fits) if text else text, loc=side, fontsize=size, color="0.35")
 
     def explain(self) -> None:
         """Draw a legend of all labels, each once, and of `keys`, below the figure, and break labels that are too long
@@ -223,7 +223,7 @@ class Given(Sheet):
         else:
             self.said[ax] += [text] if text else []
 
-    def note(self, ax: Axes, text: str | Sequence[str], above: bool = False, *, side: Any = "right") -> None:
+    def note(self, ax: Axes, text: str | Sequence[str], above: int = 0, *, side: Any = "right") -> None:
         self.said[ax] += [text] if isinstance(text, str) else text
 
     def explain(self) -> None:

@@ -6,19 +6,25 @@ This module does not use pyplot. Each Figure is drawn without a display (Agg) an
 from __future__ import annotations
 
 import io
+import os
 import warnings
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 import matplotlib as mpl
 from cycler import cycler
 from matplotlib.figure import Figure
 
 from vibrodrive.figures.looks import LOOKS
+from vibrodrive.figures.texts import plain
 from vibrodrive.model.drawing import FORMATS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import drafted
+
+ABOUT = {"png": ("Title", "Description"), "svg": ("Title", "Description"), "pdf": ("Title", "Subject")}
+"""Metadata for the title and the description of a figure, by format."""
 
 INCHES: dict[Width, float] = {
     "double": 6.85,
@@ -86,9 +92,13 @@ class ShownFigure(Figure):
         with drawn_as(*self._drawn_as):
             super().draw(renderer)
 
-    def savefig(self, *args: Any, **kwargs: Any) -> None:
+    def savefig(self, fname: Any, *args: Any, **kwargs: Any) -> None:
+        """Write the figure with a title and a description, unless its format has none."""
+        name = fname if isinstance(fname, str | os.PathLike) else ""
+        if keys := ABOUT.get(kwargs.get("format") or Path(name).suffix[1:].lower() or "png"):
+            kwargs["metadata"] = dict(zip(keys, about(self), strict=True)) | (kwargs.get("metadata") or {})
         with drawn_as(*self._drawn_as):
-            super().savefig(*args, **kwargs)
+            super().savefig(fname, *args, **kwargs)
 
     def show(self, warn: bool = True) -> None:
         """Open a window. A script waits until all windows are closed, as in `pyplot.show`; then pyplot forgets them.
@@ -116,6 +126,18 @@ class ShownFigure(Figure):
         return buffer.getvalue(), {"width": width, "height": height}
 
 
+def about(fig: Figure) -> tuple[str, str]:
+    """Return the quantities of a figure as its title, and the texts of its panels and key as its description."""
+    bars = [ax for ax in fig.axes if ax.get_label() == "<colorbar>"]
+    across = [ax.get_xlabel() for ax in fig.axes]
+    up = [ax.get_ylabel() for ax in fig.axes if ax not in bars]
+    axes = ([ax.get_ylabel() for ax in bars], [*across, *up]) if bars else (up, across)
+    said = [ax.get_title(loc) for ax in fig.axes for loc in ("left", "center", "right")]
+    said += [text.get_text() for legend in fig.legends for text in legend.get_texts()]
+    title, text = ([" and ".join(filter(None, dict.fromkeys(map(plain, names)))) for names in axes], map(plain, said))
+    return " over ".join(filter(None, title)), "; ".join(filter(None, text))
+
+
 def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     """Write a figure as .png, .pdf or .svg, by the ending of `path`. Equal figures give equal bytes.
 
@@ -130,6 +152,9 @@ def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     try:
         with drafted(path) as draft:
             fig.savefig(draft, format=ending[1:], dpi=dpi or RESOLUTION, metadata=undated[ending])
+            if ending == ".svg":  # Matplotlib writes the title only
+                text = f"</title>\n <desc>{escape(about(fig)[1])}</desc>".encode()
+                draft.write_bytes(draft.read_bytes().replace(b"</title>", text, 1))
     except OSError as error:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from None
     return path

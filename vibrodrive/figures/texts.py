@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,6 +24,13 @@ PARTS = (1, 2, 3, 4, 6)  # possible denominators of phases that are written as f
 SYMBOLS = {name: row.mathtext for name, row in NAMES.items() if row.mathtext}
 UNITS = {name: row.shown for name, row in NAMES.items() if row.shown}
 WORDS = {"frequency": "Excitation frequency "}  # before a symbol that the paper does not have
+
+MATHTEXT = {row.mathtext: row.symbol for row in NAMES.values() if "\\" in row.mathtext} | {
+    r"\varphi": "φ", r"\pi": "π", r"\cdot": "·", r"\sum": "∑", r"\mathrm": "", r"\,": "", "_0": "₀", "_2": "₂",
+}  # fmt: skip
+"""Commands of the mathtext in figures, and what they mean as plain text."""
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 ALWAYS_SAID = ("A", "B", "a0", "omega0", "frequency", "mu", "alpha", "mass", "eps")
 PANELS = 6  # largest number of panels of one figure
@@ -54,6 +62,14 @@ def number(value: float) -> str:
     if mantissa in ("1", "-1"):
         return mantissa[:-1] + power
     return rf"{mantissa}\cdot{power}"
+
+
+def plain(text: str) -> str:
+    """Return a text of a figure without mathtext and line breaks, such as ε = 2·10⁻⁴."""
+    for code in sorted(MATHTEXT, key=len, reverse=True):  # some are beginnings of others
+        text = text.replace(code, MATHTEXT[code])
+    text = re.sub(r"\^\{?(-?\d+)\}?", lambda power: power[1].translate(SUPERSCRIPTS), text)
+    return " ".join(re.sub(r"[${}\\]", "", text).split())
 
 
 def phase(value: float) -> str:

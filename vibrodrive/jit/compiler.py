@@ -202,7 +202,10 @@ def _in_thread(work, function):
         except BaseException as error:
             outcome.set_exception(error)
 
-    threading.Thread(target=call, name="compile", daemon=True).start()
+    try:
+        threading.Thread(target=call, name="compile", daemon=True).start()
+    except RuntimeError:  # no further thread can be started
+        call()
     if not wait([outcome], compilation.said_after).done and compilation.running:
         _print_compiling(function)
     return outcome.result()

@@ -1,8 +1,8 @@
 """Machine code of the kernels that came with the package, in the folder `vibrodrive/shipped` of a wheel.
 
 `shipped/build.py` makes this folder: a library for each kind of processor, and a table of the kernels in them, with the
-hash of their sources. Each kernel is a function of C with the arguments of Numba's calling convention: addresses for
-the result and for an exception, which no kernel raises, and then the arguments; tuples and arrays take several.
+hash of their sources. Each kernel is a function of C, whose argument is the address of words of 64 bits: the numbers
+of its arguments in order, and for an array its address and its shape. The result is written over them.
 
 The code is used if it belongs to the sources that are installed, if the processor can run it, if its checksum is right,
 and if nobody asks Numba to compile: by NUMBA_CPU_NAME or NUMBA_CPU_FEATURES, or by VIBRODRIVE_CODE=numba.
@@ -15,10 +15,11 @@ import ctypes
 import hashlib
 import json
 import os
-import platform
+import struct
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -29,23 +30,28 @@ from vibrodrive.jit.sources import fingerprints
 FOLDER = Path(__file__).parent.parent / "shipped"
 TABLE = "kernels.json"
 
-_V3 = ("avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave")
-LEVELS = {"x86-64-v4": (*_V3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"), "x86-64-v3": _V3}
-"""Kinds of processors, the widest first, and what Linux calls the features of each. It names those features only whose
-registers the system saves."""
+_V3 = ("AVX", "AVX2", "FMA3", "F16C", "BMI", "BMI2", "LZCNT", "MOVBE")
+LEVELS = {"x86-64-v4": (*_V3, "AVX512F", "AVX512CD", "AVX512BW", "AVX512DQ", "AVX512VL"), "x86-64-v3": _V3}
+"""Kinds of processors, the widest first, and NumPy's names of the features of each"""
 
 
-def _features() -> set[str]:
-    """Return the features of this processor; none on systems other than Linux on x86-64."""
-    if sys.platform != "linux" or platform.machine() != "x86_64":
-        return set()
-    with open("/proc/cpuinfo", encoding="utf-8") as lines:
-        return next((set(line.split()) for line in lines if line.startswith("flags")), set())
+def _features() -> Mapping[str, bool]:
+    """Return the features of the processor on Linux, by NumPy's names.
+
+    NumPy asks the processor, with the instruction CPUID, and whether the system saves its registers. There an emulator
+    answers for itself, and in /proc/cpuinfo for the machine on which it runs.
+    """
+    core = "numpy.core" if np.__version__.startswith("1.") else "numpy._core"
+    return import_module(f"{core}._multiarray_umath").__cpu_features__ if sys.platform == "linux" else {}
 
 
 def can_run(level: str) -> bool:
-    """Return whether this processor is of the kind `level`, or of a wider one."""
-    return _features().issuperset(LEVELS[level])
+    """Return whether this processor is of the kind `level`, or of a wider one.
+
+    Before 2.4, NumPy does not ask for BMI, BMI2, LZCNT and MOVBE, which processors with AVX2 and FMA3 have.
+    """
+    features = _features()
+    return features.get("AVX2", False) and all(features.get(name, True) for name in LEVELS[level])
 
 
 def sum_of(kernels: Any) -> str:
@@ -63,18 +69,18 @@ def _table_and_library() -> tuple[dict[str, Any], ctypes.CDLL | None]:
         table = json.loads((FOLDER / TABLE).read_text(encoding="utf-8"))
         if table["sources"] != fingerprints()[1]:  # edited since
             return {}, None
-        if wanted and not (wanted in LEVELS and can_run(wanted)):
-            allowed = " or ".join([*filter(can_run, LEVELS), "numba"])
-            raise ValueError(f"VIBRODRIVE_CODE = {wanted}: must be {allowed} here")
         if table["sum"] != sum_of(table["kernels"]):
             raise ValueError(f"{FOLDER / TABLE} is damaged")
-        level = next((name for name in LEVELS if wanted in ("", name) and can_run(name)), "")
-        if level not in table["libraries"]:
+        paths = {level: FOLDER / f"{level}.so" for level in LEVELS if level in table["libraries"] and can_run(level)}
+        usable = [level for level, path in paths.items() if path.exists()]
+        if wanted and wanted not in usable:
+            raise ValueError(f"VIBRODRIVE_CODE = {wanted}: must be {' or '.join([*usable, 'numba'])} here")
+        if not usable:
             return {}, None
-        path = FOLDER / f"{level}.so"
+        level = wanted or usable[0]
+        path = paths[level]
         if hashlib.sha256(path.read_bytes()).hexdigest() != table["libraries"][level]:
             raise ValueError(f"{path} is damaged")
-        ctypes.CDLL("libm.so.6", ctypes.RTLD_GLOBAL)  # the library calls its functions, whatever their version
         return table["kernels"], ctypes.CDLL(str(path))
     except (FileNotFoundError, NotADirectoryError):  # no wheel with machine code, or an archive
         return {}, None
@@ -96,76 +102,62 @@ def function(name: str) -> Callable[..., Any] | None:
     symbol, arguments, result = kernels[name]
     run = getattr(library, symbol)
     run.restype = None
-    if arguments == ["i8"]:
-        run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64]
-        return lambda address: run(_IGNORED, _IGNORED, address)
-    flatten = [_flat(kind) for kind in arguments]
-    of_result, value = _result(result)
+    letters = "".join(map(_LETTERS.__getitem__, result if isinstance(result, list) else [result]))
+    results = struct.Struct(letters)
+    adders, words = zip(*map(_argument, arguments), strict=True)
+    pack = struct.Struct(f"{''.join(words)}{results.size}x").pack
 
     def call(*args: Any) -> Any:
         flat: list[Any] = []
-        for add, each in zip(flatten, args, strict=True):
-            add(flat, each)
-        out = of_result()
-        run(ctypes.byref(out), ctypes.byref(_EXCEPTION), *flat)
-        return value(out)
+        for n, each in enumerate(args):
+            adders[n](flat, each)
+        block = bytearray(pack(*flat))
+        run(_memory(block))
+        values = results.unpack_from(block)
+        return values if isinstance(result, list) else values[0] if values else None
 
     return call
 
 
-_EXCEPTION = ctypes.c_void_p()
-_UNREAD = ctypes.create_string_buffer(16)
-_IGNORED = ctypes.addressof(_UNREAD)  # where kernels write results that nobody reads
+_memory: Callable[[Any], Any] = (ctypes.c_char * 0).from_buffer
+"""Function that returns what ctypes passes as the address of memory that may be written to"""
 
-_SCALARS: dict[str, tuple[Any, Callable[[Any], Any]]] = {
-    "i8": (ctypes.c_int64, int),
-    "u8": (ctypes.c_uint64, int),
-    "f8": (ctypes.c_double, float),
-    "b1": (ctypes.c_int8, bool),
-}
-"""Type of C, and the conversion to it and from it, of each kind of number"""
+_LETTERS = {"i8": "q", "u8": "Q", "f8": "d", "b1": "?", None: "x"}
+"""Letter of `struct` for each kind of number of a result, and for nothing"""
+
+_WORDS = _LETTERS | {"b1": "q"}  # of an argument, which is a whole word
 
 
-def _flat(kind: Any) -> Callable[[list[Any], Any], None]:
-    """Return a function that appends an argument of this kind to a list of arguments of C.
+def _argument(kind: Any) -> tuple[Callable[[list[Any], Any], None], str]:
+    """Return a function that appends the words of an argument of this kind to a list, and the letters of these words.
 
     kind : name of a number, {"dtype": …, "ndim": …} for an array, or a list of kinds for a tuple
     """
     if isinstance(kind, str):
-        number, convert = _SCALARS[kind]
-        return lambda flat, value: flat.append(number(convert(value)))
+        return list.append, _WORDS[kind]
+    if isinstance(kind, list) and all(isinstance(each, str) for each in kind):
+        return list.extend, "".join(map(_WORDS.__getitem__, kind))
     if isinstance(kind, list):
-        adders = [_flat(each) for each in kind]
+        adders, words = zip(*map(_argument, kind), strict=True)
 
         def add_all(flat: list[Any], values: Sequence[Any]) -> None:
             for add, each in zip(adders, values, strict=True):
                 add(flat, each)
 
-        return add_all
+        return add_all, "".join(words)
     dtype, ndim = _dtype(kind["dtype"]), kind["ndim"]
 
     def add(flat: list[Any], array: np.ndarray) -> None:
-        if array.dtype != dtype or array.ndim != ndim or not array.flags.c_contiguous:
+        nonlocal dtype
+        flags = array.flags
+        if array.dtype != dtype or array.ndim != ndim or not flags.c_contiguous:
             raise TypeError(f"must be a contiguous {dtype} array of {ndim} dimensions, got {array.dtype}, {array.ndim}")
-        numbers = array.size, array.itemsize, array.ctypes.data, *array.shape, *array.strides
-        flat += [None, None, *map(ctypes.c_int64, numbers)]
+        dtype = array.dtype  # to compare the same object takes no time
+        flat.append(ctypes.addressof(_memory(array)) if flags.writeable else array.ctypes.data)
+        flat += array.shape
 
-    return add
+    return add, "q" * (1 + ndim)
 
 
 def _dtype(written: str | Sequence[Sequence[str]]) -> np.dtype[Any]:
     return np.dtype(written if isinstance(written, str) else [(name, kind) for name, kind in written])
-
-
-def _result(kind: Any) -> tuple[Any, Callable[[Any], Any]]:
-    """Return the type of C of a result, and a function that converts it to Python."""
-    if kind is None:
-        return ctypes.c_void_p, lambda out: None
-    if isinstance(kind, str):
-        number, convert = _SCALARS[kind]
-        return number, lambda out: convert(out.value)
-    parts = [_result(each) for each in kind]
-    fields = [(f"f{n}", part) for n, (part, _) in enumerate(parts)]
-    structure = type("Result", (ctypes.Structure,), {"_fields_": fields})
-    convert_each = [(name, _SCALARS[each][1]) for (name, _), each in zip(fields, kind, strict=True)]
-    return structure, lambda out: tuple(convert(getattr(out, name)) for name, convert in convert_each)

@@ -1,9 +1,9 @@
-"""Sine and versine (vers x = 1 - cos x) in plain arithmetic.
+"""Sine, versine (vers x = 1 - cos x), arcsine and logarithm in plain arithmetic.
 
-The functions have no branches, so loops over them vectorise. Their bits are the same on every machine, with the JIT or
-without. A multiple of π/2 is subtracted from the argument (Cody and Waite). For this subtraction π/2 is the sum of two
-numbers, and a fused multiply-add computes each product exactly. Then polynomials on [-π/4, π/4] are evaluated. The
-absolute error of the sine is below 1.4e-16 for |x| < 1.6e6.
+Their bits are the same on every machine, with the JIT or without, which is not true of the functions of libm and NumPy.
+Sine and versine have no branches, so loops over them vectorise. A multiple of π/2 is subtracted from the argument (Cody
+and Waite). For this subtraction π/2 is the sum of two numbers, and a fused multiply-add computes each product exactly.
+Then polynomials on [-π/4, π/4] are evaluated. The absolute error of the sine is below 1.4e-16 for |x| < 1.6e6.
 """
 
 import math
@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from vibrodrive.jit.branchless import ROUND, choose, flip, fma, low_bits
-from vibrodrive.jit.compile import inline
+from vibrodrive.jit.compile import formula, inline
 
 TWO_PI = 6.283185307179586
 TWO_PI_LOW = 2.4492935982947064e-16  # 2π = TWO_PI + TWO_PI_LOW to 107 bits
@@ -30,7 +30,7 @@ _C1, _C2, _C3 = -0.041666666666666664, 0.0013888888888887398, -2.480158729876456
 _C4, _C5, _C6 = 2.7557317271145144e-07, -2.087614614655861e-09, 1.1382623647474604e-11
 
 
-@inline
+@formula
 def arc(x):
     """Return (sin x, vers x, sin x - x, vers x - x²/2, near), where `near` is true if |x| < π/4.
 
@@ -61,7 +61,7 @@ def arc(x):
     return s, v, ds, dv, near
 
 
-@inline
+@formula
 def sincos(x):
     """Return (sin x, cos x)."""
     s, v, _, _, _ = arc(x)
@@ -87,6 +87,26 @@ def arcsine(y, short):
     t = 0.5 * short
     root = math.sqrt(t)
     return HALF_PI - (2.0 * (root + root * _asin_kernel(t)) - HALF_PI_LOW)
+
+
+_LN_2, _LN_2_LOW = 0.6931471803691238, 1.9082149292705877e-10  # whole multiples of the first up to 1100 are exact
+
+
+@formula
+def log(x):
+    """Return the natural logarithm of x > 0. The powers of two are few for a number that is neither huge nor tiny."""
+    if x == math.inf:
+        return x
+    k = 0.0
+    while x > 1.4142135623730951:
+        x, k = 0.5 * x, k + 1.0
+    while x < 0.7071067811865476:
+        x, k = 2.0 * x, k - 1.0
+    f = x - 1.0
+    s, half, r = f / (2.0 + f), 0.5 * f * f, 0.0
+    for n in range(19, 2, -2):  # log x = f - f²/2 + s (f²/2 + 2 s²/3 + 2 s⁴/5 + …)
+        r = s * s * (r + 2.0 / n)
+    return k * _LN_2 - ((half - (s * (half + r) + k * _LN_2_LOW)) - f)
 
 
 @inline

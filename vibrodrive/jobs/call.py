@@ -10,67 +10,50 @@ import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, Unpack
 
 from vibrodrive.jobs.progress import Tally, make_display, shown
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.described import counted
-from vibrodrive.model.keywords import Axis, Points, as_written
-from vibrodrive.model.names import ETA
+from vibrodrive.model.keywords import Axis, Point, Points, takes
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import Plan, make_plan, refuse_idle
 from vibrodrive.model.records import functions
 from vibrodrive.model.results import Results
-from vibrodrive.model.slips import forgotten, names_scene, unlikely, warn
+from vibrodrive.model.slips import names_scene, unlikely, warn
 
 OWN = ("path", "overwrite", "threads", "executor")  # keywords that do not change the results
 
 
-@as_written
+@takes(Point[Axis])
 def sweep(
     written: Mapping[str, Any],
     /,
     *,
     A: Axis | None = None,
-    B: Axis = 0.1,
-    eps: Axis = 0.0,
-    eta: Axis = ETA,
     method: MethodLike = "certified",
-    dtau: Axis | None = None,
-    tol: Axis | None = None,
-    xi0: Axis = 0.0,
-    dxi0: Axis = 0.0,
-    tau0: Axis = 0.0,
-    transient: int = 1000,
-    periods: int = 250,
-    section_phase: Axis = 0.0,
-    budget: int = 100_000,
     record: str | Callable[[Any], Any] | Sequence[str | Callable[[Any], Any]] = "section",
     points: Points | None = None,
-    scene: Scene | None = None,
-    a0: Axis | None = None,
-    omega0: Axis | None = None,
-    frequency: Axis | None = None,
-    mu: Axis | None = None,
-    alpha: Axis | None = None,
-    mass: Axis | None = None,
-    g: float | None = None,
     path: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
     threads: int | None = None,
     executor: Executor | None = None,
+    **parameters: Unpack[Point[Axis]],
 ) -> Results:
     """Simulate all combinations of the values of the axes, or a list of points.
 
+    Each parameter that is a sequence is an axis, also a quantity of a scene. Such a quantity replaces its value in
+    `scene`; without `scene`, all that are needed are given.
+
     Parameters
     ----------
-    A, B, eps, eta, dtau, tol, xi0, dxi0, tau0, section_phase : float or sequence of float
-        as in `simulate`, dimensionless. A sequence of n > 0 numbers is an axis of this length, even if n = 1. The axes
-        have the order of the keywords in the call. A is required, as this argument or in `points`.
-    method, transient, periods, budget
-        as in `simulate`, for all points.
+    A : float or sequence of float, 0 to 1e9
+        excitation amplitude, A = Ω0² a0 / (μ g cos α), dimensionless. Required, as this argument, in `points`, or by a
+        scene. A sequence of n > 0 numbers, here and below, is an axis of this length, even if n = 1. The axes have the
+        order of the keywords in the call.
+    method : "certified", "muller" or "fixed"
+        method that finds the end of a state, as in `simulate`, for all points.
     record : str, function, or sequence of these
         quantities to record. "section": the section points. "impacts": the main impacts, which have no faster impact
         within half an excitation period. "summary": a few numbers (period, impact speeds, energies, Lyapunov exponent,
@@ -82,11 +65,6 @@ def sweep(
     points : mapping of str to sequences of one length, optional
         parameters, and quantities of a scene, that change together, by name, for example a pandas.DataFrame. Point k
         has the k-th value of each. The points form one axis, `point`, with the values 0, 1, ….
-    scene : Scene, optional
-        machine in SI units, which gives A and B. If its a0 is 0, it gives only B and the units.
-    a0, omega0, frequency, mu, alpha, mass, g : float or sequence of float, optional
-        quantities of `Scene`, which may be axes or keys of `points`, apart from `g`. Each replaces the value of
-        `scene`, or all that are needed are given without a scene.
     path : str or path, optional
         result file (.h5 or .nc) to write. Without a path all results are kept in memory. An existing file of the same
         sweep is resumed, even if `vibrodrive sweep` has written it. The file contains these arguments as a
@@ -98,6 +76,7 @@ def sweep(
     executor : concurrent.futures.Executor, optional
         executor that computes the blocks, such as ``dask.distributed.Client.get_executor()``. Its workers must have the
         version and the sources of this package.
+    **parameters
 
     Returns
     -------
@@ -124,7 +103,7 @@ def sweep(
     -----
     UserWarning
         for values that are probably a mistake: those of `simulate`; an eta that varies although ε is 0; quantities of a
-        scene that are not in SI units; a value twice on an axis; (start, stop, num) as three values of an axis.
+        scene that are not in SI units; a value twice on an axis.
 
     Examples
     --------
@@ -175,7 +154,7 @@ def sweep(
         from vibrodrive.stability.per_point import with_names
 
         plan = with_names(plan)
-    warn([*unlikely(plan, names_scene(written, plan)), *forgotten(A, plan.scalars.get("B"))])
+    warn(unlikely(plan, names_scene(written, plan)))
     if path is not None:
         return _into_file(plan, path, overwrite, threads, executor)
     if overwrite:
@@ -226,25 +205,13 @@ def _into_file(
 
     file = check_path(path)
     for own in functions(plan.record):
-        own.refuse_unknown()
+        own.refuse_without_version()
     check_threads(threads)
     if executor is not None:
         check_executor(executor)
-    with _in_python():
-        check_output(file, None, overwrite=overwrite)
-        refuse_large_block(plan, remote=executor is not None)
-        job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
-        raised = run(job, make_display(file.name))
+    check_output(file, None, overwrite=overwrite)
+    refuse_large_block(plan, remote=executor is not None)
+    job = Job(plan, Origin(as_toml(plan)), file, threads, overwrite=overwrite, executor=executor)
+    raised = run(job, make_display(file.name))
     _warn_of_raised(raised)
     return load(file)
-
-
-@contextlib.contextmanager
-def _in_python() -> Iterator[None]:
-    """Replace options of the command line by keywords in error messages."""
-    try:
-        yield
-    except (ValueError, RuntimeError) as error:
-        if len(error.args) == 1 and isinstance(error.args[0], str):
-            error.args = (error.args[0].replace("--overwrite", "overwrite=True"),)
-        raise

@@ -201,12 +201,14 @@ def watching(look: Callable[[], None], after: float = 0.0) -> Iterator[None]:
             wait = WATCH_SECONDS
 
     watcher = threading.Thread(target=watch, name=WATCHER, daemon=True)
-    watcher.start()
+    with contextlib.suppress(RuntimeError):  # no further thread can be started
+        watcher.start()
     try:
         yield
     finally:
         ended.set()
-        watcher.join()
+        if watcher.ident:
+            watcher.join()
 
 
 @contextlib.contextmanager

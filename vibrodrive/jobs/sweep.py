@@ -17,8 +17,6 @@ from time import monotonic
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from vibrodrive.errors import ConfigError, Failed, NoResult, Unwritable
 from vibrodrive.jobs.progress import Show, Tally, duration, shown
 from vibrodrive.jobs.signals import Interrupted
@@ -26,8 +24,7 @@ from vibrodrive.model.described import counted
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import how_repeated
-from vibrodrive.model.size import file_bytes, human
-from vibrodrive.store.layout import Origin, Progress
+from vibrodrive.store.layout import Origin
 from vibrodrive.store.writer import Writer, open_writer
 from vibrodrive.version import __version__
 
@@ -61,7 +58,9 @@ def run(job: Job, show: Show | None, after: float | None = None) -> list[str]:
     ConfigError
         before the computation, also if a cluster cannot be reached.
     Failed
-        if the file could not be written or the computation failed.
+        if the computation failed.
+    Unwritable
+        if the file could not be written.
     Interrupted
         with the progress in its message.
     """
@@ -112,8 +111,7 @@ class _Work:
         with _executor(job.dask, self._watch_workers) as cluster:
             executor = cluster if job.executor is None else job.executor
             fresh = job.overwrite or not path.exists()
-            watch = self._watch(f"laying out {human(file_bytes(job.plan))}")
-            writer = open_writer(path, job.plan, job.origin, overwrite=job.overwrite, progress=watch)
+            writer = open_writer(path, job.plan, job.origin, overwrite=job.overwrite)
             self._writer = writer
             try:
                 if not fresh:
@@ -122,17 +120,16 @@ class _Work:
                 self.tally.stage = "waiting for the disk"
                 writer.close()
             except Unwritable as error:
-                writer.abandon()
-                gone = error.errno == errno.ENOENT
-                raise Failed(str(error) if gone else f"{error}; {_held(writer)}") from None
+                writer.close(sync=False)
+                if error.errno == errno.ENOENT:  # the file is gone
+                    raise
+                raise Unwritable(error.errno, f"{error.strerror}; {_held(writer)}", str(path)) from None
             except NoResult:
-                writer.abandon()
+                writer.close(sync=False)
                 raise
             except BaseException as error:
-                try:
+                with contextlib.suppress(Unwritable):  # the first error is the reason
                     writer.close(sync=isinstance(error, Exception))
-                except Unwritable:  # the first error is the reason
-                    writer.abandon()
                 if not isinstance(error, Exception):  # KeyboardInterrupt in the main thread
                     raise
                 raise Failed(f"{path}: {_one_line(error)}; {_held(writer)}") from error
@@ -143,14 +140,11 @@ class _Work:
             self._news.append(f"--dask {self.job.dask}: the cluster has no workers; the sweep waits for them")
         self.tally.waiting = "" if workers else "waiting for workers"
 
-    def _watch(self, doing: str) -> Progress:
-        def watch(done: int, total: int) -> None:
-            self.tally.stage = f"{doing}: {100 * done / total:.0f} %"
-
-        return watch
-
     def _check(self, writer: Writer) -> None:
-        writer.check(self._watch("checking the existing file"))
+        def watch(done: int, total: int) -> None:
+            self.tally.stage = f"checking the existing file: {100 * done / total:.0f} %"
+
+        writer.check(watch)
         path, done, blocks = self.job.path, writer.done.sum(), len(writer.done)
         for k, fault in sorted(writer.repaired.items()):
             self._news.append(f"{path}: block {k} is damaged ({fault}) and is computed again")
@@ -184,13 +178,8 @@ class _Work:
         self.tally.stage = "loading the kernels"
         began = monotonic()
         from vibrodrive.jit.compilation import compilation
-        from vibrodrive.jit.compile import COMPILED
-        from vibrodrive.jit.fletcher import fletcher32
 
         self.compilation, before = compilation, compilation.seconds
-        if COMPILED:
-            writer.fletcher32 = fletcher32
-            fletcher32(np.zeros(1))
         if not local:
             self.tally.elsewhere = "waiting for workers, which compile missing kernels"
             return "including the time of workers to load or compile the kernels"

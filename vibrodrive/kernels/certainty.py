@@ -76,7 +76,7 @@ def certain(w, i):
 @inline
 def start_errors(w, k, i):
     """Set all errors to zero: the start of a motion is exact."""
-    for row in (r.V_SHARE, r.X_SHARE, r.V_MORE, r.X_MORE, r.SHIFT, r.BEGUN_LATE, r.BEGUN_JUMP):
+    for row in (r.V_SHARE, r.X_SHARE, r.V_MORE, r.X_MORE, r.SHIFT, r.BENT, r.BEGUN_LATE, r.BEGUN_JUMP):
         w[row + i] = 0.0
     w[r.CERTAIN_UNTIL + i] = INFINITY
     mark_uncertain(w, k, i)
@@ -145,17 +145,24 @@ def rounding_of_slide(w, i, h):
 
 
 @inline
-def velocity_error(w, k, i, h):
-    """Return (share, more), the two parts of the error of ξ' in a slide, h after the last switch.
+def turning_error(w, k, i, h):
+    """Return (turned, bent) in a slide, h after the last switch: bounds of two errors at its beginning.
 
-    A slide after a wait is computed from the instant at which H is ±1 (`begin` in switch.py). The time of this instant
-    has an error of at most SHIFT. On a grid, `begin` may correct ξ'' by a change of the slope L. `bent` is this change.
+    turned : error of ξ' by the error of the instant at which H is ±1 and a slide after a wait begins, at most SHIFT
+    bent : error of ξ''. On a grid the slide begins at an instant at which H differs from ±1. There `begin` (switch.py)
+        may correct ξ'' by a change of the slope L, and BENT bounds the rounding error of this correction
     """
     turned = (
         switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
         * w[r.SHIFT + i]
     )
-    bent = abs(w[r.L + i] + (w[r.B + i] + switch.direction(k[r.STATE + i])))
+    return turned, abs(w[r.L + i] + (w[r.B + i] + switch.direction(k[r.STATE + i]))) + w[r.BENT + i]
+
+
+@inline
+def velocity_error(w, k, i, h):
+    """Return (share, more), the two parts of the error of ξ' in a slide, h after the last switch."""
+    turned, bent = turning_error(w, k, i, h)
     _, rounding = rounding_of_slide(w, i, h)
     return Off(w[r.V_SHARE + i], w[r.V_MORE + i] + turned + bent * h + rounding)
 
@@ -163,11 +170,7 @@ def velocity_error(w, k, i, h):
 @inline
 def gap_error(w, k, i, h):
     """Return (share, more), the two parts of the error of ξ in a slide, h after the last switch."""
-    turned = (
-        switch.smaller(change_nearby(w, i, w[r.P + i], w[r.PF + i], h) * h, margins.magnitude_scale(w, i))
-        * w[r.SHIFT + i]
-    )
-    bent = abs(w[r.L + i] + (w[r.B + i] + switch.direction(k[r.STATE + i])))
+    turned, bent = turning_error(w, k, i, h)
     off = w[r.X_MORE + i] + (w[r.V_MORE + i] + turned + 0.5 * bent * h) * h
     rounding, _ = rounding_of_slide(w, i, h)
     return Off(fma(w[r.V_SHARE + i], h, w[r.X_SHARE + i]), off + rounding)
@@ -369,7 +372,7 @@ def pass_errors_on(w, k, i, method, event, end):
     """Set the errors of the state that has just begun. `end` has the errors at the end of the state before."""
     w[r.X_SHARE + i], w[r.X_MORE + i] = end.x_share, end.x_more
     w[r.BEGUN_LATE + i], w[r.BEGUN_JUMP + i] = end.late, end.jump
-    w[r.SHIFT + i] = 0.0
+    w[r.SHIFT + i], w[r.BENT + i] = 0.0, 0.0
     w[r.V_SHARE + i], w[r.V_MORE + i] = 0.0, 0.0
     if event == STRETCHED:
         w[r.V_SHARE + i], w[r.V_MORE + i] = end.share, end.more
@@ -383,6 +386,8 @@ def pass_errors_on(w, k, i, method, event, end):
     w[r.V_MORE + i] = second + choose(event >= S4, 0.0, margins.ROUNDING * margins.magnitude_scale(w, i) * late)
     if event >= S4:
         w[r.SHIFT + i] = choose(method == CERTIFIED, late, 0.0)
+        corrected = (method != CERTIFIED) & (a == 0.0)
+        w[r.BENT + i] = choose(corrected, margins.ROUNDING * margins.magnitude_scale(w, i), 0.0)
     elif event == S1:  # the new common cause is the error of the time of this impact
         w[r.V_SHARE + i] = a * late
         w[r.X_MORE + i] += 0.5 * abs(a) * late * late

@@ -12,15 +12,15 @@ import numpy as np
 
 LANES = 64
 """Number of lanes. It is large enough to hide latency, and so small that the rows of a search remain in the first-level
-cache. All rows of `w` take 72 × 109 × 8 B = 63 kB, of which a search uses a quarter to a third. Only single
-trajectories use the last eight rows."""
+cache. All rows of `w` take 72 × 110 × 8 B = 63 kB, of which a search uses a quarter to a third. Only single
+trajectories use the last nine rows."""
 
 STRIDE = LANES + 8
 """Distance between successive rows. If two rows are a multiple of a page apart, a read of one row is slow after a write
 to the other, because the processor confuses their addresses. With STRIDE only every 64th row is a multiple of a page
 away from a given row. With LANES as the distance it would be every eighth row."""
 
-ROWS_W = 109
+ROWS_W = 110
 ROWS_K = 36
 
 LINE = 64  # length of a cache line, in bytes
@@ -66,7 +66,7 @@ LINE = 64  # length of a cache line, in bytes
     # end of a state in a batch of switches (`note_end` in switch.py); last main impact before the reference (record.py)
     END_PHI, END_GAP, END_SPEED, REFERENCE_IMPACT_PHI, REFERENCE_IMPACT_SPEED,
     # errors of the present segment, and the first period without known bounds of errors (see certainty.py)
-    V_SHARE, X_SHARE, V_MORE, X_MORE, SHIFT, BEGUN_LATE, BEGUN_JUMP, CERTAIN_UNTIL,
+    V_SHARE, X_SHARE, V_MORE, X_MORE, SHIFT, BENT, BEGUN_LATE, BEGUN_JUMP, CERTAIN_UNTIL,
 ) = (STRIDE * row for row in range(ROWS_W))  # fmt: skip
 
 (

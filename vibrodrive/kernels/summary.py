@@ -51,7 +51,7 @@ import math
 from typing import NamedTuple
 
 from vibrodrive.jit.compile import inline, part
-from vibrodrive.jit.trig import PI, TWO_PI, sincos
+from vibrodrive.jit.trig import PI, TWO_PI, arcsine, log, sincos
 from vibrodrive.kernels import motion, release
 from vibrodrive.kernels.codes import IMPACT, INFINITY, REST, STICK, UNKNOWN, UP
 from vibrodrive.model.choices import LONGEST, UNSEEN
@@ -101,6 +101,8 @@ SAME = 1e-6
 """A switch is a repetition of an earlier switch if time (less a period), ξ and ξ' differ by at most this value. A
 smaller value would miss periods, because a motion approaches its orbit only like |multiplier|ⁿ."""
 
+SETTLED = 1e-12  # largest difference of a switch from that a period before it that may be due to rounding
+
 
 class Drive(NamedTuple):
     """Parameters of a motion: A, B, A ε η², η, the fractional part of η, and Δτ, which is NaN without a grid."""
@@ -119,7 +121,9 @@ def turn_of(s, a, b):
     level = (b + s) / a if a > 0.0 else 2.0
     if not abs(level) < 1.0:
         return UNKNOWN, 0.0
-    rising, cosine = math.asin(level), a * math.sqrt(1.0 - level * level)
+    size = abs(level)
+    rising, cosine = arcsine(size, 1.0 - size), a * math.sqrt(1.0 - level * level)
+    rising = rising if level > 0.0 else -rising
     return (PI - rising, -cosine) if s > 0.0 else (rising, cosine)
 
 
@@ -317,7 +321,7 @@ def add_impact(speed, totals):
     totals[MOMENTUM] += speed
     totals[ENERGY] += 0.5 * speed * speed
     late = abs(totals[LATE])
-    totals[GROWTH] += math.log(late) if late > 0.0 else -INFINITY
+    totals[GROWTH] += log(late) if late > 0.0 else -INFINITY
     totals[LATE] = 1.0
 
 
@@ -468,6 +472,33 @@ def find_period(rows, first, last):
 
 
 @inline
+def apart(rows, row, back, n):
+    """Return how far apart, in time, ξ and ξ' together, a switch is from that `back` rows before, n periods earlier."""
+    a, late = row - back, between(rows, row - back, row) - n * TWO_PI
+    return abs(late) + abs(rows[row, XI] - rows[a, XI]) + abs(rows[row, DXI] - rows[a, DXI])
+
+
+@part
+def lasting_period(rows, first, last, count, n, growth):
+    """Return the period that a motion keeps whose last `count` switches repeat after n periods: n, n/2 or UNSEEN.
+
+    Near a period doubling a motion alternates about an orbit, by d, while n periods change it by less than SAME. By the
+    normal form d' = μ d - c d³, the rate -d'/d at which d falls, as a share of that of a small difference from the
+    motion, 3 c d² - μ (`growth`, for n periods), exceeds 1/3 if μ < 0, so that d falls to 0. Otherwise it does not.
+    """
+    half, now, before = count // 2, 0.0, 0.0
+    for row in range(last, last - half, -1):
+        if n % 2 == 1 or count % 2 == 1 or rows[row, AFTER] != rows[row - half, AFTER]:
+            return n
+        if row - count - half >= first:
+            now += apart(rows, row, half, 0.5 * n)
+            before += apart(rows, row - count, half, 0.5 * n)
+    if now == 0.0:  # the record is shorter than 1.5 n
+        return n if apart(rows, last, count, float(n)) <= SETTLED else UNSEEN
+    return n // 2 if 0.0 < -growth < 3.0 * log(before / now) else n
+
+
+@inline
 def may_repeat(rows, first, last, drive):
     """Return whether a motion may have a period up to LONGEST that the switches first … last are too few to show.
 
@@ -603,6 +634,8 @@ def summarise(rows, added, count, state, x, drive, totals, out):
             if may_repeat(rows, first, last, drive):
                 n, sequence = UNSEEN, UNSEEN
     write_summary(n, sequence, gaps, sums, drive.af, totals, out)
+    if switches > 0:
+        out[OUT_PERIOD] = float(lasting_period(rows, first, last, switches, n, totals[GROWTH]))
 
 
 @inline

@@ -80,6 +80,9 @@ HALF = re.compile(r"[+-]?(\d+\.|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 
 SEVERAL = re.compile(r"[+-]?[\d.][\d.e+-]*(\s*,\s*[+-]?[\d.][\d.e+-]*)+", re.IGNORECASE)
 
+COMMA = re.compile(r"(?<![\w.,])[+-]?\d+,\d+(e[+-]?\d+)?(?![\w.]|,\d)", re.IGNORECASE)
+"""Pattern of a number with a decimal comma, or of two integers."""
+
 ALONG = (*AXES, POINT)  # values of `x` and `y` in [figure]: names of axes
 
 
@@ -167,10 +170,11 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
         raise ConfigError("invalid TOML: a key must have at most 100 parts")
     try:
         tables = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"invalid TOML: {error}") from None
     except RecursionError:
         raise ConfigError("invalid TOML: lists or tables are nested too deeply") from None
+    except ValueError as error:
+        why = error if isinstance(error, tomllib.TOMLDecodeError) else "an integer has too many digits"
+        raise ConfigError(f"invalid TOML: {why}{_pointed(text, str(error))}") from None
     overrides = [_in_utf8(option) for option in overrides]
     for option in sorted(overrides, key=lambda option: "method" not in option.partition("=")[0]):
         _override(tables, option)  # the method first, because it removes parameters of the file, not of other options
@@ -178,6 +182,13 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
         return _checked(tables, text, tuple(overrides))
     except (TypeError, ValueError) as error:
         raise ConfigError(str(error)) from None
+
+
+def _pointed(text: str, error: str) -> str:
+    """Return a hint if the line of an error of TOML has a decimal comma."""
+    at = re.search(r"at line (\d+)", error)
+    comma = COMMA.search(text.split("\n")[int(at[1]) - 1]) if at else None
+    return f". Write {comma[0].replace(',', '.')} for {comma[0]}" if comma else ""
 
 
 def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> Config:
@@ -242,10 +253,7 @@ def _given_by_scene(tables: Mapping[str, Any]) -> list[str]:
 def _take_scene(table: Mapping[str, object], arguments: dict[str, Any]) -> None:
     """Add the quantities in [physical] to the arguments, checked, and refuse a scene that is not complete."""
     for key, value in table.items():
-        try:
-            arguments[key] = check_scene(key, value)
-        except (TypeError, ValueError) as error:
-            raise type(error)(f"physical.{error}") from None
+        arguments[key] = check_scene(key, value, f"physical.{key}")
     known = arguments | arguments.get("points", {})
     refuse_incomplete(known, [key for key, value in known.items() if isinstance(value, np.ndarray)], "physical")
 
@@ -296,6 +304,9 @@ def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
     scale = table.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):
         raise ValueError(bad(f"{where}.scale", scale, f"one of {LINEAR}, {LOG}"))
+    if num == 1 and ends[0] != ends[1]:
+        told = f">= 2, because a range contains both of its ends (one value is written as {key} = {ends[0]!r})"
+        raise ValueError(bad(f"{where}.num", num, told))
     refuse_large_axis(f"{where}.num", num)
     if scale == LINEAR:
         return np.linspace(ends[0], ends[1], num)
@@ -360,11 +371,8 @@ def _override(tables: dict[str, Any], option: str) -> None:
         raise ConfigError(bad("--set", option, "KEY=VALUE or TABLE.KEY=VALUE"))
     try:
         value = tomllib.loads(f"value = {written.strip()}")
-    except tomllib.TOMLDecodeError:
-        word = written.strip()  # a bare word: method=fixed
-        if SEVERAL.fullmatch(word):
-            raise ConfigError(bad("--set", option, f"a list in brackets, such as {key}=[{word}]")) from None
-        value = {"value": float(word) if HALF.fullmatch(word) else word}
+    except ValueError:
+        value = {"value": _bare(key.strip(), path[-1], written.strip())}
     if set(value) != {"value"}:
         raise ConfigError(bad("--set", option, "one KEY=VALUE"))
     if path[0] not in TABLES and path != ["title"]:
@@ -381,6 +389,18 @@ def _override(tables: dict[str, Any], option: str) -> None:
     table[path[-1]] = value["value"]
     if path[-1] == "method":
         _leave_out_idle(table)
+
+
+def _bare(key: str, name: str, word: str) -> str | float:
+    """Return the value of an option that is no TOML: a bare word, as in method=fixed, or half a number."""
+    listed = f"a list in brackets, such as {key}=[{word}]"
+    if comma := COMMA.search(word):
+        pointed = f"written with a decimal point, such as {comma[0].replace(',', '.')}"
+        several = comma[0] == word and name in AXES and ",0" not in word
+        raise ConfigError(bad(key, word, f"{pointed}, or as {listed}" if several else pointed))
+    if SEVERAL.fullmatch(word):
+        raise ConfigError(bad(key, word, listed))
+    return float(word) if HALF.fullmatch(word) else word
 
 
 def _take_out(tables: Mapping[str, Any], home: str, key: str) -> None:

@@ -233,14 +233,17 @@ def choose_configured(swept: Any, figure: dict[str, Any], options: dict[str, Any
     """
     configured = {key: value for key, value in figure.items() if swept.axes and key not in LOOK}
     wanted = merge_options(configured, options)
+    if wanted.get("units") == SI and not has_units({**swept.scalars, **swept.varied}):
+        key = "--units" if "units" in options else "figure.units"
+        _refuse(key, SI, "left out, because this sweep has no scene in SI units")
     if wanted.pop("units", SI) == DIMENSIONLESS and hasattr(swept, "dimensionless"):
         swept = swept.dimensionless()
     try:
         return choose_drawing(swept, **wanted), swept
     except ValueError as error:
-        key = str(error).partition(" ")[0]
-        place = "--" if key in options else "figure." if key in configured else ""
-        raise ValueError(f"{place}{error}") from None
+        (told,) = error.args
+        place = "--" if told.key in options else "figure." if told.key in configured else ""
+        raise ValueError(told.at(place + told.key)) from None
 
 
 def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

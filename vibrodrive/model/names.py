@@ -1,8 +1,8 @@
 """Table of all parameters, quantities of the scene, settings and coordinates, one row for each of them.
 
-Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table. The signatures
-of `simulate`, `sweep` and the limits repeat the defaults, and a test compares both. This module does not import NumPy,
-and no kernel imports this module: an edit recompiles nothing.
+Configurations, files, figures and the explorer take meanings, symbols, ranges and units from this table, and so do the
+signatures and the help of `simulate`, `sweep`, `limit` and the orbits (keywords.py). This module does not import NumPy,
+and no kernel imports it: an edit recompiles nothing.
 
 The parameters have the order of the columns of `Plan.points`.
 """
@@ -29,7 +29,7 @@ class Name(NamedTuple):
 
     Attributes
     ----------
-    meaning : one line for files and messages.
+    meaning : one line for files, messages and help.
     symbol, mathtext : the symbol of the paper as plain text and in the mathtext of Matplotlib.
     table : table of a configuration that gives its value; "" for a coordinate.
     default : default value; None if the value must be given.
@@ -40,6 +40,7 @@ class Name(NamedTuple):
     unit : unit in files, in the notation of UDUNITS.
     shown : unit in figures.
     scale : factor that converts a value from `unit` to `shown`.
+    note : what help says in addition to the meaning.
     """
 
     meaning: str
@@ -56,6 +57,11 @@ class Name(NamedTuple):
     unit: str = "1"
     shown: str = ""
     scale: float = 1.0
+    note: str = ""
+
+    def allows(self, value: float) -> bool:
+        """Return whether a value is in the range."""
+        return self.low < value <= self.high or (value == self.low and not self.open_low)
 
     @property
     def allowed(self) -> str:
@@ -75,15 +81,18 @@ PARAMETERS: dict[str, Name] = {
     "eta": Name("frequency ratio η of the disturbance, eq. (9)", "η", r"\eta", "model", ETA, 1e-9, 1e8,
                 axis=(1.0, 200.0, LINEAR), slider=(1.0, 200.0)),
     "dtau": Name("step Δτ of the grid (fixed, muller)", "Δτ", r"\Delta\tau", "switching", math.nan, 1e-12, 1e6,
-                 axis=(1e-3, 1.0, LOG), slider=(1e-4, 1.0)),
+                 axis=(1e-3, 1.0, LOG), slider=(1e-4, 1.0), note="These two methods need it, and only they take it."),
     "tol": Name("step tolerance of Muller's method", "tol", r"\mathrm{tol}", "switching", 1e-7, 0.0, 1.0, True,
-                axis=(1e-12, 1e-1, LOG)),
-    "xi0": Name("initial gap ξ at τ0", "ξ₀", r"\xi_0", "model", 0.0, 0.0, 1e15, axis=(0.0, 10.0, LINEAR)),
+                axis=(1e-12, 1e-1, LOG),
+                note="The refinement ends when its step is smaller. Not allowed with other methods."),
+    "xi0": Name("initial gap ξ at τ0", "ξ₀", r"\xi_0", "model", 0.0, 0.0, 1e15, axis=(0.0, 10.0, LINEAR),
+                note="Dimensionless with a scene, too: x metres are ``x / scene.length(1)``, and likewise for the "
+                "velocity and the time."),
     "dxi0": Name("initial velocity ξ' at τ0", "ξ′₀", r"\xi\mathrm{′}_0", "model", 0.0, -1e12, 1e12,
-                 axis=(-3.0, 3.0, LINEAR)),
+                 axis=(-3.0, 3.0, LINEAR), note="If it is 0, Fig. 2 determines the initial state."),
     "tau0": Name("initial time τ0", "τ₀", r"\tau_0", "model", 0.0, -1e12, 1e12, axis=(0.0, TURN, LINEAR)),
     "section_phase": Name("phase φ_s of the Poincaré section", "φ_s", r"\varphi_s", "run", 0.0, -1e6, 1e6,
-                          axis=(0.0, TURN, LINEAR), slider=(0.0, TURN)),
+                          axis=(0.0, TURN, LINEAR), slider=(0.0, TURN), note="In radians."),
 }  # fmt: skip
 """Dimensionless real arguments of `simulate`. Each may be an axis of a sweep."""
 
@@ -108,12 +117,19 @@ SETTINGS: dict[str, Name] = {
     "transient": Name("excitation periods before the record begins", "transient", "", "run", 1000),
     "periods": Name("excitation periods recorded", "periods", "", "run", 250, 1),
     "budget": Name(
-        "switches allowed in a period; evaluations also count, with a small weight", "budget", "", "run", 100_000, 1
+        "switches allowed in a period; evaluations also count, with a small weight",
+        "budget",
+        "",
+        "run",
+        100_000,
+        1,
+        note="A motion that exceeds it, for example by chattering, ends with the status BUDGET.",
     ),
 }
 """Integer settings common to all points of a sweep. They are the fields of `Settings`."""
 
 FURTHER: dict[str, Name] = {
+    "scene": Name("machine in SI units, which gives A and B; if its a0 is 0, it gives only B and the units", "", ""),
     "record": Name("records of each motion", "record", "", "run"),
     "max_period": Name("longest period of the orbits, in excitation periods", "max_period", "", "orbits"),
 }
@@ -130,7 +146,6 @@ SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
 AXES = PARAMETERS | SCENE_AXES
 
 NAMES = PARAMETERS | SCENE | SETTINGS | FURTHER | COORDINATES
-
 
 COSTS = {Method.CERTIFIED: (0.1, 0.1), Method.FIXED: (0.5, 0.1), Method.MULLER: (1.5, 0.15)}
 """CPU time in microseconds of an excitation period without a disturbance, and of a switch with one, by method
@@ -185,7 +200,7 @@ class Settings:
         if alone:
             period, switch = 2.5, 6.0 * switch
         if eps > 0.0:
-            rest, slow = 1.5 * eps * eta**2, 0.35 * eps * eta
+            rest, slow = 1.5 * eps * eta * eta, 0.35 * eps * eta
             share = (1.0 if A < 2.0 + 6.0 * B else 0.125) * rest / (1.0 + rest) + slow / (1.0 + 2.0 * slow)
             instants = TURN / dtau if self.method == Method.FIXED and dtau > 0.0 else math.inf  # each has one switch
             switches = min(5.0 + 4.0 * eta * share, instants, self.budget)

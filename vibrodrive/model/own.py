@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import functools
-import hashlib
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -13,13 +12,9 @@ from typing import Any
 from vibrodrive.errors import Failed
 from vibrodrive.model.parameters import bad, did_you_mean, has_control, real_number, shortened, with_sentences
 from vibrodrive.model.quantities import SCALES, Quantity, number
-from vibrodrive.model.record import OfMotion, Record
+from vibrodrive.model.record import OfMotion
 
-_TEXT = re.compile(r"(?P<name>[^:,]+): (?P<numbers>.*) \((?P<of>source|function) (?P<sha256>[0-9a-f]{64})\)")
-
-SOURCE, FUNCTION = "source", "function"
-"""What a SHA-256 is of: of the source alone, as in older files, or of all that the function depends on (identity.py)"""
-
+_TEXT = re.compile(r"(?P<name>[^:,]+): (?P<numbers>[^()]*) \(version (?P<version>.*)\)")
 
 ALIKE = 0.8
 """Likeness, as in `difflib`, from which on a unit is taken for a slip, such as "lenght" or "Velocity"."""
@@ -37,41 +32,30 @@ class Own(OfMotion):
     Attributes
     ----------
     returned : names of the numbers that it returns; () until it has been called for the first time.
-    sha256 : SHA-256 of what its numbers depend on (identity.py), or of its source alone in older files.
-    of : FUNCTION or SOURCE, what `sha256` is of.
+    version : text that its author changes whenever the function would give other numbers; "" outside of files.
     function : the function; None if the record was read from a file.
     rows : (unit, key of UNITS, label) of its numbers by name, from `own`; those of the name "" hold for all others.
-    uses : names of the values outside of its source that it depends on.
-    unknown : why two calls of the function cannot be compared, so that no file can be resumed; "" if they can.
     """
 
     returned: tuple[str, ...]
-    sha256: str
-    of: str
+    version: str
     function: Callable[[Any], Any] | None
     rows: Mapping[str, Row]
-    uses: tuple[str, ...]
-    unknown: str
 
     def __new__(
         cls,
         name: str,
-        returned: tuple[str, ...],
-        sha256: str,
-        of: str = FUNCTION,
+        returned: tuple[str, ...] = (),
+        version: str = "",
         function: Callable[[Any], Any] | None = None,
         rows: Mapping[str, Row] = NO_ROWS,
-        uses: tuple[str, ...] = (),
-        unknown: str = "",
     ) -> Own:
         self = super().__new__(cls, name)
-        self.returned, self.sha256, self.of, self.function = returned, sha256, of, function
-        self.rows, self.uses, self.unknown = rows, uses, unknown
+        self.returned, self.version, self.function, self.rows = returned, version, function, rows
         return self
 
     def __reduce__(self) -> tuple[type[Own], tuple[Any, ...]]:
-        kept = self.returned, self.sha256, self.of, self.function, self.rows, self.uses, self.unknown
-        return Own, (str(self), *kept)
+        return Own, (str(self), self.returned, self.version, self.function, self.rows)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:  # type: ignore[override]
@@ -84,10 +68,10 @@ class Own(OfMotion):
 
     @property
     def outline(self) -> str:
-        return f"{self}: {', '.join(self.returned)} ({self.of} {self.sha256})"
+        return f"{self}: {', '.join(self.returned)} (version {self.version})"
 
     def text(self, sought: str = "") -> str:
-        return self.outline if self.of == SOURCE else str(self)  # as the older files have it
+        return f"{self} (version {self.version})"
 
     def numbers(self, motion: Any) -> dict[str, float] | Exception:
         """Return the numbers of a motion, or the exception that the function raised, also for a result without numbers.
@@ -112,54 +96,46 @@ class Own(OfMotion):
     @classmethod
     def from_function(cls, function: Callable[[Any], Any]) -> Own:
         """Return the record of a function whose numbers are not known yet."""
-        from vibrodrive.model.identity import Unknown, digest_of
-
-        name = getattr(_plain(function), "__name__", "function")
-        name = name if name.isidentifier() else "function"  # "<lambda>"
-        try:
-            sha256, uses = digest_of(function)
-            return cls(name, (), sha256, FUNCTION, function, uses=uses)
-        except Unknown as error:
-            return cls(name, (), "0" * 64, FUNCTION, function, unknown=str(error))
+        name = _named(function)
+        return cls(name if name.isidentifier() else "function", function=function)  # "<lambda>"
 
     def with_rows(self, rows: Mapping[str, Row]) -> Own:
         """Return the same record with units and labels of its numbers."""
-        return Own(str(self), self.returned, self.sha256, self.of, self.function, rows, self.uses, self.unknown)
+        return Own(str(self), self.returned, self.version, self.function, rows)
 
     def bare(self) -> Own:
         """Return the same record without its function, as a file contains it."""
-        return Own(str(self), self.returned, self.sha256, self.of, None, self.rows, self.uses, self.unknown)
+        return Own(str(self), self.returned, self.version, None, self.rows)
 
     def returning(self, names: Sequence[str]) -> Own:
         """Return the same record with the names of its numbers."""
-        return Own(str(self), tuple(names), *self.__reduce__()[1][2:])
+        return Own(str(self), tuple(names), self.version, self.function, self.rows)
 
-    def refuse_unknown(self) -> None:
-        """Raise TypeError if a file with these numbers could be resumed by another function."""
-        if self.unknown:
-            allowed = f"a function that a repeated call can be compared with, to resume the file, but {self.unknown}"
-            raise TypeError(bad("record", str(self), allowed))
-
-    def continued(self, stored: Record) -> Own:
-        """Return this record as the file describes it: an older file contains the SHA-256 of the source alone."""
-        if not isinstance(stored, Own) or stored.of == FUNCTION or self.function is None:
-            return self
-        from vibrodrive.model.identity import source_of
-
-        sha256 = hashlib.sha256(source_of(_plain(self.function)).encode()).hexdigest()
-        return Own(str(self), self.returned, sha256, SOURCE, self.function, self.rows, self.uses)
+    def refuse_without_version(self) -> None:
+        """Raise TypeError for a file whose numbers no version would tell from those of another function."""
+        if not self.version:
+            told = f'vd.own({self}, version="1") with path; change the version whenever {self} would give other numbers'
+            raise TypeError(bad("record", str(self), told))
 
 
 @with_sentences
 def own(
-    function: Callable[[Any], Any], *, unit: str | Mapping[str, str] = "", label: str | Mapping[str, str] = ""
+    function: Callable[[Any], Any],
+    *,
+    version: str = "",
+    unit: str | Mapping[str, str] = "",
+    label: str | Mapping[str, str] = "",
 ) -> Own:
-    """Return a function of a motion as a record of `sweep`, with a unit and a label of its numbers.
+    """Return a function of a motion as a record of `sweep`, with a version, and a unit and a label of its numbers.
 
     Parameters
     ----------
     function : function of a Trajectory
         that returns a number, or a dict of numbers by name.
+    version : str, required for files
+        Change it whenever the function would give other numbers: a file is resumed only by a function of the same name
+        and version. The function itself is not compared, because its numbers may depend on anything, such as a table
+        that it reads or a library.
     unit : str, or dict of str by name of a number, optional
         "length", "velocity", "time", "rate", "force", "momentum", "energy" or "power" for a dimensionless number that
         figures and tables convert to SI units if there is a scene ("rate": per excitation period; "power": an energy
@@ -190,6 +166,8 @@ def own(
     """
     if not callable(function) or isinstance(function, str):
         raise TypeError(bad("function", function, "a function of a motion"))
+    if not isinstance(version, str) or not version.isprintable():
+        raise TypeError(bad("version", version, 'a text of one line, such as "1"'))
     rows = {}
     for name in {"", *(unit if isinstance(unit, Mapping) else ()), *(label if isinstance(label, Mapping) else ())}:
         texts = []
@@ -203,15 +181,15 @@ def own(
             allowed = f"one of {', '.join(SCALES)}, which follow a scene, or another unit, such as m s-1"
             raise ValueError(bad("unit", texts[0], allowed) + did_you_mean(texts[0], SCALES))
         rows[name] = ("1" if scales else texts[0] or "1", scales, texts[1])
-    return Own.from_function(function).with_rows(rows)
+    return Own(str(Own.from_function(function)), version=version, function=function, rows=rows)
 
 
-def _plain(function: Callable[..., Any]) -> Any:
-    """Return the function that carries the name and the source: without wrappers, and the class of an instance."""
+def _named(function: Callable[..., Any]) -> str:
+    """Return the name of a function: without wrappers, and that of the class of an instance."""
     plain = inspect.unwrap(function)
     while isinstance(plain, functools.partial):
         plain = plain.func
-    return plain if inspect.isroutine(plain) else type(plain)
+    return getattr(plain if inspect.isroutine(plain) else type(plain), "__name__", "")
 
 
 def told(error: Exception) -> str:
@@ -226,4 +204,4 @@ def told(error: Exception) -> str:
 def as_own(text: str) -> Own | None:
     """Return the record of a function from the plan of a file; None for the text of another record."""
     found = _TEXT.fullmatch(text)
-    return found and Own(found["name"], tuple(found["numbers"].split(", ")), found["sha256"], found["of"])
+    return found and Own(found["name"], tuple(found["numbers"].split(", ")), found["version"])

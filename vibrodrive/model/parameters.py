@@ -30,7 +30,32 @@ SHOWN = 80
 """Largest number of characters of a bad value in a message: the value may be an array, or a number of 400 digits."""
 
 
-def bad(key: str, value: object, allowed: str) -> str:
+class Refusal(str):
+    """The sentence of a refusal, which knows what it is about, so that nobody takes it apart again.
+
+    key : name of the value that is refused, as the sentence has it.
+    """
+
+    key: str
+    _rest: str
+
+    def __new__(cls, key: str, rest: str) -> Refusal:
+        self = super().__new__(cls, key + rest)
+        self.key, self._rest = key, rest
+        return self
+
+    def at(self, key: str) -> Refusal:
+        """Return the same refusal under the name that the value has elsewhere, such as "--quantity"."""
+        return Refusal(key, self._rest)
+
+    def __add__(self, hint: str) -> Refusal:
+        return Refusal(self.key, self._rest + hint)
+
+    def __reduce__(self) -> tuple[type[Refusal], tuple[str, str]]:
+        return Refusal, (self.key, self._rest)
+
+
+def bad(key: str, value: object, allowed: str) -> Refusal:
     """Return the sentence for an invalid value: "KEY = VALUE: must be ALLOWED"."""
     try:
         text = repr(value)
@@ -38,7 +63,7 @@ def bad(key: str, value: object, allowed: str) -> str:
         text = "an integer of too many digits"  # more digits than Python prints
     except RecursionError:
         text = "lists in lists in lists …"
-    return f"{key} = {shortened(text)}: must be {allowed}"
+    return Refusal(key, f" = {shortened(text)}: must be {allowed}")
 
 
 def shortened(text: str, most: int = SHOWN) -> str:
@@ -47,12 +72,12 @@ def shortened(text: str, most: int = SHOWN) -> str:
     return text if len(text) <= most else f"{text[: most - 2]} …"
 
 
-def bad_axes(names: Iterable[str], allowed: str) -> str:
+def bad_axes(names: Iterable[str], allowed: str) -> Refusal:
     """Return the sentence for axes that a computation or a figure cannot use: "axes = NAMES: must be ALLOWED"."""
-    return f"axes = {', '.join(names) or 'none'}: must be {allowed}"
+    return Refusal("axes", f" = {', '.join(names) or 'none'}: must be {allowed}")
 
 
-def unknown(key: str, name: object, known: Iterable[str]) -> str:
+def unknown(key: str, name: object, known: Iterable[str]) -> Refusal:
     """Return the sentence for an unknown name: the known names, and the most similar one if there is one."""
     names = list(known)
     return bad(key, name, "one of " + ", ".join(names)) + did_you_mean(name, names)
@@ -61,7 +86,8 @@ def unknown(key: str, name: object, known: Iterable[str]) -> str:
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return ". Did you mean NAME?" for the known name that is most similar or has this word, "" without one."""
     folded, told = {one.lower(): one for one in known}, name.lower() if isinstance(name, str) else ""
-    near = difflib.get_close_matches(told, folded, 1) or [one for one in folded if told in one.split("_")]
+    near = difflib.get_close_matches(told, [one for one in folded if one == told or len(one) > 2], 1, 0.65)
+    near = near or [one for one in folded if told in one.split("_") or (len(told) > 2 and one.startswith(told))]
     return f". Did you mean {folded[near[0]]}?" if near else ""
 
 
@@ -189,12 +215,15 @@ def real_array(key: str, value: object, allowed: str) -> np.ndarray:
     return array.astype(np.float64, copy=False)
 
 
-def check(name: str, value: object) -> float:
-    """Cast one argument to float64. Raises TypeError if it is not a real number, ValueError if it is out of range."""
-    p = PARAMETERS[name]
-    x = float(value) if isinstance(value, float) else real_number(name, value, p.allowed)
-    if not (p.low <= x <= p.high) or (p.open_low and x == p.low):
-        raise ValueError(bad(name, value.item() if hasattr(value, "item") else value, p.allowed))
+def check(name: str, value: object, place: str = "") -> float:
+    """Cast one argument to float64. Raises TypeError if it is not a real number, ValueError if it is out of range.
+
+    Messages call it `place`, such as "A[3]" or "physical.mu", or by its name.
+    """
+    row, place = PARAMETERS[name], place or name
+    x = float(value) if isinstance(value, float) else real_number(place, value, row.allowed)
+    if not row.allows(x):
+        raise ValueError(bad(place, value.item() if hasattr(value, "item") else value, row.allowed))
     return x + 0.0  # -0.0 becomes 0.0
 
 

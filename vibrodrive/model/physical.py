@@ -9,13 +9,14 @@ import math
 import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibrodrive.model.described import html_table
 from vibrodrive.model.names import SCENE, TURN
 from vibrodrive.model.parameters import bad, real_array, real_number, with_sentences
 from vibrodrive.model.quantities import Quantity
-from vibrodrive.model.slips import OfScene, in_radians, slip, warn
+from vibrodrive.model.slips import slip, warn
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -25,20 +26,17 @@ TINY = 5e-324
 """The smallest positive number. It replaces a positive result that underflows to 0."""
 
 
-def check_scene(key: str, value: object, at: str = "") -> float:
-    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`, where `at`
-    follows the key."""
-    if key == "alpha":
-        allowed = "an angle in degrees >= 0 and < 90"
-        x = real_number(key + at, value, allowed)
-        if not 0 <= x < 90:
-            raise ValueError(bad(key + at, value, allowed))
-        return x + 0.0  # -0.0 becomes 0.0
-    allowed = f"a finite number {'>=' if key == 'a0' else '>'} 0"
-    x = real_number(key + at, value, allowed)
-    if not 0.0 < x < math.inf and not (key == "a0" and x == 0.0):
-        raise ValueError(bad(key + at, value, allowed))
-    return x
+def check_scene(key: str, value: object, place: str = "") -> float:
+    """Cast one quantity of the scene to float. Raises TypeError or ValueError with the sentence of `bad`.
+
+    Messages call it `place`, or by its key.
+    """
+    place, least = place or key, key in ("a0", "alpha")  # which may be 0
+    allowed = "an angle in degrees >= 0 and < 90" if key == "alpha" else f"a finite number {'>=' if least else '>'} 0"
+    x = real_number(place, value, allowed)
+    if not 0.0 < x < (90.0 if key == "alpha" else math.inf) and not (least and x == 0.0):
+        raise ValueError(bad(place, value, allowed))
+    return x + 0.0  # -0.0 becomes 0.0
 
 
 PACES = {"omega0", "frequency"}  # a scene has exactly one of them
@@ -61,7 +59,8 @@ def refuse_incomplete(names: Collection[str], axes: Collection[str], table: str 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
     """Return μ g cos α, the acceleration of sliding friction (m/s²). Numbers and arrays give bitwise equal results."""
-    return _at_least_tiny(mu * g * _each(lambda degrees: math.cos(math.radians(degrees)), alpha))
+    known = mu * g * _each(lambda degrees: _cosine_and_tangent(degrees)[0], alpha)
+    return known + TINY * (known == 0.0)
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
@@ -71,7 +70,7 @@ def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
 
 def incline(mu: Any, alpha: Any) -> Any:
     """Return B = tan α / μ (incline over friction), for numbers or arrays with bitwise equal results."""
-    return _each(_tangent, alpha) / mu
+    return _each(lambda degrees: _cosine_and_tangent(degrees)[1], alpha) / mu
 
 
 def omega0_of(known: Mapping[str, Any]) -> Any:
@@ -218,7 +217,7 @@ def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
     unit = friction(known["mu"], known["alpha"], known["g"])
     if name == "a0":
         return A * unit / _each(_square, omega0_of(known))
-    return (A * unit / known["a0"]) ** 0.5 / (TURN if name == "frequency" else 1.0)
+    return _each(math.sqrt, A * unit / known["a0"]) / (TURN if name == "frequency" else 1.0)
 
 
 def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
@@ -226,15 +225,12 @@ def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
     if name == "B":
         return B
     if name == "mu":
-        return _tangent(known["alpha"]) / B
+        return incline(1.0, known["alpha"]) / B
     return _each(lambda tangent: math.degrees(math.atan(tangent)), B * known["mu"])
 
 
 def _each(function: Callable[[float], float], x: Any) -> Any:
-    """Apply a function to a number or to each element of an array.
-
-    The functions of NumPy are not used, because their results differ from those of `math` in the last bits.
-    """
+    """Apply a function to a number or to each element of an array."""
     if isinstance(x, float):
         return function(x)
     import numpy as np
@@ -244,19 +240,23 @@ def _each(function: Callable[[float], float], x: Any) -> Any:
 
 
 def _square(x: float) -> float:
-    return (x**2 or TINY) if x < 1e150 else math.inf
+    return x * x or TINY
 
 
-def _tangent(degrees: float) -> float:
-    return math.tan(math.radians(degrees))
+@lru_cache(1 << 16)
+def _cosine_and_tangent(degrees: float) -> tuple[float, float]:
+    """Return the cosine and the tangent of an angle < 90°, rounded correctly, as Python divides whole numbers.
 
-
-def _at_least_tiny(x: Any) -> Any:
-    if isinstance(x, float):
-        return max(x, TINY)
-    import numpy as np
-
-    return np.maximum(x, TINY)
+    The last bits of the functions of `math` and NumPy depend on the processor; A and B must not.
+    """
+    x = math.radians(degrees)
+    bits = 160 - math.frexp(x)[1]
+    angle, term, n, sums = int(math.ldexp(x, bits)), 1 << bits, 0, [0, 0]
+    while term:  # xⁿ/n!, of the series of eⁱˣ, in units of 2^-bits
+        sums[n % 2] += -term if n & 2 else term
+        n += 1
+        term = (term * angle >> bits) // n
+    return sums[0] / (1 << bits), sums[1] / sums[0]
 
 
 @dataclass(frozen=True, init=False)
@@ -286,8 +286,7 @@ class Scene:
     Warns
     -----
     UserWarning
-        if A is so small that the mass cannot leave the obstacle, or A so large or alpha so small that a wrong unit is
-        likely.
+        if A is so small that the mass cannot leave the obstacle, as with a wrong unit.
 
     Examples
     --------
@@ -328,9 +327,10 @@ class Scene:
         if frequency is not None and omega0 is not None:
             raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
         pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
+        refuse_incomplete([name for name, value in (("mu", mu), ("alpha", alpha)) if value is not None] + [*pace], ())
         self._take({"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g})
         known = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
-        warn([*(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ()), *in_radians(self.alpha)])
+        warn(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ())
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
@@ -374,7 +374,7 @@ class Scene:
     @property
     def A(self) -> float:
         """Excitation amplitude A = Ω0² a0 / (μ g cos α)."""
-        return OfScene(amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g), self.B)
+        return amplitude(self.a0, self.omega0, self.mu, self.alpha, self.g)
 
     @property
     def B(self) -> float:

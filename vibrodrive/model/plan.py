@@ -1,8 +1,7 @@
 """Plan of a sweep: its points, their order and their blocks. This module does not import Numba.
 
 The points are the product of the axes, flattened in C-order. One axis, `point`, may represent several parameters that
-change together. A block is a contiguous range of points. It is exactly one chunk of the result file, so that it is
-written only once.
+change together. A block is a contiguous range of points, which a result file has with a digest.
 """
 
 import math
@@ -302,10 +301,10 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
             scalars = {name: default for name, default in scalars.items() if name not in together}
             axes[POINT] = np.arange(len(next(iter(together.values()))))
     given = {*scalars, *axes, *together}
-    if given.isdisjoint(("A", "a0")):
-        raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     if not given.isdisjoint(SCENE):
         _follow_scene({**axes, **together}, scalars, {**arguments, **together})
+    if given.isdisjoint(("A", "a0")):
+        raise TypeError("A is missing: must be given, " + PARAMETERS["A"].allowed)
     for one in record:
         if one.periods is not None:
             chosen.setdefault("periods", one.periods)
@@ -432,11 +431,10 @@ def _follow_scene(axes: Mapping[str, np.ndarray], scalars: dict[str, float], wri
     for name, sources in (("A", ("a0", pace, "mu", "alpha")), ("B", ("mu", "alpha"))):
         if name == "A" and "a0" not in scene | ends:
             continue
-        try:
-            value = check(name, getattr(extreme, name))
-        except ValueError as error:
-            place = ", ".join(f"{key} = {getattr(extreme, key):g}" for key in sources)
-            raise ValueError(str(error).replace(":", f", computed from {place}:", 1)) from None
+        value, row = float(getattr(extreme, name)), PARAMETERS[name]
+        if not row.allows(value):
+            computed = ", ".join(f"{key} = {getattr(extreme, key):g}" for key in sources)
+            raise ValueError(f"{name} = {value!r}, computed from {computed}: must be {row.allowed}")
         if set(sources) & set(axes):
             scalars.pop(name, None)
         else:
@@ -473,7 +471,4 @@ def _checked(key: str, value: object, place: str = "") -> float | np.ndarray:
 
 def check_at(key: str, value: object, place: str) -> float:
     """Return one value of a parameter or quantity of the scene, checked; `place` is its name in the error message."""
-    try:
-        return check_scene(key, value) if key in SCENE else check(key, value)
-    except (TypeError, ValueError) as error:
-        raise type(error)(str(error).replace(key, place, 1)) from None
+    return check_scene(key, value, place) if key in SCENE else check(key, value, place)

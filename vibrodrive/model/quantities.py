@@ -38,6 +38,34 @@ class How(IntEnum):
         }[self]
 
 
+class Beyond(IntEnum):
+    """What is not proved of a structure beyond V and m (stability/impulses.py), or at all. Files have the numbers."""
+
+    PROVED = 0
+    NO_IMPACTS = 1
+    MISSED = 2
+    SHIFTED = 3
+    FALL = 4
+    HELD = 5
+    TOUCH = 6
+    DRIFT = 7
+    ORDER = 8
+
+    @property
+    def meaning(self) -> str:
+        return {
+            Beyond.PROVED: "the structure is kept",
+            Beyond.NO_IMPACTS: "there may be no impacts: A <= 1 + B, or gravity is not below friction (B >= 1)",
+            Beyond.MISSED: "a main impact may fail to come",
+            Beyond.SHIFTED: "a main impact may come so early or so late that the mass leaves in another period",
+            Beyond.FALL: "the mass may be falling when the force lifts it off the obstacle",
+            Beyond.HELD: "a touch in flight may hold the mass",
+            Beyond.TOUCH: "touches may be as fast as main impacts",
+            Beyond.DRIFT: "the phases of the main impacts may drift out of every interval",
+            Beyond.ORDER: "the main impacts may come in another order, or half a period early or late",
+        }[self]
+
+
 NUMBER, SIGNED = "number", "signed"
 PERIODS, CYCLES, CODES, STATUSES, STRUCTURE = "periods", "cycles", "codes", "statuses", "structure"
 """How maps show a quantity: by shades of a scale, of a scale with 0 in its middle, or by one colour for each class."""
@@ -81,7 +109,7 @@ class Quantity(NamedTuple):
     special: tuple[tuple[float, str], ...] = ()
     lacking: str = "no such value"
     names: Callable[[int], str] | None = None
-    codes: type[How] | None = None
+    codes: type[How] | type[Beyond] | None = None
     title: str = ""
     latin: str = ""
     stored: str = ""
@@ -220,10 +248,6 @@ LIMITS = (
     ),
     number("share_kept", "share of the values tried between k2 and last_kept that are kept", lacking=NO_PERIOD),
     number("half_kept", "largest value kept at which at least half of the values around are kept", **_OF_LIMIT),
-    number("k2_always", "largest eps kept for all times, starts and phases of the disturbance, sampled; 0: none",
-           **_OF_LIMIT),
-    number("starts_width", "least width of the intervals of impact phases whose motions k2_always keeps",
-           unit="rad", lacking=NO_PERIOD),
     Quantity("orbit_period", "<i1", -1, "period of the undisturbed orbit in excitation periods, 0: none",
              shown=PERIODS, lacking=NO_PERIOD),
     number("velocity", "k2 as a velocity amplitude: k2 eta A in eps, k2 in dtau", scales="velocity",
@@ -232,6 +256,16 @@ LIMITS = (
              codes=How),
 )  # fmt: skip
 """The limit k₂ of each point (stability/limit.py)."""
+
+IMPULSES = (
+    number("velocity_any", "every disturbance whose impulse over any time stays below it keeps the structure for ever",
+           scales="velocity", label="impulse that does no harm", lacking=NO_PERIOD),
+    number("force_any", "every force below it keeps the structure for ever", scales="force",
+           label="force that does no harm", lacking=NO_PERIOD),
+    Quantity("any_how", "<i1", -1, "what is not proved beyond velocity_any, or at all; -1: see status", shown=CODES,
+             lacking=NO_PERIOD, codes=Beyond),
+)  # fmt: skip
+"""What every disturbance may be at each point (stability/impulses.py)."""
 
 FAILURE_COUNTS = (
     Quantity("judged", "<i4", -1, "switches of a grid method compared with certified ones",
@@ -247,12 +281,11 @@ FAILURE_COUNTS = (
 MARGIN = number("margin", "smallest distance of a decision from the opposite decision",
                 label="distance of the closest decision")  # fmt: skip
 SWITCHES = Quantity("switches", "<i8", -1, "switches into each state within the recorded periods", along="state")
-CHECKSUM = Quantity("checksum", "<u8", 0, "weighted sum of the words of a point's values (see checksums.py)")
 STATUS = Quantity("status", "<i1", int(Status.NOT_COMPUTED), "result of the computation", label="status",
                   shown=STATUSES)  # fmt: skip
 
-POINTS = (MARGIN, SWITCHES, CHECKSUM, STATUS)
-"""Variables of the file of every sweep. The status of a block is written last and marks the block as computed."""
+POINTS = (MARGIN, SWITCHES, STATUS)
+"""Variables of the file of every sweep. The status of a block is written last, for readers while a sweep runs."""
 
 OF_MOTION = (
     number("tau", "time τ", scales="time"),
@@ -263,7 +296,8 @@ OF_MOTION = (
 QUANTITIES = {
     q.name: q
     for q in (
-        *SECTIONS, *LAST, *MAIN_IMPACTS, *SUMMARIES, IMPACT_POWER, KEPT, *ERRORS, *LIMITS, *FAILURE_COUNTS, *POINTS,
+        *SECTIONS, *LAST, *MAIN_IMPACTS, *SUMMARIES, IMPACT_POWER, KEPT, *ERRORS, *LIMITS, *IMPULSES,
+        *FAILURE_COUNTS, *POINTS,
         *OF_MOTION,
     )
 }  # fmt: skip
@@ -297,5 +331,5 @@ def length_along(dimension: str, periods: int) -> tuple[int, ...]:
 def period_words(period: int) -> str:
     """Return the period of a motion in words."""
     if period == UNSEEN:
-        return f"period unknown, because the switches searched span less than {LONGEST} periods"
+        return "period unknown, because too few periods are recorded"
     return f"period {period}" if period > 0 else f"no period up to {LONGEST}"

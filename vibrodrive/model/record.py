@@ -74,10 +74,6 @@ class Record(str):
         """The record in the plan of a file, from which `read` makes it again."""
         return str(self)
 
-    def continued(self, stored: Record) -> Record:
-        """Return this record of a call as the file describes it whose record is `stored`."""
-        return self
-
 
 class OfMotion(Record):
     """Record of numbers of each motion, which are taken from its trajectory."""

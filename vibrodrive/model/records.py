@@ -1,7 +1,8 @@
 """Records of a sweep: what it keeps of each point, one object for each record (record.py, own.py for functions).
 
 Kernels write section, main impacts, summary and error bounds (batch/records.py). The record `failures` is taken from
-each motion, and `limit` from a search with several motions a point (stability/per_point.py).
+each motion, `limit` from a search with several motions a point, and `impulses` from the undisturbed orbit
+(stability/per_point.py).
 """
 
 from __future__ import annotations
@@ -77,6 +78,22 @@ class _Limit(Record):
             raise ValueError(bad(name, varied[name].tolist(), f"one number, because {idle[name]}"))
 
 
+class _Impulses(Record):
+    quantities = rows.IMPULSES
+    alone, per_point = True, True
+    wave = "blocks of impulses"
+
+    def refuse(self, plan: Any) -> None:
+        varied = plan.varied
+        if plan.settings.method != Method.CERTIFIED:
+            raise ValueError(bad("method", plan.settings.method_name, f'certified with record = "{self}"'))
+        for name in ("eps", "eta", "section_phase"):
+            if name in varied or (name == "eps" and plan.scalars[name] != 0.0):
+                value = varied[name].tolist() if name in varied else plan.scalars[name]
+                allowed = "left out" if name == "eps" else "one number"
+                raise ValueError(bad(name, value, f"{allowed}, because every disturbance is considered"))
+
+
 class _Failures(OfMotion):
     quantities = rows.FAILURE_COUNTS
     alone = True
@@ -96,9 +113,9 @@ class _Failures(OfMotion):
 
 
 SECTION, IMPACTS, SUMMARY, ERROR = _Section("section"), _Impacts("impacts"), _Summary("summary"), _ErrorBounds("error")
-LIMIT, FAILURES = _Limit("limit"), _Failures("failures")
+LIMIT, IMPULSES, FAILURES = _Limit("limit"), _Impulses("impulses"), _Failures("failures")
 
-RECORDS: dict[str, Record] = {one: one for one in (SECTION, IMPACTS, SUMMARY, ERROR, LIMIT, FAILURES)}
+RECORDS: dict[str, Record] = {one: one for one in (SECTION, IMPACTS, SUMMARY, ERROR, LIMIT, IMPULSES, FAILURES)}
 """All records by name, apart from functions, in the order in which results and files have them."""
 
 Records = tuple[Record, ...]
@@ -148,7 +165,7 @@ def how_repeated(record: Records) -> str:
     """Return what must be repeated to continue a file. Only a call has functions."""
     if not functions(record):
         return "the sweep"
-    names = [str(one) if isinstance(one, Own) else f'"{one}"' for one in record]
+    names = [f'vd.own({one}, version="{one.version}")' if isinstance(one, Own) else f'"{one}"' for one in record]
     given = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
     return f"the call in Python, vd.sweep(…, record={given}, path=…),"
 
@@ -159,6 +176,6 @@ def quantities(record: Records) -> tuple[Quantity, ...]:
 
 
 TAKEN = {
-    *QUANTITIES, *(q.variable for q in QUANTITIES.values()), *RECORDS, "point", "impact", "state",
+    *QUANTITIES, *(q.variable for q in QUANTITIES.values()), *RECORDS, "point", "impact", "state", "digests",
 }  # fmt: skip
 """Names that a number of a function cannot have, because files and figures use them."""

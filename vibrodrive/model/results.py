@@ -21,7 +21,6 @@ from vibrodrive.model.parameters import as_number, bad, did_you_mean, real_numbe
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
 from vibrodrive.model.plan import POINT, Plan
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, SECTIONS, Quantity, length_along, row_of
-from vibrodrive.model.record import Record
 from vibrodrive.model.records import ERROR, RECORDS, SECTION, Records, quantities
 from vibrodrive.model.size import refuse_large_results
 from vibrodrive.model.slips import warn
@@ -42,6 +41,10 @@ Read = Callable[[str, Index], np.ndarray]
 """Function that returns the array with a given name (such as "section") at an Index."""
 
 
+class NotRecorded(ValueError, AttributeError):
+    """A record without the array that an attribute names. `hasattr` is False, and `getattr` returns its default."""
+
+
 class Results:
     """Results of `sweep` and `load`: sections, statuses, margins and numbers of switches over the axes of a sweep.
 
@@ -59,7 +62,8 @@ class Results:
     first to the last main impact with recorded switches more than half an excitation period before and after it, NaN
     without two of these. A period is found if the recorded switches span it. `period` is 0 if they span 64 periods and
     do not repeat. If they span less, it is -2, and the period and `lyapunov` are unknown. At ε = 0 and B < 1 a record
-    of 66 periods suffices.
+    of 66 periods suffices. A motion that still alternates about the orbit it approaches has the period of this orbit,
+    or -2 if the record is too short to show that.
 
     Files and `to_xarray` describe each array. In them `period` has the name `motion_period`.
 
@@ -233,9 +237,8 @@ class Results:
             hint = f": it is {_ELSEWHERE[name]}" if name in _ELSEWHERE else hint
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
         if _WHERE[name] not in self.record:
-            raise AttributeError(
-                bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}", which contains {name}')
-            )
+            contents = "" if name in RECORDS else f", which contains {name}"
+            raise NotRecorded(bad("record", ", ".join(self.record), f'extended by "{_WHERE[name]}"{contents}'))
         raise AttributeError(f"{name}: was not recorded by the version of vibrodrive that wrote this file")
 
     def __dir__(self) -> list[str]:
@@ -265,8 +268,7 @@ class Results:
     @property
     def section(self) -> np.ndarray:
         """float64 (axes…, periods, 2): ξ and ξ' at the section. Raises ValueError if it is not recorded."""
-        self._refuse_without(SECTION)
-        return self._array("section")
+        return self._array("section") if SECTION in self.record else self.__getattr__("section")
 
     @property
     def status(self) -> np.ndarray:
@@ -281,12 +283,9 @@ class Results:
     @property
     def error(self) -> np.ndarray:
         """float64 (axes…, 2): error bounds of ξ and ξ'. Raises ValueError if they are not recorded."""
-        self._refuse_without(ERROR)
+        if ERROR not in self.record:
+            return self.__getattr__("error")
         return np.stack([self.error_xi, self.error_dxi], axis=-1)
-
-    def _refuse_without(self, one: Record) -> None:
-        if one not in self.record:
-            raise ValueError(bad("record", ", ".join(self.record), f'extended by "{one}"'))
 
     @property
     def switches(self) -> np.ndarray:
@@ -339,7 +338,8 @@ class Results:
         ValueError: A = 2.1: must be one of the 3 values of this axis; method="nearest" would select 2.0
         """
         if method is not None and not (isinstance(method, str) and method == "nearest"):
-            raise ValueError(bad("method", method, '"nearest", or left out'))
+            named = f", or a value by the name of its axis, such as {next(iter(self.axes), 'A')}={method!r}"
+            raise ValueError(bad("method", method, '"nearest"' + ("" if values else named)))
         reach = _reach(method, tolerance)
         index: list[Any] = [slice(None)] * len(self.axes)
         axes, scalars, points = dict(self.axes), dict(self.scalars), dict(self.points)
@@ -568,7 +568,7 @@ if Results.__doc__:  # not with -OO
 ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "title")
 """Attributes of each object of Results, which `dir(Results)` does not contain."""
 
-_WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))}
+_WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))} | {"section": SECTION, "error": ERROR}
 
 _ELSEWHERE = {
     **{q.stored: q.name for q in QUANTITIES.values() if q.stored},

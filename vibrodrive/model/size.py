@@ -10,11 +10,8 @@ from pathlib import Path, PurePosixPath
 from vibrodrive.errors import TooLarge
 from vibrodrive.model.plan import IN_FLIGHT, Plan
 
-PERIODS_MAX = 2**29 - 1
-"""Largest number of recorded periods. All ξ (or ξ') of one point are in one HDF5 chunk, and a chunk is below 4 GiB."""
-
-POINT_BYTES = 8 + 5 * 8 + 8 + 1
-"""Bytes of a point in addition to its records: margin, five numbers of switches, checksum and status."""
+POINT_BYTES = 8 + 5 * 8 + 1
+"""Bytes of a point in addition to its records: margin, five numbers of switches and status."""
 
 
 LARGE = 1 << 26
@@ -126,13 +123,12 @@ def result_bytes(plan: Plan) -> int:
 
 
 def file_bytes(plan: Plan) -> int:
-    """Return the bytes of a result file, within about 1 %. HDF5 stores full chunks, even at the ends of the axes."""
-    chunks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
-    rows = chunks * math.prod(plan.chunk)
-    per_chunk = (6 + len(plan.quantities)) * (4 + 40)  # a checksum and an index entry for each variable
+    """Return the bytes of a result file, within about 1 %."""
+    blocks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
+    digests = 8 * blocks * (6 + len(plan.quantities))
     axes = 8 * (sum(plan.shape) + plan.settings.periods)
-    tables = 40_000 + 3_200 * len(plan.quantities)
-    return rows * _bytes_of_a_point(plan) + chunks * per_chunk + axes + tables
+    headers = 22_000 + 1_000 * len(plan.quantities)
+    return plan.n_points * _bytes_of_a_point(plan) + digests + axes + headers
 
 
 def block_bytes(plan: Plan) -> int:
@@ -164,9 +160,7 @@ def refuse_large_axis(key: str, num: int) -> None:
 
 
 def refuse_large_block(plan: Plan, remote: bool = False) -> None:
-    """Raise TooLarge if a point exceeds a chunk, or if the blocks that exist at one time do not fit into memory."""
-    if plan.settings.periods > PERIODS_MAX:
-        raise TooLarge(f"periods = {plan.settings.periods}: must be <= {PERIODS_MAX}, the limit of the file format")
+    """Raise TooLarge if the blocks that exist at one time do not fit into memory."""
     need, have = working_bytes(plan, remote), available_memory()
     if need > LARGE:
         have = max(0, have - BASE_MEMORY)

@@ -1,7 +1,7 @@
-"""Warnings of allowed but unlikely arguments: degrees for radians, per cent for shares, A and B swapped, …
+"""Warnings of arguments that are allowed, and that nobody means: degrees for radians, per cent for shares, …
 
-`unlikely` applies to every plan. `slip`, a part of it, applies to limits, orbits and scenes, because a sweep without a
-scene may have any A and B. In Python a warning names the line of the caller; a command prints the same sentences.
+Nothing that somebody may mean has a warning. `unlikely` applies to every plan; `slip`, a part of it, also to orbits and
+scenes. In Python a warning names the line of the caller; a command prints the same sentences.
 """
 
 from __future__ import annotations
@@ -13,39 +13,25 @@ from typing import Any
 
 from vibrodrive.model.names import PARAMETERS, SCENE, TURN
 
-LARGE = 100.0  # warning if A exceeds both LARGE and LARGE·B: no vibratory driver has such an excitation
-
 GIVE_A_AND_B = ("a0", "omega0", "frequency", "mu", "alpha")
 NOTHING: Mapping[str, Any] = {}
+
+LARGEST_B = (PARAMETERS["B"].slider or (0.0, 0.0))[1]  # of usual machines
 
 UNITS = "a0 in m, omega0 in rad/s, frequency in Hz, alpha in degrees"
 
 
 def slip(points: Iterable[tuple[float, float, float, float]], known: Mapping[str, Any] = NOTHING) -> list[str]:
-    """Return a sentence for each likely mistake that all points (A, B, eps, eta) share. It names the quantities of the
-    scene, if any, among the values `known` by name."""
+    """Return a sentence if the mass stays at rest at all points (A, B, eps, eta) by a likely mistake: other units of a
+    scene, if the values `known` by name have its quantities, or else A and B swapped."""
     given = list(points)
     A, B, _, _ = given[0]
     scene = ", ".join(f"{name} = {_span(known[name])}" for name in GIVE_A_AND_B if name in known)
-    of, wrong = (f" of {scene}", "is the scene") if scene else ("", "are A and B swapped, or is a scene")
-    said = []
-    if all(A * (1.0 + eps * eta**2) <= 1.0 + B for A, B, eps, eta in given):
-        said.append(
-            f"A = {A:g}, B = {B:g}{of}: the mass cannot leave the obstacle, because A (1 + ε η²) <= 1 + B "
-            f"({wrong} not in SI units: {UNITS}?)"
-        )
-    if all(A > LARGE and A > LARGE * B for A, B, _, _ in given):
-        said.append(f"A = {A:g}, B = {B:g}{of}: A is usually below {LARGE:g} (is a scene not in SI units: {UNITS}?)")
-    return said
-
-
-def in_radians(alpha: float) -> list[str]:
-    """Return a sentence if the largest angle of an incline is probably in radians."""
-    if 0.0 < alpha < (SCENE["alpha"].axis or (0.0,))[0]:
-        return [
-            f"alpha = {alpha:g}: an angle is in degrees (is it in radians, for {alpha * 360.0 / TURN:.3g} degrees?)"
-        ]
-    return []
+    swapped = all(0.0 < A <= LARGEST_B and B > 1.0 + A for A, B, _, _ in given)
+    if not (scene or swapped) or any(A * (1.0 + eps * eta * eta) > 1.0 + B for A, B, eps, eta in given):
+        return []
+    of, wrong = (f" of {scene}", f"is the scene not in SI units: {UNITS}?") if scene else ("", "are A and B swapped?")
+    return [f"A = {A:g}, B = {B:g}{of}: the mass cannot leave the obstacle, because A (1 + ε η²) <= 1 + B ({wrong})"]
 
 
 def names_scene(written: Mapping[str, Any], plan: Any) -> bool:
@@ -66,18 +52,12 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
         if len(axis) > 1 and (rising[1:] == rising[:-1]).any():  # `unique` alone takes 5 % of a short sweep
             values, counts = np.unique(axis, return_counts=True)
             said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
-        if len(axis) == 3 and _is_range(*axis.tolist()):
-            ends = ", ".join(f"{value:g}" for value in axis)
-            meant = f"numpy.linspace({ends}) or, in a configuration, {{start, stop, num}}"
-            said.append(f"{name} = {ends}: these are three values (is a range meant, {meant}?)")
     given: dict[str, Any] = {**plan.scalars, **plan.varied}
     (eps, most), (slowest, eta) = _ends(given["eps"]), _ends(given["eta"])
     if of_scene:
-        said += slip(plan.ends(), given) + in_radians(_ends(given.get("alpha", 0.0))[1])
+        said += slip(plan.ends(), given)
     elif given.keys() >= {"A", "B"} and _ends(given["xi0"]) == _ends(given["dxi0"]) == (0.0, 0.0):
-        A, (B, _) = _ends(given["A"])[1], _ends(given["B"])
-        if 0.0 < A <= (PARAMETERS["B"].slider or (0.0, 0.0))[1] and B > 1.0 + A:
-            said += slip([(A, B, most, eta)])
+        said += slip([(_ends(given["A"])[1], _ends(given["B"])[0], most, eta)])
     phase, (_, step) = max(_ends(given["section_phase"]), key=abs), _ends(given["dtau"])
     if abs(phase) > 2.0 * TURN:
         said.append(f"section_phase = {phase:g}: a phase is in radians, usually below 2π (is it in degrees?)")
@@ -103,34 +83,6 @@ def _ends(values: Any) -> tuple[float, float]:
 def _span(values: Any) -> str:
     """Return the values of a parameter in words, such as "3" or "3 to 5"."""
     return " to ".join(dict.fromkeys(f"{end:g}" for end in _ends(values)))
-
-
-def _is_range(start: float, stop: float, num: float) -> bool:
-    """Return True if three values are probably meant as the ends and the number of values, and not as decades."""
-    decades = 0 < start * num <= 2 * stop**2
-    return start < stop and num >= 20 and num == round(num) and num - stop > 20 * (stop - start) and not decades
-
-
-class OfScene(float):
-    """The A of a scene, with the B of this scene, so that a forgotten B is noticed."""
-
-    __slots__ = ("B",)
-    B: float
-
-    def __new__(cls, A: float, B: float) -> OfScene:
-        self = super().__new__(cls, A)
-        self.B = B
-        return self
-
-    def __getnewargs__(self) -> tuple[float, float]:  # type: ignore[override]
-        return float(self), self.B
-
-
-def forgotten(A: object, B: object) -> list[str]:
-    """Return a sentence if A is that of a scene and B, which has its default value, is not."""
-    if isinstance(A, OfScene) and isinstance(B, float) and PARAMETERS["B"].default == B != A.B:
-        return [f"B = {B:g}: A is that of a scene with B = {A.B:.6g} (is B = scene.B forgotten?)"]
-    return []
 
 
 def warn(said: Iterable[str]) -> None:

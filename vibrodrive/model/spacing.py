@@ -1,24 +1,38 @@
-"""Values in geometric progression, with the same bits on every processor."""
+"""Values in geometric progression, with the same bits on every machine.
 
-import math
+The last bits of the functions of libm and NumPy depend on the processor and on the version; `decimal` rounds correctly.
+"""
+
+from decimal import Context, Decimal
 
 import numpy as np
+
+DIGITS = Context(prec=30)
+LN_10 = 2.302585092994046
 
 
 def geometric(low: float, high: float, num: int) -> np.ndarray:
     """Return `num` values from `low` to `high`, both > 0, whose ratios are equal, float64 (num,).
 
-    `numpy.geomspace` takes another power function where the processor has AVX-512, and its values differ in the last
-    bit. Disturbed motions near a limit would then differ, and a file begun there would not be continued here. These
-    values are those of `numpy.geomspace` on other processors.
-
     >>> geometric(1.0, 8.0, 4).round(12).tolist()
     [1.0, 2.0, 4.0, 8.0]
     """
-    exponents = np.linspace(math.log10(low), math.log10(high), num)
-    values = np.array([10.0**x for x in exponents.tolist()])
+    first, last = (float(DIGITS.log10(Decimal(end))) for end in (low, high))
+    values = _powers_of_10(np.linspace(first, last, num))
     if num > 0:
         values[0] = low
     if num > 1:
         values[-1] = high
     return values
+
+
+def _powers_of_10(x: np.ndarray) -> np.ndarray:
+    """Return 10**x for each value of x, with an error below 0.6 in the last place. Whole powers are exact."""
+    near, where = np.unique(np.rint(32.0 * x) / 32.0, return_inverse=True)
+    exact = [DIGITS.power(10, Decimal(exponent)) for exponent in near.tolist()]
+    head = np.array([float(value) for value in exact])
+    tail = np.array([float(DIGITS.subtract(value, Decimal(float(value)))) for value in exact])
+    t, more = LN_10 * (x - near[where]), np.zeros_like(x)
+    for n in range(8, 0, -1):  # e**t - 1 = t (1 + t/2 (1 + t/3 (…)))
+        more = t / n * (1.0 + more)
+    return head[where] + (tail[where] + head[where] * more)

@@ -9,6 +9,7 @@ from vibrodrive.model.config import HOMES
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.plan import POINT, Plan, idle
 from vibrodrive.model.records import RECORDS
+from vibrodrive.model.spacing import geometric
 
 FEW = 3  # an axis of up to this number of values is written as a list, because a range would not be shorter
 
@@ -60,7 +61,7 @@ def _axis(values: np.ndarray, inline: bool = False) -> str:
         ends = f"start = {first!r}, stop = {last!r}, num = {n}"
         if np.linspace(first, last, n).tobytes() == values.tobytes():
             return f"{{{ends}}}"
-        if min(first, last) > 0 and np.geomspace(first, last, n).tobytes() == values.tobytes():
+        if min(first, last) > 0 and geometric(first, last, n).tobytes() == values.tobytes():
             return f'{{{ends}, scale = "log"}}'
     text = "[" + ", ".join(map(repr, values.tolist())) + "]"
     return text if inline else textwrap.fill(text, WIDTH, subsequent_indent="    ")

@@ -36,13 +36,14 @@ import numbers
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
+from vibrodrive.jit.trig import log
 from vibrodrive.kernels.release import moves, onset
 from vibrodrive.model.described import counted
-from vibrodrive.model.keywords import as_written
+from vibrodrive.model.keywords import Axis, Machine, takes
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, bad_axes, real_number
 from vibrodrive.model.physical import AMPLITUDES, INCLINES, Scene, amplitude_axis, scene_of, with_A_and_B
@@ -51,6 +52,7 @@ from vibrodrive.model.slips import slip, warn
 from vibrodrive.model.spacing import geometric
 from vibrodrive.periodic.continuation import DOUBLING, SCALE_FROM, Continuation, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
+from vibrodrive.periodic.itineraries import flying
 from vibrodrive.periodic.search import STABLE, UNSTABLE, Orbit, beside, cells_to_search, check_period, orbits_of
 
 ONSET = "onset"
@@ -114,7 +116,7 @@ class Bifurcation:
         return f"<{self.kind} at {where}: {told}{self.change}; {whose}>"
 
 
-@as_written
+@takes(Machine[Axis])
 def bifurcations(
     written: Mapping[str, Any],
     /,
@@ -123,16 +125,12 @@ def bifurcations(
     max_period: int = 3,
     *,
     step: float | None = None,
-    scene: Scene | None = None,
-    a0: float | tuple[float, float] | None = None,
-    omega0: float | tuple[float, float] | None = None,
-    frequency: float | tuple[float, float] | None = None,
-    mu: float | Sequence[float] | np.ndarray | None = None,
-    alpha: float | Sequence[float] | np.ndarray | None = None,
-    mass: float | None = None,
-    g: float | None = None,
+    **quantities: Unpack[Machine[Axis]],
 ) -> list[Bifurcation]:
     """Find all bifurcations between A[0] and A[1] of the orbits of up to `max_period` excitation periods.
+
+    For a machine, two numbers for a0, omega0 or frequency are the range, in place of A; mu or alpha may be a sequence,
+    like B.
 
     For B = 0 there is only one orbit, and it changes at A = √(1 + π²/4). For 0 < B <= 1e-7 A the search follows only
     the orbit with a rest.
@@ -149,9 +147,7 @@ def bifurcations(
     step : float, optional
         largest spacing of the values of A whose orbits are compared. The default is 1/256 up to A = 4, and A/1024 above
         A = 4.
-    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
-        machine in SI units, or its quantities, as in `simulate`. Two floats for a0, omega0 or frequency are then the
-        range, in place of A, and mu or alpha may be a sequence, like B.
+    **parameters
 
     Returns
     -------
@@ -282,7 +278,7 @@ def spread(low: float, high: float, step: float | None) -> np.ndarray:
     turn = min(max(low, SCALE_FROM), high)
     near = np.linspace(low, turn, 1 + math.ceil((turn - low) / STEP))
     # a constant ratio makes the spacing proportional to A
-    far = geometric(turn, high, 1 + math.ceil(math.log(high / turn) * SCALE_FROM / STEP))
+    far = geometric(turn, high, 1 + math.ceil(log(high / turn) * SCALE_FROM / STEP))
     return np.append(near, far[1:])
 
 
@@ -319,7 +315,7 @@ class Search:
 
         The number of itineraries at the highest A is used for all values of A.
         """
-        each = len(cells_to_search(ImpactMap(high, self.B), self.limit))
+        each = flying(cells_to_search(ImpactMap(high, self.B), self.limit))
         if each * values > MOST_WORK:
             work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
             raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter, because {work}"))

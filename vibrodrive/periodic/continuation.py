@@ -16,7 +16,13 @@ from vibrodrive.jit.trig import TWO_PI, TWO_PI_LOW
 from vibrodrive.periodic.flight import NO_WORD, flight
 from vibrodrive.periodic.impact_map import ImpactMap, kind_of_change, states
 from vibrodrive.periodic.itineraries import NO_SLIDES, flights
-from vibrodrive.periodic.search import Orbit, itinerary_cells, launches, returning_launches, touching_orbit, trace_orbit
+from vibrodrive.periodic.search import (
+    Orbit,
+    itinerary_cells,
+    returning_launches,
+    touching_orbit,
+    trace_orbit,
+)
 
 DOUBLING, FOLD, BORDER_COLLISION, GRAZING, STICK = "period doubling", "fold", "border", "grazing", "stick"
 
@@ -68,34 +74,30 @@ class Continuation:
         half = self.impacts // 2
         return Continuation(self.B, half, self.period // 2, False, self.itinerary[:half], False)
 
-    def starts(self, A: float) -> list[float]:
-        """Return the launch phase of each orbit with this itinerary at A. It is φ_up for an orbit with a rest."""
+    def starts(self, A: float) -> list[list[float]]:
+        """Return the launch phases of each orbit with this itinerary at A. It is φ_up for an orbit with a rest."""
         system = ImpactMap(A, self.B)
         if not system.moves:
             return []
         if self.rests:
             up = system.window[0]
             code = flights(up, self.impacts, A, self.B, self.period, NO_SLIDES)[0]  # with REST at its end
-            return [up] if code == self.itinerary[-1] else []
-        return [
-            psi
-            for low, high, n, periods in itinerary_cells(system, self.period, self.itinerary)
-            if n == self.impacts
-            for psi, _ in returning_launches(system, low, high, n, periods)
-        ]
+            return [[up]] if code == self.itinerary[-1] else []
+        cells = itinerary_cells(system, self.impacts, self.period, only=self.itinerary)
+        return [launches for launches, _ in returning_launches(system, cells, self.impacts)]
 
     def orbit(self, A: float) -> Orbit | None:
         """Return the orbit of `starts` at A with the least |multiplier|; None if there is no orbit."""
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
-        found = [trace_orbit(system, psi, self.impacts, True) for psi in self.starts(A)]
+        found = [trace_orbit(system, launches[0], self.impacts, True) for launches in self.starts(A)]
         return min(found, key=lambda o: abs(o.multiplier), default=None)
 
     def multiplier(self, A: float) -> float:
         """Return the multiplier of the first orbit of `starts` at A; NaN if there is no orbit."""
         found = self.starts(A)
-        return flights(found[0], self.impacts, A, self.B, self.period, NO_SLIDES)[3] if found else math.nan
+        return flights(found[0][0], self.impacts, A, self.B, self.period, NO_SLIDES)[3] if found else math.nan
 
     def doubling(self, a: float, b: float) -> float:
         """Return the A between a and b at which the multiplier passes -1. The orbit must exist at a and b."""
@@ -139,8 +141,8 @@ class Continuation:
         points, kinds, _ = system.pieces(self.period)
         return min(
             (abs(psi - point), BORDER_COLLISION if kind == "rest" else kind, psi)
-            for start in self.starts(A)
-            for psi in launches(system, start, self.impacts, self.period)
+            for launches in self.starts(A)
+            for psi in launches
             for point, kind in zip(points.tolist(), kinds, strict=True)
         )
 

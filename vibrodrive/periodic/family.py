@@ -14,13 +14,14 @@ from vibrodrive.batch.trajectory import simulate
 from vibrodrive.model.parameters import bad, check
 from vibrodrive.model.physical import Scene
 from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, Search, in_scene
-from vibrodrive.periodic.continuation import DOUBLING, FOLD, scale_of
+from vibrodrive.periodic.continuation import DOUBLING, FOLD, GRAZING, scale_of
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import UNSTABLE, Orbit, orbits_of
 
 # distances in A of additional values of A from a bifurcation, in units of `scale_of`
 BESIDE = 1e-9
-ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # at a period doubling or fold, near which branches change like a square root
+ROOT = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)  # where branches change like a square root: DOUBLING, FOLD, GRAZING
+CURVE = 250  # least number of values of A over the whole range for branches that look like curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,16 @@ class Family:
     max_period: int
     orbits: list[list[Orbit]]
     bifurcations: list[Bifurcation]
+
+    def denser(self) -> Family:
+        """Return a family with further orbits where values of A are too far apart for a drawing, most of them at the
+        ends of a gap, because a branch may be steep beside a bifurcation."""
+        there, step = dict(zip(self.A.tolist(), self.orbits, strict=True)), np.ptp(self.A) / CURVE
+        for a, b in itertools.pairwise([*there]):
+            x = np.linspace(0.0, 1.0, math.ceil((b - a) / step) + 1)[1:-1]
+            share = x * x * (3.0 - 2.0 * x)
+            there |= {at: orbits_of(ImpactMap(at, self.B), self.max_period) for at in (a + (b - a) * share).tolist()}
+        return replace(self, A=np.array(sorted(there)), orbits=[there[at] for at in sorted(there)])
 
     def branches(self) -> Iterator[Branch]:
         """Yield the branches. A branch joins orbits that have the same name and kind at successive values of A."""
@@ -85,7 +96,7 @@ def family(
     sides = [
         b.A + sign * d * scale_of(b.A)
         for b in found
-        for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD) else ()))
+        for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD, GRAZING) else ()))
         for sign in (-1, 1)
     ]
     values = np.union1d(grid, [a for a in sides if low <= a <= high])

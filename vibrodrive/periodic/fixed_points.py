@@ -18,34 +18,22 @@ In all functions n is the number of flights, and `horizon` is their longest dura
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.slices import in_slices
-from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI
+from vibrodrive.jit.trig import HALF_PI, PI, TWO_PI, sincos, turns
 from vibrodrive.periodic.flight import FROM_GROUND, FROM_REVERSAL, FROM_STICK
-from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, flights
+from vibrodrive.periodic.itineraries import FATE, FEW, FLOWN, FLYING, HIGH, LOW, PERIODS, enlarged, flights
 
 SLACK = 1e-12  # share by which bounds of the slope are widened, much larger than the rounding errors of their terms
 NOISE = 2e-14  # largest rounding error of G(ψ) - ψ, for phases of order 1
 
 ROWS = 64  # number of rows of the stack of pieces; 53 halvings of a cell give at most 54 pieces
 
-
-class Work(NamedTuple):
-    """Work arrays of `roots`.
-
-    stack : ends of the pieces that are not searched yet, (ROWS, 2).
-    one, other : slides of the flights from the two ends of a piece, (any, 3), with columns as in `flight`.
-    no_slides : an empty array (0, 3), for flights whose slides are not recorded.
-    """
-
-    stack: np.ndarray
-    one: np.ndarray
-    other: np.ndarray
-    no_slides: np.ndarray
+CELL, CERTAIN, ROOT = range(3)
+"""Columns of roots, float64: row of the cell; 0 for an undecided root, else 1; the root"""
 
 
 @inline
@@ -56,8 +44,8 @@ def force_between(one, other, falling, A, B):
     """
     peak = 3.0 * HALF_PI if falling else HALF_PI
     sign = -1.0 if falling else 1.0
-    h_one = sign * (A * math.sin(one) - B)
-    h_other = sign * (A * math.sin(other) - B)
+    h_one = sign * (A * sincos(one)[0] - B)
+    h_other = sign * (A * sincos(other)[0] - B)
     low, high = min(h_one, h_other), max(h_one, h_other)
     if (one - peak) * (other - peak) < 0.0:
         high = A - sign * B
@@ -67,7 +55,7 @@ def force_between(one, other, falling, A, B):
 @inline
 def cosine_between(low, high):
     """Return (least, most), bounds of the cosine on [low, high]."""
-    one, other = math.cos(low), math.cos(high)
+    one, other = sincos(turns(low, 0.0)[1])[1], sincos(turns(high, 0.0)[1])[1]
     least, most = min(one, other), max(one, other)
     if math.floor((high - PI) / TWO_PI) > math.floor((low - PI) / TWO_PI):
         least = -1.0
@@ -138,89 +126,97 @@ def bisect(a, ga, b, n, A, B, horizon, no_slides):
     return a if abs(ga) < abs(gb) else b
 
 
-_WORK = Work(array(2), array(2), array(2), NO_SLIDES)
-_EXAMPLE = (0.0, 0.0), 0, 0.0, 0.0, 0, 0, array(1, np.int64), array(1), array(1, np.bool_), _WORK
+@inline
+def one_root(even, ga, gb):
+    """Return whether there is a root on a piece with one root or none; ga and gb are G(ψ) - ψ at its ends."""
+    if even:
+        return (ga > 0.0) != (gb > 0.0) or ga == 0.0 or gb == 0.0
+    return not (ga < 0.0 or gb > 0.0)
 
 
-@jit(like=_EXAMPLE, _nrt=False)
-def roots(cell, n, A, B, horizon, steps, under_way, found, certain, work):
-    """Write all ψ in the cell (low, high) with G(ψ) = ψ, ascending, to `found`.
+@part
+def keep(psi, certain, cell, n, A, B, horizon, number, found):
+    """Write the root ψ and the launch phases that follow it to row `number`. Return the number of the next row."""
+    one = np.int64(1)  # for a literal, `flights` would be compiled again
+    found[number, CELL], found[number, CERTAIN], found[number, ROOT] = cell, certain, psi
+    for i in range(ROOT + 1, ROOT + n):
+        found[number, i] = flights(found[number, i - 1], one, A, B, horizon, found[:0])[2]
+    return number + 1
 
-    One call processes up to `steps` pieces. Return True if the search is complete. Otherwise the next call continues
-    the search. `certain` receives False for an undecided root. `under_way`, int64 (2,), contains the number of pieces
-    on the stack (-1 before the first call) and the number of roots found. If `found` is full, the caller must enlarge
-    `found` and `certain` before the next call.
+
+@jit(like=(array(2), 0, 0.0, 0.0, 0, (0, 0, 0), array(2), array(2), array(3)), _nrt=False)
+def roots(cells, least, A, B, steps, under_way, found, stack, slides):
+    """Write all ψ with G(ψ) = ψ in the FLYING `cells` of `least` flights or more to `found`, in each cell ascending.
+
+    One call takes up to `steps` steps: it processes a piece, or passes to the next cell. `under_way` contains the
+    number of pieces on the stack (-1: the cell is not begun), the number of roots found, and the row of the cell: -1,
+    0, 0 before the first call. Return the same for the next call. The search is complete if the row is the number of
+    cells. If `found` is full, the caller must enlarge it before the next call.
+
+    stack : ends of the pieces that are not searched yet, float64 (ROWS, 2).
+    slides : slides of the flights from the two ends of a piece, float64 (2, any, 3), with columns as in `flight`.
     """
-    low, high = cell
-    stack, one, other, no_slides = work
-    top, number = under_way[0], under_way[1]
-    if n % 2 == 1:
-        g_low = flights(low, n, A, B, horizon, no_slides)[2] - low
-        g_high = flights(high, n, A, B, horizon, no_slides)[2] - high
-        if not (g_low < 0.0 or g_high > 0.0):
-            found[0] = bisect(low, g_low, high, n, A, B, horizon, no_slides)
-            certain[0] = True
-            under_way[1] = 1
-        return True
-    if top < 0:
-        stack[0, 0], stack[0, 1] = low, high
-        top = 1
+    one, other, no_slides = slides[0], slides[1], cells[:0]
+    top, number, cell = under_way
     for _ in range(steps):
-        if top == 0 or number == len(found):
+        if cell == len(cells) or number == len(found):
             break
+        n, horizon = int(cells[cell, FLOWN]), int(cells[cell, PERIODS])
+        if top == 0 or n < least or cells[cell, FATE] != FLYING:
+            top = -1
+            cell += 1
+            continue
+        if top < 0:
+            stack[0, 0], stack[0, 1] = cells[cell, LOW], cells[cell, HIGH]
+            top = 1
         top -= 1
         a, b = stack[top, 0], stack[top, 1]
         _, _, end_a, _, _, _, count = flights(a, n, A, B, horizon, one)
         _, _, end_b, _, _, _, _ = flights(b, n, A, B, horizon, other)
-        if end_a > b or end_b < a:
+        even, ga, gb = n % 2 == 0, end_a - a, end_b - b
+        if even and (end_a > b or end_b < a):
             continue
-        ga, gb = end_a - a, end_b - b
-        least, most = slope_between(one, other, count, A, B)
-        if most < 1.0 or least > 1.0:
-            if (ga > 0.0) != (gb > 0.0) or ga == 0.0 or gb == 0.0:
+        low, high = slope_between(one, other, count, A, B)
+        first = number == 0 or found[number - 1, CELL] != cell
+        if not even or high < 1.0 or low > 1.0:
+            if one_root(even, ga, gb):
                 root = bisect(a, ga, b, n, A, B, horizon, no_slides)
-                if number == 0 or root > found[number - 1]:
-                    found[number] = root
-                    certain[number] = True
-                    number += 1
+                if first or root > found[number - 1, ROOT]:
+                    number = keep(root, 1, cell, n, A, B, horizon, number, found)
             continue
         middle = 0.5 * (a + b)
         g = flights(middle, n, A, B, horizon, no_slides)[2] - middle
-        reach = max(most - 1.0, 1.0 - least) * 0.5 * (b - a)
+        reach = max(high - 1.0, 1.0 - low) * 0.5 * (b - a)
         if abs(g) > reach + NOISE:
             continue
         if reach <= NOISE or middle <= a or middle >= b:
-            if number > 0 and not certain[number - 1]:
-                continue
-            found[number] = middle
-            certain[number] = False
-            number += 1
+            if first or found[number - 1, CERTAIN]:
+                number = keep(middle, 0, cell, n, A, B, horizon, number, found)
             continue
         stack[top, 0] = middle
         stack[top, 1] = b
         stack[top + 1, 0] = a
         stack[top + 1, 1] = middle
         top += 2
-    under_way[0], under_way[1] = top, number
-    return top == 0
+    return top, number, cell
 
 
-def fixed_points(low: float, high: float, n: int, A: float, B: float, horizon: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (roots, certain) for the cell [low, high].
+def fixed_points(cells: np.ndarray, least: int, A: float, B: float) -> np.ndarray:
+    """Return all roots in the FLYING cells of `least` flights or more, in the order of the cells, (roots, any).
 
-    roots : all ψ with G(ψ) = ψ, float64 (m,)
-    certain : False for each undecided root, bool (m,)
+    The columns are CELL, CERTAIN, and from ROOT on the launch phases: the root, and those that follow it.
     """
-    # a period contains at most one slide up and one slide down
-    work = Work(np.empty((ROWS, 2)), np.empty((2 * horizon + 4, 3)), np.empty((2 * horizon + 4, 3)), NO_SLIDES)
-    found, certain = np.empty(64), np.empty(64, dtype=np.bool_)
-    under_way = np.array([-1, 0])
+    flown, periods = cells[:, FLOWN : PERIODS + 1].max(axis=0).astype(int).tolist()
+    slides = np.empty((2, 2 * periods + 4, 3))  # a period contains at most one slide up and one slide down
+    found, stack = np.empty((64, ROOT + max(1, flown))), np.empty((ROWS, 2))
+    under_way = -1, 0, 0
 
     def advance(steps: int) -> bool:
-        nonlocal found, certain
+        nonlocal found, under_way
         if under_way[1] == len(found):
-            found, certain = (np.concatenate([full, np.empty(3 * len(full), full.dtype)]) for full in (found, certain))
-        return roots((low, high), n, A, B, horizon, steps, under_way, found, certain, work)
+            found = enlarged(found)
+        under_way = roots(cells, least, A, B, steps, under_way, found, stack, slides)
+        return under_way[2] == len(cells)
 
     in_slices(advance, first=FEW)
-    return found[: under_way[1]], certain[: under_way[1]]
+    return found[: under_way[1]]

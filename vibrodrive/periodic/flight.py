@@ -232,23 +232,21 @@ def flight(psi, A, B, horizon, word, slides):
     return -1, math.nan, math.nan, math.nan, word, count
 
 
-_COUNTS = array(1, np.int64)
-
-
-@jit(like=(array(1), 0.0, 0.0, 0, array(1), _COUNTS, array(1), array(1), _COUNTS, array(2)), _nrt=False)
-def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
+@jit(like=(array(1), 0.0, 0.0, 0, array(2), array(2, np.int64)), _nrt=False)
+def impacts(phi, A, B, horizon, motions, counts):
     """Compute the next impact after an impact at each phase in `phi`, within `horizon` excitation periods.
 
-    The results are written to the arrays `phase`, `periods`, `speed`, `slope` and `code` (the word as a number). These
-    five arrays and `phi` have the shape (n,). `no_slides` is an empty array (0, 3).
+    `motions`, float64 (n, 3), receives the phase, the speed and the slope, and `counts`, int64 (n, 2), the number of
+    periods and the word as a number. If there are more rows than phases, these impacts follow the impact of the last.
     """
     up, _ = release_up(A, B)
     end = window_end(up)
+    no_slides = motions[:0]
     none = np.int64(NO_WORD)  # for a literal, `flight` would be compiled again
     rested = False  # the flight after a rest may be long, so it is computed once, and only if it is needed
     k0, phase0, velocity0, word0 = -1, math.nan, math.nan, none
-    for i in range(len(phi)):
-        psi = turns(phi[i], 0.0)[1]
+    for i in range(len(motions)):
+        psi = turns(phi[i] if i < len(phi) else motions[i - 1, 0], 0.0)[1]
         if up < psi < end:
             k, landed, velocity, rate, word, _ = flight(psi, A, B, horizon, none, no_slides)
         else:
@@ -258,11 +256,8 @@ def impacts(phi, A, B, horizon, phase, periods, speed, slope, code, no_slides):
             k, landed, velocity, rate, word = k0, phase0, velocity0, 0.0, word0
             if psi >= end and k0 >= 0:
                 k = k0 + 1
-        phase[i] = landed
-        periods[i] = k
-        speed[i] = -velocity + 0.0  # no -0.0
-        slope[i] = rate
-        code[i] = append(word, IMPACT + 1)
+        motions[i, 0], motions[i, 1], motions[i, 2] = landed, -velocity + 0.0, rate  # no -0.0
+        counts[i, 0], counts[i, 1] = k, append(word, IMPACT + 1)
 
 
 @jit(like=(0.0, 0.0, 0.0), _nrt=False)

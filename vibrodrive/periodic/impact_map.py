@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,14 +22,12 @@ from numpy.typing import ArrayLike
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.jit.trig import HALF_PI, PI
 from vibrodrive.kernels.release import moves
-from vibrodrive.model.keywords import as_written
+from vibrodrive.model.keywords import Machine, takes
 from vibrodrive.model.parameters import bad, check, real_array
-from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import plan_motion
-from vibrodrive.model.slips import forgotten, warn
 from vibrodrive.model.states import State
 from vibrodrive.periodic.flight import FROM_STICK, NO_WORD, flight, impacts, launch_after, launch_window
-from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, intervals
+from vibrodrive.periodic.itineraries import FEW, NO_SLIDES, cells_of
 
 HORIZON = 10_000  # longest flight that is computed, in excitation periods; for a small B flights may be longer
 
@@ -61,6 +59,17 @@ def states(psi: float, A: float, B: float) -> list[State]:
             falling = not falling
         word.append(State.DOWN if falling else State.UP)
     return [*word, State.IMPACT] if k >= 0 else word
+
+
+_WORDS: dict[int, list[State]] = {}
+
+
+def word_after(phi: float, code: int, A: float, B: float) -> list[State]:
+    """Return the states from an impact at φ to the next, whose word has the number `code` (`impacts`)."""
+    if code not in _WORDS:
+        psi, rests = launch_after(phi, A, B)
+        _WORDS[code] = [State.REST] * int(rests) + states(psi, A, B)
+    return _WORDS[code]
 
 
 def spell(word: list[State]) -> str:
@@ -137,20 +146,20 @@ class ImpactMap:
             raise ValueError(bad("phi", start[~(abs(start) <= LARGEST_PHASE)][0].item(), PHASES))
         flat = np.ascontiguousarray(start).reshape(-1)
         n = flat.size
-        phase, speed, slope = (np.full(start.shape, np.nan) for _ in range(3))
-        periods, code = np.full(start.shape, -1, dtype=np.int64), np.zeros(start.shape, dtype=np.int64)
+        motions, counts = np.full((n, 3), np.nan), np.tile([-1, 0], (n, 1))
         if self.moves:
             done = 0
 
             def advance(steps: int) -> bool:
                 nonlocal done
                 part = slice(done, done + steps)
-                out = (values.reshape(-1)[part] for values in (phase, periods, speed, slope, code))
-                impacts(flat[part], self.A, self.B, HORIZON, *out, NO_SLIDES)
+                impacts(flat[part], self.A, self.B, HORIZON, motions[part], counts[part])
                 done += steps
                 return done >= n
 
             in_slices(advance, first=FEW)
+        columns = np.ascontiguousarray(motions.T), np.ascontiguousarray(counts.T)
+        (phase, speed, slope), (periods, code) = (each.reshape(-1, *start.shape) for each in columns)
         return Impacts(start, phase, periods, speed, slope, code, self.A, self.B)
 
     def __repr__(self) -> str:
@@ -166,7 +175,7 @@ class ImpactMap:
             return np.empty(0), (), ()
         up, end = self.window
         low, high = math.nextafter(up, end), math.nextafter(end, up)
-        cells = intervals(low, high, 1, self.A, self.B, horizon)
+        cells = cells_of((low, high), 1, self.A, self.B, horizon)[1:, :2].tolist()
         phases, kinds, words = [up], ["rest"], [_word_from(low, self.A, self.B)]
         for (_, last), (first, _) in itertools.pairwise(cells):
             before, after = (states(psi, self.A, self.B) for psi in (last, first))
@@ -199,21 +208,13 @@ def kind_of_change(before: list[State], after: list[State]) -> str:
     return "grazing" if State.IMPACT in (one, other) else "stick"
 
 
-@as_written
+@takes(Machine[float])
 def impact_map(
     written: Mapping[str, Any],
     /,
     A: float | None = None,
     B: float = 0.1,
-    *,
-    scene: Scene | None = None,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
+    **quantities: Unpack[Machine[float]],
 ) -> ImpactMap:
     """Return the impact-phase map at ε = 0, which maps the phase of an impact to the phase of the next impact.
 
@@ -223,8 +224,7 @@ def impact_map(
         excitation amplitude, dimensionless. Required without a scene.
     B : float
         tan α / μ, dimensionless.
-    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
-        machine in SI units, or its quantities, which give A and B, as in `simulate`.
+    **parameters
 
     Returns
     -------
@@ -254,6 +254,4 @@ def impact_map(
     ['REST UP DOWN UP DOWN IMPACT', 'UP DOWN IMPACT']
     """
     plan = plan_motion(written)
-    found = ImpactMap(plan.scalars["A"], plan.scalars["B"])
-    warn(forgotten(A, plan.scalars.get("B")))
-    return found
+    return ImpactMap(plan.scalars["A"], plan.scalars["B"])

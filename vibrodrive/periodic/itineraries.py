@@ -16,17 +16,21 @@ them have this itinerary, too. Therefore bisection between any two phases with d
 boundary, to neighbouring floats, without sampling. Bisection can miss only an interval that contains no float.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from vibrodrive.jit.compile import array, jit
+from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.slices import in_slices
 from vibrodrive.kernels.codes import IMPACT, REST
 from vibrodrive.kernels.release import release_up
 from vibrodrive.periodic.flight import NO_WORD, append, flight, window_end
 
 FLYING, RESTS, LOST = 0, 1, 2  # after the last flight: launch without a rest; rest; no impact found
+OTHER = 3  # not one of the itineraries that are looked for
 
 WINDOW_PASSED = 6  # additional letter of an itinerary: a window has passed
 
@@ -35,20 +39,8 @@ NO_SLIDES = np.empty((0, 3))  # argument for flights whose slides are not record
 DEPTH = 128  # number of rows of the stack of pieces, enough to halve any interval down to neighbouring floats
 
 
-class Pieces(NamedTuple):
-    """Work arrays of `split`.
-
-    stack : ends of the pieces that are not searched yet, (DEPTH, 2).
-    names : itineraries at these ends, (DEPTH, 2).
-    no_slides : an empty array (0, 3), for flights whose slides are not recorded.
-    """
-
-    stack: np.ndarray
-    names: np.ndarray
-    no_slides: np.ndarray
-
-
 FEW = 64  # number of steps of the first slice (jit/slices.py); for long flights (B = 0) a step may take milliseconds
+SHORT = 10_000  # the same for `split`, times the periods of the longest flights
 
 
 @jit(like=(0.0, 0, 0.0, 0.0, 0, NO_SLIDES), _nrt=False)
@@ -89,70 +81,115 @@ def flights(psi, n, A, B, horizon, slides):
     return itinerary, periods, psi, slope, n, FLYING, count
 
 
-_EXAMPLE = (0.0, 0.0), 0, 0.0, 0.0, 0, 0, array(1, np.int64), array(2), Pieces(array(2), array(2, np.int64), NO_SLIDES)
+LOW, HIGH, FLOWN, PERIODS, FATE = range(5)
+"""Columns of cells, float64 (cells, 5): first and last launch phase, number of flights, number of excitation periods of
+these flights, and fate. Rows are ordered by the number of flights and by the launch phase."""
+
+PIECE = np.dtype((np.record, [("low", "f8"), ("high", "f8"), ("left", "i8"), ("right", "i8")]))  # with attributes
+"""A piece of a cell that is not searched yet: its ends, and the itineraries at its ends"""
+
+
+@inline
+def put(stack, row, low, high, left, right):
+    """Write a piece to a row of the stack."""
+    stack[row].low, stack[row].high, stack[row].left, stack[row].right = low, high, left, right
+
+
+@part
+def close(high, row, n, A, B, horizon, only, cells):
+    """End the cell of n flights in this row at the launch phase `high`. Return the next row."""
+    itinerary, periods, _, _, _, fate, _ = flights(cells[row, LOW], n, A, B, horizon, cells[:0])
+    cells[row, HIGH], cells[row, FLOWN], cells[row, PERIODS] = high, n, periods
+    cells[row, FATE] = fate if len(only) == 0 or itinerary == only[n - 1] else OTHER
+    return row + 1
+
+
+_EXAMPLE = 0, 0.0, 0.0, 0, array(1, np.int64), 0, (0, 0, 0), array(2), array(1, PIECE)
 
 
 @jit(like=_EXAMPLE, _nrt=False)
-def split(whole, n, A, B, horizon, steps, under_way, ends, pieces):
-    """Divide the interval `whole` = (low, high) into cells of n flights.
+def split(most, A, B, horizon, only, steps, under_way, cells, stack):
+    """Divide the first of the `cells` into cells of one flight, these into cells of two, and so on to `most` flights.
 
-    One call halves at most `steps` pieces. Return True if the search is complete. Otherwise the next call continues the
-    search. `ends`, float64 (rows, 2), receives the first and the last float of each cell. `under_way`, int64 (2,),
-    contains the number of pieces on the stack (-1 before the first call) and the number of cells found. If only one row
-    of `ends` is free, the caller must enlarge `ends` before the next call.
+    One call takes at most `steps` steps: it begins a cell, or halves a piece. Only FLYING cells are divided. If `only`,
+    int64 (most,), is not empty, cells whose itineraries of the first 1, 2, … flights are not those in `only` become
+    OTHER. `stack` has DEPTH rows. `under_way` contains the number of pieces on the stack, the number of cells found,
+    and the row of the cell that is divided: 0, 1, -1 before the first call. Return the same for the next call. The
+    search is complete if the row is the number of cells. If only one row of `cells` is free, the caller must enlarge
+    them before the next call.
     """
-    low, high = whole
-    stack, names, no_slides = pieces
-    top, found = under_way[0], under_way[1]
-    if top < 0:
-        stack[0, 0] = low
-        stack[0, 1] = high
-        names[0, 0] = flights(low, n, A, B, horizon, no_slides)[0]
-        names[0, 1] = flights(high, n, A, B, horizon, no_slides)[0]
-        top = 1
-        ends[0, 0] = low
+    no_slides = cells[:0]
+    top, found, whole = under_way
     for _ in range(steps):
-        if top == 0 or found >= len(ends) - 1:
+        if found >= len(cells) - 1 or whole == found:
             break
+        if top == 0:
+            whole += 1
+            if whole < found and cells[whole, FATE] == FLYING and cells[whole, FLOWN] < most:
+                a, b, n = cells[whole, LOW], cells[whole, HIGH], int(cells[whole, FLOWN]) + 1
+                put(
+                    stack,
+                    0,
+                    a,
+                    b,
+                    flights(a, n, A, B, horizon, no_slides)[0],
+                    flights(b, n, A, B, horizon, no_slides)[0],
+                )
+                top = 1
+                cells[found, LOW] = a
+            continue
         top -= 1
-        a, b = stack[top, 0], stack[top, 1]
-        left, right = names[top, 0], names[top, 1]
-        if left == right:
-            continue
+        n = int(cells[whole, FLOWN]) + 1
+        a, b, left, right = stack[top].low, stack[top].high, stack[top].left, stack[top].right
         middle = 0.5 * (a + b)
-        if middle <= a or middle >= b:
-            ends[found, 1] = a
-            found += 1
-            ends[found, 0] = b
+        if left != right and a < middle < b:
+            name = flights(middle, n, A, B, horizon, no_slides)[0]
+            put(stack, top, middle, b, name, right)
+            put(stack, top + 1, a, middle, left, name)
+            top += 2
             continue
-        name = flights(middle, n, A, B, horizon, no_slides)[0]
-        stack[top, 0] = middle
-        stack[top, 1] = b
-        names[top, 0] = name
-        names[top, 1] = right
-        stack[top + 1, 0] = a
-        stack[top + 1, 1] = middle
-        names[top + 1, 0] = left
-        names[top + 1, 1] = name
-        top += 2
-    if top == 0:
-        ends[found, 1] = high
-        found += 1
-        top = -1
-    under_way[0], under_way[1] = top, found
-    return top < 0
+        if left != right:
+            found = close(a, found, n, A, B, horizon, only, cells)
+            cells[found, LOW] = b
+        if top == 0:
+            found = close(cells[whole, HIGH], found, n, A, B, horizon, only, cells)
+    return top, found, whole
 
 
-def intervals(low: float, high: float, n: int, A: float, B: float, horizon: int) -> list[list[float]]:
-    """Return the first and the last float of each cell of n flights in [low, high]: lists [first, last], ascending."""
-    ends, pieces = np.empty((64, 2)), Pieces(np.empty((DEPTH, 2)), np.empty((DEPTH, 2), dtype=np.int64), NO_SLIDES)
-    under_way = np.array([-1, 0])
+def cells_of(
+    whole: tuple[float, float],
+    most: int,
+    A: float,
+    B: float,
+    horizon: int,
+    only: Sequence[int] = (),
+    limit: float = math.inf,
+) -> np.ndarray:
+    """Return the cells of 1 to `most` flights in the interval `whole` of launch phases, after a row for `whole`.
+
+    If `only` is given, those cells are OTHER whose itineraries of the first 1, 2, … flights are not those in `only`.
+    The search ends early if more than `limit` cells are FLYING.
+    """
+    cells, stack, wanted = np.zeros((64, 5)), np.empty(DEPTH, PIECE), np.array(only, np.int64)
+    cells[0, :2] = whole
+    under_way = 0, 1, -1
 
     def advance(steps: int) -> bool:
-        nonlocal ends
-        if under_way[1] >= len(ends) - 1:
-            ends = np.concatenate([ends, np.empty((3 * len(ends), 2))])
-        return split((low, high), n, A, B, horizon, steps, under_way, ends, pieces)
+        nonlocal cells, under_way
+        if under_way[1] >= len(cells) - 1:
+            cells = enlarged(cells)
+        _, found, row = under_way = split(most, A, B, horizon, wanted, steps, under_way, cells, stack)
+        return row == found or flying(cells[:found]) > limit
 
-    in_slices(advance, first=FEW)
-    return ends[: under_way[1]].tolist()
+    in_slices(advance, first=SHORT // horizon)
+    return cells[: under_way[1]]
+
+
+def flying(cells: np.ndarray) -> int:
+    """Return the number of FLYING cells of one flight or more."""
+    return int(np.count_nonzero(cells[1:, FATE] == FLYING))
+
+
+def enlarged(rows: np.ndarray) -> np.ndarray:
+    """Return an array of four times the length that begins with the same rows."""
+    return np.resize(rows, (4 * len(rows), rows.shape[1]))

@@ -25,25 +25,25 @@ LEVEL A, because rounding would then determine whether the orbit is found.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from vibrodrive.model.described import counted
-from vibrodrive.model.keywords import as_written
+from vibrodrive.model.keywords import Machine, takes
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import plan_motion
-from vibrodrive.model.slips import forgotten, names_scene, slip, warn
+from vibrodrive.model.slips import names_scene, slip, warn
 from vibrodrive.model.states import State
-from vibrodrive.periodic.fixed_points import fixed_points
-from vibrodrive.periodic.impact_map import ImpactMap, spell, states
-from vibrodrive.periodic.itineraries import FLYING, NO_SLIDES, RESTS, flights, intervals
+from vibrodrive.periodic.fixed_points import CELL, CERTAIN, ROOT, fixed_points
+from vibrodrive.periodic.flight import impacts
+from vibrodrive.periodic.impact_map import HORIZON, ImpactMap, spell, word_after
+from vibrodrive.periodic.itineraries import FLOWN, HIGH, LOW, NO_SLIDES, RESTS, cells_of, flights, flying
 
 STABLE, UNSTABLE, SUPERSTABLE, UNDECIDED = "stable", "unstable", "superstable", "undecided"
 
@@ -121,22 +121,14 @@ class Orbit:
         return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts, 'impact')} at {some}; {where}>"
 
 
-@as_written
+@takes(Machine[float])
 def orbits(
     written: Mapping[str, Any],
     /,
     A: float | None = None,
     B: float = 0.1,
     max_period: int = 3,
-    *,
-    scene: Scene | None = None,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
+    **quantities: Unpack[Machine[float]],
 ) -> list[Orbit]:
     """Find all periodic orbits of up to `max_period` excitation periods at ε = 0, ordered by period, impacts and phase.
 
@@ -153,8 +145,7 @@ def orbits(
         tan α / μ, dimensionless.
     max_period : int
         longest period in excitation periods, 1 to 100.
-    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
-        machine in SI units, or its quantities, which give A and B, as in `simulate`.
+    **parameters
 
     Returns
     -------
@@ -177,7 +168,7 @@ def orbits(
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: A <= 1 + B, or an A that is above 100 and above 100 B.
+        if A and B are probably swapped, or the quantities of a scene not in SI units.
 
     Examples
     --------
@@ -192,8 +183,8 @@ def orbits(
     plan = plan_motion(written)
     system, machine = ImpactMap(plan.scalars["A"], plan.scalars["B"]), scene_of(plan.scalars)
     limit = check_period("max_period", max_period)
-    judged = slip(plan.ends(), plan.scalars) if A is not None or names_scene(written, plan) else []
-    warn([*judged, *forgotten(A, plan.scalars.get("B"))])
+    if A is not None or names_scene(written, plan):
+        warn(slip(plan.ends(), plan.scalars))
     return [replace(orbit, scene=machine) for orbit in orbits_of(system, limit)]
 
 
@@ -227,13 +218,11 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
         yield trace_orbit(system, up, n, True)
 
 
-def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, int, int]]:
-    """Return the `itinerary_cells` for up to `limit` periods. Raises ValueError if there are too many cells."""
-    if system.B <= LEVEL * system.A:
-        return []
+def cells_to_search(system: ImpactMap, limit: int) -> np.ndarray:
+    """Return the `itinerary_cells` for up to `limit` periods. Raises ValueError if too many of them are FLYING."""
     most = MOST_ITINERARIES // limit
-    there = list(itertools.islice(itinerary_cells(system, limit), most + 1))
-    if len(there) > most:
+    there = itinerary_cells(system, limit if system.B > LEVEL * system.A else 0, limit, limit=most)
+    if flying(there) > most:
         beside = f"A = {system.A!r} and B = {system.B!r}"
         raise ValueError(
             bad("max_period", limit, f"smaller, because more than {most} sequences of states exist at {beside}")
@@ -241,85 +230,51 @@ def cells_to_search(system: ImpactMap, limit: int) -> list[tuple[float, float, i
     return there
 
 
-def itinerary_cells(
-    system: ImpactMap, limit: int, only: Sequence[int] | None = None
-) -> Iterator[tuple[float, float, int, int]]:
-    """Yield (low, high, n, periods) for every cell of n flights without a rest.
-
-    low, high : first and last launch phase of the cell
-    n : number of flights
-    periods : number of excitation periods of these flights
-
-    If `only` is given, yield only cells whose itineraries of the first 1, 2, … flights are those in `only`.
-    """
-    A, B = system.A, system.B
+def itinerary_cells(system: ImpactMap, flown: int, horizon: int, **choice: Any) -> np.ndarray:
+    """Return the cells of up to `flown` flights after an impact without a rest; `choice` as in `cells_of`."""
     up, end = system.window
-    alive = [(math.nextafter(up, end), math.nextafter(end, up))]
-    for n in range(1, (limit if only is None else len(only)) + 1):
-        above = alive
-        alive = []
-        for low, high in above:
-            for a, b in intervals(low, high, n, A, B, limit):
-                itinerary, periods, _, _, _, fate, _ = flights(a, n, A, B, limit, NO_SLIDES)
-                if fate == FLYING and (only is None or itinerary == only[n - 1]):
-                    alive.append((a, b))
-                    yield a, b, n, periods
+    inside = math.nextafter(up, end), math.nextafter(end, up)
+    return cells_of(inside, flown, system.A, system.B, horizon, **choice)
 
 
 def launching(system: ImpactMap, limit: int) -> Iterator[Orbit]:
     """Yield the orbits without a rest. Each orbit is found in the cell of its smallest launch phase."""
-    for low, high, n, periods in cells_to_search(system, limit):
-        for psi, certain in returning_launches(system, low, high, n, periods):
-            if psi == min(launches(system, psi, n, periods)):
-                yield trace_orbit(system, psi, n, certain)
+    for launches, certain in returning_launches(system, cells_to_search(system, limit)):
+        if launches[0] == min(launches):
+            yield trace_orbit(system, launches[0], len(launches), certain)
 
 
-def returning_launches(
-    system: ImpactMap, low: float, high: float, n: int, periods: int
-) -> Iterator[tuple[float, bool]]:
-    """Yield (ψ, certain) for every launch phase ψ in the cell that returns to itself after n flights, but not earlier.
+def returning_launches(system: ImpactMap, cells: np.ndarray, least: int = 1) -> Iterator[tuple[list[float], bool]]:
+    """Yield (launches, certain) for every launch phase that returns to itself after n >= `least` flights, not earlier.
 
-    `certain` is False if rounding determines whether this launch phase exists.
+    launches : this launch phase and those of the n - 1 flights that follow
+    certain : False if rounding determines whether this launch phase exists.
     """
-    phases, certain = fixed_points(low, high, n, system.A, system.B, periods)
-    for own, psi in enumerate(phases.tolist()):
-        others = launches(system, psi, n, periods)[1:]
-        # leave out an orbit of fewer impacts, which returns to this root after fewer flights
-        if not any(
-            abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(phases - p)) == own) for p in others
-        ):
-            yield psi, bool(certain[own])
-
-
-def launches(system: ImpactMap, psi: float, n: int, periods: int) -> list[float]:
-    """Return the n launch phases of the orbit through ψ."""
-    phases = [psi]
-    for _ in range(n - 1):
-        phases.append(flights(phases[-1], 1, system.A, system.B, periods, NO_SLIDES)[2])
-    return phases
+    found = fixed_points(cells, least, system.A, system.B)
+    for row in np.unique(found[:, CELL]).astype(int).tolist():
+        low, high, n = cells[row, LOW], cells[row, HIGH], int(cells[row, FLOWN])
+        here = found[found[:, CELL] == row]
+        for own, (psi, *others) in enumerate(here[:, ROOT : ROOT + n].tolist()):
+            # leave out an orbit of fewer impacts, which returns to this root after fewer flights
+            if not any(
+                abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(here[:, ROOT] - p)) == own)
+                for p in others
+            ):
+                yield [psi, *others], bool(here[own, CERTAIN])
 
 
 def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
     """Compute the orbit of n impacts through the launch phase `psi`. If not `certain`, its kind is "undecided"."""
     A, B = system.A, system.B
     up, end = system.window
-    phases, speeds, gaps, words = np.empty(n), np.empty(n), np.empty(n, dtype=np.int64), []
-    multiplier = 1.0
-    phase = psi
-    if psi == up:
-        for _ in range(n):
-            phase = float(system(phase).phase)
-    for i in range(n):
-        step = system(phase)
-        phases[i] = phase
-        gaps[i] = step.periods
-        multiplier *= float(step.derivative)
-        rests = not up < phase < end
-        words.append([State.REST] * rests + states(up if rests else phase, A, B))
-        phase = float(step.phase)
-        speeds[(i + 1) % n] = step.speed
-    if any(State.REST in word for word in words):
-        multiplier = 0.0  # exactly 0, because the orbit contains a rest
+    before = n if psi == up else 0  # impacts until the launch at φ_up follows one, after a rest
+    motions, counts = np.empty((before + n, 3)), np.empty((before + n, 2), np.int64)
+    impacts(np.array([psi]), A, B, HORIZON, motions, counts)
+    phases = np.append(psi, motions[:-1, 0])[before:]
+    (_, speeds, slopes), (gaps, codes) = motions[before:].T, counts[before:].T
+    words = [word_after(*one, A, B) for one in zip(phases.tolist(), codes.tolist(), strict=True)]
+    rests = any(State.REST in word for word in words)
+    multiplier = 0.0 if rests else math.prod(slopes.tolist())
     late = (phases >= end).astype(np.int64)
     spans = gaps + np.roll(late, -1) - late  # periods between launches; a rest may begin before 2π and end after 2π
     names = [f"{spell(word)} {span}" for word, span in zip(words, spans, strict=True)]
@@ -329,7 +284,7 @@ def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:
         period=int(gaps.sum()),
         impacts=n,
         phases=np.roll(phases, -first),
-        speeds=np.roll(speeds, -first),
+        speeds=np.roll(speeds, 1 - first),
         gaps=np.roll(gaps, -first),
         multiplier=multiplier + 0.0,
         kind=kind_of(multiplier) if certain else UNDECIDED,

@@ -17,6 +17,7 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 from shutil import which
 from typing import Any
@@ -25,7 +26,7 @@ from vibrodrive.jit.compile import Kernel, Marked
 from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE, sum_of
 from vibrodrive.jit.sources import fingerprints
 
-MODULES = "jit.fletcher", "kernels.sampling", "kernels.single", "periodic.fixed_points", "explorer.density"
+MODULES = "kernels.sampling", "kernels.single", "periodic.fixed_points", "stability.impulses", "explorer.density"
 """Modules whose kernels, and those of the modules that they import, are made. `kernels` adds those of factories."""
 
 FEATURES = {
@@ -71,19 +72,67 @@ def _kind(given: Any) -> Any:
     return [_kind(each) for each in given]  # a tuple
 
 
-def _object(module: Any, symbol: str, name: str, machine: Any) -> bytes:
-    """Return machine code of one function of an LLVM module, under another name, with all that it calls."""
+def _entry(compiled: Any, context: Any, name: str) -> Any:
+    """Return an LLVM module with one function, which calls a kernel as `jit/shipped.py` describes it."""
+    from llvmlite import binding, ir
+    from numba.core import types
+
+    word, module = ir.IntType(64), ir.Module()
+    described = compiled.fndesc
+    kernel_type = context.call_conv.get_function_type(described.restype, described.argtypes)
+    kernel = ir.Function(module, kernel_type, described.llvm_func_name)
+    entry = ir.Function(module, ir.FunctionType(ir.VoidType(), [word.as_pointer()]), name)
+    builder, numbers, flat = ir.IRBuilder(entry.append_basic_block()), count(), []
+
+    def load() -> Any:
+        return builder.load(builder.gep(entry.args[0], [word(next(numbers))]))
+
+    def add(kind: Any) -> None:
+        if isinstance(kind, types.Array):
+            address, shape = load(), [load() for _ in range(kind.ndim)]
+            sizes = [word(context.get_abi_sizeof(context.get_data_type(kind.dtype)))]
+            for length in reversed(shape):
+                sizes.insert(0, builder.mul(sizes[0], length))
+            elements = builder.udiv(sizes[0], sizes[-1])
+            flat.extend([word(0), word(0), elements, sizes[-1], address, *shape, *sizes[1:]])  # no owner
+        elif isinstance(kind, types.Number | types.Boolean):
+            flat.append(load())
+        else:  # a tuple
+            for each in kind:
+                add(each)
+
+    for kind in described.argtypes:
+        add(kind)
+    out, exception, *parameters = kernel.args
+    arguments = [_as(builder, value, each.type) for value, each in zip(flat, parameters, strict=True)]
+    pointers = [builder.bitcast(entry.args[0], each.type) for each in (out, exception)]  # no kernel raises an exception
+    builder.call(kernel, [*pointers, *arguments])
+    builder.ret_void()
+    return binding.parse_assembly(str(module))
+
+
+def _as(builder: Any, word: Any, kind: Any) -> Any:
+    """Return a word as a value of an LLVM type: an address, a float or an integer."""
+    from llvmlite import ir
+
+    if isinstance(kind, ir.PointerType):
+        return builder.inttoptr(word, kind)
+    return builder.bitcast(word, kind) if isinstance(kind, ir.DoubleType) else builder.trunc(word, kind)
+
+
+def _object(module: Any, entry: Any, name: str, machine: Any) -> bytes:
+    """Return machine code of the function `name` of the LLVM module `entry`, with all that it calls in `module`."""
     from llvmlite import binding
 
     module = binding.parse_bitcode(module.as_bitcode())
+    module.link_in(entry)
     for each in (*module.functions, *module.global_variables):
-        if not each.is_declaration and each.name != symbol:
+        if not each.is_declaration and each.name != name:
             each.linkage = "internal"
     passes = binding.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
     passes.add_strip_dead_prototype_pass()
     passes.run(module, binding.create_pass_builder(machine, binding.create_pipeline_tuning_options(speed_level=0)))
-    module.get_function(symbol).name = name
     return machine.emit_object(module)
 
 
@@ -130,7 +179,8 @@ def make_library(level: str, folder: Path, kernels: Iterable[Kernel]) -> dict[st
             symbol = f"kernel{number}"
             signature = compiled.signature
             table[kernel.name] = symbol, [_kind(each) for each in signature.args], _kind(signature.return_type)
-            code = _object(compiled.library._final_module, compiled.fndesc.llvm_func_name, symbol, machine)
+            entry = _entry(compiled, kernel.dispatcher.targetctx, symbol)
+            code = _object(compiled.library._final_module, entry, symbol, machine)
             objects.append(Path(scratch) / f"{symbol}.o")
             objects[-1].write_bytes(code)
         options = ["-shared", "-nostdlib", "-Wl,--build-id=none", "-Wl,--strip-all", "-Wl,-z,noexecstack"]

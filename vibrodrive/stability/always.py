@@ -226,7 +226,7 @@ class _Search:
                 value *= ratio
             return value
         while value > LEAST:
-            above, value, ratio = value, value / ratio, ratio**2
+            above, value, ratio = value, value / ratio, ratio * ratio
             if self.intervals(value) is not None:
                 return self.between(value, above)
         return 0.0

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import TracebackType
@@ -17,6 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from vibrodrive.batch.parallel import Pool
 from vibrodrive.batch.records import Arrays
 from vibrodrive.batch.sweep import fill
 from vibrodrive.batch.trajectory import Trajectory, follow, main_impacts
@@ -60,17 +60,17 @@ class Motion:
         """The same motion with all its switches, computed at the first access."""
         return self._followed()
 
-    @property
-    def switches(self) -> np.ndarray:
-        return self.trajectory.switches
-
     def copy(self) -> Motion:
         """Return a copy, which does not keep the arrays of the motions computed together with this one in memory."""
         return replace(self, section=self.section.copy())
 
+    def seen(self, criterion: Criterion) -> Motion | Trajectory:
+        """Return the motion as the criterion needs it: with all its switches, or with main impacts only."""
+        return self.trajectory if criterion.needs_switches else self
+
     def keeps(self, base: ReferenceOrbit, criterion: Criterion) -> bool:
         """Return True if the motion satisfies the criterion."""
-        switches = self.switches if criterion.needs_switches else None
+        switches = self.trajectory.switches if criterion.needs_switches else None
         return keeps(base, self.section, self.impacts, criterion.names, switches)
 
 
@@ -95,7 +95,7 @@ class Evaluator:
         self._column = COLUMNS.index(disturbance)
         self._threads = threads
         self._halt = halt
-        self._ahead = ThreadPoolExecutor(1, thread_name_prefix="limits")
+        self._ahead = Pool(1, thread_name_prefix="limits")
 
     def __enter__(self) -> Evaluator:
         return self
@@ -105,10 +105,11 @@ class Evaluator:
             self._halt.call()
         self._ahead.shutdown()
 
-    def undisturbed(self, numbers: np.ndarray, criterion: Criterion) -> list[ReferenceOrbit | Status]:
+    def undisturbed(self, numbers: np.ndarray, criterion: Criterion | None = None) -> list[ReferenceOrbit | Status]:
         """Return the orbit on which the undisturbed motion settles, for each point, or the reason why there is none.
 
-        `numbers` are the numbers of the points in the plan.
+        `numbers` are the numbers of the points in the plan. Without a criterion the orbits have no words, which take
+        most of the time.
         """
         points = self._plan.rows(numbers)
         points[:, COLUMNS.index("eps")] = 0.0
@@ -117,7 +118,7 @@ class Evaluator:
         settings = Settings(transient=max(SETTLING, s.transient), periods=WATCHED, budget=s.budget)
         orbits: list[ReferenceOrbit | Status] = []
         for motion in self._motions(points, settings):
-            orbit = reference_orbit(motion.trajectory if criterion.needs_switches else motion)
+            orbit = reference_orbit(motion if criterion is None else motion.seen(criterion))
             orbits.append(orbit or (Status.NO_ORBIT if motion.complete else Status.BUDGET))
         return orbits
 
@@ -126,15 +127,15 @@ class Evaluator:
         requests: Sequence[tuple[int, Owner, np.ndarray]],
         ask: Callable[[Owner, Motion], T],
         one_by_one: bool = False,
-        periods: int | None = None,
+        **brief: int,
     ) -> list[list[T]]:
         """Return the results of ask(owner, motion), one list for each request, asked in the order of the disturbances.
 
         A request is (number of a point, its owner, such as an orbit, disturbances). If `one_by_one`, each motion is
         computed separately with all its switches, and each thread computes one motion at a time. Otherwise the records
-        may have fewer `periods` than those of the plan.
+        may be `brief`, with a smaller `transient` or fewer `periods` than those of the plan.
         """
-        settings = replace(self._plan.settings, periods=periods or self._plan.settings.periods)
+        settings = replace(self._plan.settings, **brief)
         owners = [owner for _, owner, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
         points[:, self._column] = np.concatenate([values for _, _, values in requests])
@@ -144,7 +145,7 @@ class Evaluator:
 
     def _single_motions(self, points: np.ndarray) -> Iterator[Motion]:
         """Yield the motions at these points with all their switches, in order. At most SINGLE of them are in memory."""
-        with ThreadPoolExecutor(self._threads) as pool:
+        with Pool(self._threads) as pool:
             for at in range(0, len(points), SINGLE):
                 yield from pool.map(self._compute_single, points[at : at + SINGLE])
 

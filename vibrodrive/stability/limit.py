@@ -16,9 +16,10 @@ motions of all searches (evaluate.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from functools import cached_property, partial
+from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 
@@ -26,20 +27,20 @@ from vibrodrive.batch.sweep import check_threads
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
-from vibrodrive.model.keywords import as_written
-from vibrodrive.model.names import ETA
+from vibrodrive.model.keywords import Point, takes
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import How
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
-from vibrodrive.model.slips import forgotten, unlikely, warn
+from vibrodrive.model.slips import names_scene, unlikely, warn
 from vibrodrive.stability.always import Always, find_always
 from vibrodrive.stability.criterion import IMPACTS, Criterion, parse_criterion
 from vibrodrive.stability.evaluate import Evaluator, Motion, explain_loss
+from vibrodrive.stability.impulses import Tolerated, find_tolerated, velocity_beside
 from vibrodrive.stability.limit_search import GRIDS, Band, BandSearch, search_band
-from vibrodrive.stability.main_impacts import LEAST_BEGINNINGS, never_follows
+from vibrodrive.stability.main_impacts import LEAST_BEGINNINGS, ImpactCycle, never_follows
 from vibrodrive.stability.structure import ReferenceOrbit, Structure, compare_structure
 
 Disturbance: TypeAlias = Literal["eps", "dtau"]
@@ -55,14 +56,18 @@ AT_A_TIME = 128
 TOGETHER = 16
 """Least number of motions in a sweep: two registers of lanes. Few searches ask for more values each, in advance."""
 
-BELOW_ALWAYS = 0.8
-"""Share of the limit for all times at which a search for `k2` begins. No value tried below it was lost: at the 205
-values of configs/limits.toml, at 120 points beside grazings and bifurcations, and at 100 random ones."""
-
 BRIEF_PERIODS = 160
 """Length of a brief record in periods. It proves nine of ten losses, in half the time of a record of 1500 periods after
 a transient of 1000. It serves for values above the first loss, whose motions appear in no result, if these are so many
 that one more sweep leaves few lanes empty, and if it saves at least half of the time."""
+
+GLANCES = np.array([GRIDS["eps"].value(k) for k in range(0, 64, 8)])
+"""Values of ε, from 1e-6 to 2.5e-3, whose brief records tell where a search for `k2` begins: at BELOW_GLANCE times the
+largest one below which all are kept. So half of the values up to the first loss are not tried. No value of the grid
+below the beginning was lost: at the 205 values of configs/limits.toml, and at 300 random A, B and η."""
+
+BELOW_GLANCE = 0.5
+BRIEF_TRANSIENT = 64  # largest transient of these records in periods; at most the transient of the motion
 
 
 @dataclass(frozen=True, repr=False)
@@ -109,7 +114,8 @@ class Limit:
         OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
     always : Always or None
         limit for all times, starts and phases of the disturbance (always.py), with the intervals of starts; None for
-        another disturbance than ε, another method than certified, another criterion than "impacts", or no impacts.
+        another disturbance than ε, another method than certified, another criterion than "impacts", or no impacts. It
+        is computed when it is first asked for, which takes some seconds.
     k2_always : float
         the largest ε up to which the structure is kept for all times, for all starts in these intervals, and for all
         phases of the disturbance; NaN without `always`. It is a lower bound of the limit over any number of periods,
@@ -118,6 +124,17 @@ class Limit:
         least width of the intervals of starts, as a phase in radians; NaN without `always`.
     scene : Scene or None
         machine in SI units, if it was given.
+    find_always : function or None
+        computes `always`.
+    cycle : ImpactCycle or None
+        main impacts of the undisturbed orbit.
+    tolerated : Tolerated
+        what *every* disturbance may be (impulses.py), computed when it is first asked for. The main impacts follow each
+        other as in the orbit for ever, whatever the disturbance, if its impulse over any span of time stays below
+        `velocity_any`, or if it is a force below `force_any`. Both are NaN where nothing is proved; `any_how` says what
+        is not proved beyond `velocity_any`, or at all.
+    tolerated_gaps : Tolerated
+        the same for the gaps alone, where main impacts may change places, such as two that are nearly alike.
     """
 
     A: float
@@ -139,8 +156,9 @@ class Limit:
     how: str = ""
     code: int = -1
     status: Status = Status.OK
-    always: Always | None = None
     scene: Scene | None = None
+    find_always: Callable[[], Always] | None = field(default=None, repr=False, compare=False)
+    cycle: ImpactCycle | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         si = f" ({1e3 * self.velocity_si:.4g} mm/s)" if self.scene is not None else ""
@@ -156,6 +174,10 @@ class Limit:
         """
         return value * (self.A * self.eta) if self.disturbance == "eps" else value
 
+    @cached_property
+    def always(self) -> Always | None:
+        return None if self.find_always is None else self.find_always()
+
     @property
     def k2_always(self) -> float:
         return math.nan if self.always is None else self.always.k2
@@ -163,6 +185,43 @@ class Limit:
     @property
     def starts_width(self) -> float:
         return math.nan if self.always is None else self.always.starts_width
+
+    @cached_property
+    def tolerated(self) -> Tolerated:
+        return find_tolerated(self.A, self.B, self.cycle)
+
+    @cached_property
+    def tolerated_gaps(self) -> Tolerated:
+        return find_tolerated(self.A, self.B, self.cycle, ordered=False)
+
+    @property
+    def velocity_any(self) -> float:
+        return self.tolerated.velocity
+
+    @property
+    def force_any(self) -> float:
+        return self.tolerated.force
+
+    @property
+    def any_how(self) -> str:
+        return self.tolerated.beyond.meaning if self.n else self.how
+
+    @property
+    def velocity_any_si(self) -> float:
+        """`velocity_any` in m/s; NaN without a scene. A mass m takes a blow of m times this impulse."""
+        return math.nan if self.scene is None else float(self.scene.velocity(self.velocity_any))
+
+    @property
+    def force_any_si(self) -> float:
+        """`force_any` in N, without a mass in N/kg; NaN without a scene."""
+        return math.nan if self.scene is None else float(self.scene.force(self.force_any))
+
+    def velocity_any_at(self, force: float) -> float:
+        """Return `velocity_any` for disturbances to which any force of at most `force` is added; NaN if none is proved.
+
+        `force` is dimensionless, from 0 to `force_any`.
+        """
+        return math.nan if self.cycle is None else velocity_beside(self.A, self.B, self.cycle, force)
 
     @property
     def velocity(self) -> float:
@@ -183,7 +242,7 @@ class Limit:
         return self.as_velocity(self.last_kept)
 
 
-@as_written
+@takes(Point[float], periods=1500)
 def limit(
     written: Mapping[str, Any],
     /,
@@ -192,31 +251,14 @@ def limit(
     method: MethodLike | None = None,
     criterion: str = IMPACTS,
     *,
-    scene: Scene | None = None,
-    B: float = 0.1,
-    eps: float = 0.0,
-    eta: float = ETA,
-    dtau: float | None = None,
-    tol: float | None = None,
-    xi0: float = 0.0,
-    dxi0: float = 0.0,
-    tau0: float = 0.0,
-    transient: int = 1000,
-    periods: int = 1500,
-    section_phase: float = 0.0,
-    budget: int = 100_000,
-    a0: float | None = None,
-    omega0: float | None = None,
-    frequency: float | None = None,
-    mu: float | None = None,
-    alpha: float | None = None,
-    mass: float | None = None,
-    g: float | None = None,
     threads: int | None = None,
+    **parameters: Unpack[Point[float]],
 ) -> Limit:
     """Find the limit k₂ of practically orbital stability (§1) at one A.
 
-    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit.
+    k₂ is the smallest disturbance at which a motion loses the structure of the undisturbed orbit. All parameters apply
+    to each disturbed motion, except the quantity that `disturbance` names, which is left out. For a limit in ε, the
+    methods "muller" and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
 
     Parameters
     ----------
@@ -233,15 +275,9 @@ def limit(
         condition on the disturbed motion, in comparison with the undisturbed orbit. "impacts": the main impacts
         (docs/stability.md) follow each other as in the orbit. "word": the states between the main impacts are those of
         the orbit. Both conditions may be joined by "and".
-    scene, a0, omega0, frequency, mu, alpha, mass, g : optional
-        machine in SI units, or its quantities, which give A and B, as in `simulate`.
-    eps, dtau : float
-        values of disturbances. Leave out the quantity that `disturbance` names. For a limit in ε, the methods "muller"
-        and "fixed" need `dtau`. For a limit in Δτ, a value of `eps` disturbs the motion in addition.
-    B, eta, tol, xi0, dxi0, tau0, transient, periods, section_phase, budget
-        as in `simulate`; they apply to each disturbed motion.
     threads : int, optional
         number of threads; by default the number of threads of Numba (`numba.set_num_threads`).
+    **parameters
 
     Returns
     -------
@@ -256,6 +292,7 @@ def limit(
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
         `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
+        `velocity_any` and `force_any` are the impulse and the force below which no disturbance destroys the structure.
         `velocity_si` is the limit as a velocity in m/s, if there is a scene.
 
     Raises
@@ -269,8 +306,7 @@ def limit(
     Warns
     -----
     UserWarning
-        for values that are probably a mistake: those of `simulate`; A <= 1 + B, at which the mass never leaves the
-        obstacle; or an A that is above 100 and above 100 B.
+        for values that are probably a mistake: those of `simulate`.
 
     Examples
     --------
@@ -288,7 +324,7 @@ def limit(
     refuse_axes(plan.axes, ' (for axes use `sweep` with record = "limit")')
     refuse_idle(plan, written)
     search = LimitSearch(plan, parse_criterion(criterion), check_threads(threads))
-    warn([*unlikely(plan, of_scene=True), *forgotten(A, plan.scalars.get("B"))])
+    warn(unlikely(plan, names_scene(written, plan)))
     with above("the progress of a call")("limit"):
         ((_, found),) = search.run([0])
     if found.status == Status.TOO_SHORT:
@@ -324,10 +360,8 @@ class _Problem:
     lost, kept : the least value found to be lost and the largest value kept below it, with the motions at these values.
     """
 
-    def __init__(
-        self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion, always: Always | None = None
-    ) -> None:
-        self.index, self.base, self.always = index, base, always
+    def __init__(self, index: int, base: ReferenceOrbit, search: BandSearch, wanted: Criterion) -> None:
+        self.index, self.base = index, base
         self.kept: tuple[float, Motion | None] = (0.0, None)
         self.lost: tuple[float, Motion | None] = (math.inf, None)
         self._search, self._wanted = search, wanted
@@ -419,20 +453,36 @@ class LimitSearch:
                 how = bad("periods", periods, f"{enough} at A = {self.plan.arguments(index)['A']:g})")
                 yield index, self._limit(index, n=base.n, how=how, status=Status.TOO_SHORT)
             else:
-                always = self._always(index, base)
-                begin = 0.0 if always is None else BELOW_ALWAYS * always.k2
-                search = search_band(GRIDS[self.plan.sought], ahead, begin)
-                begun.append(_Problem(index, base, search, self.wanted, always))
-        active += begun
-        for problem in begun:
+                begun.append((index, base))
+        for (index, base), begin in zip(begun, self._beginnings(begun, evaluator), strict=True):
+            active.append(_Problem(index, base, search_band(GRIDS[self.plan.sought], ahead, begin), self.wanted))
+        for problem in active[len(active) - len(begun) :]:
             problem.begin()
 
-    def _always(self, index: int, base: ReferenceOrbit) -> Always | None:
-        """Return the limit of an orbit for all times, where it is defined."""
-        plan, s = self.plan, self.plan.settings
-        if plan.sought != "eps" or s.method != Method.CERTIFIED or self.wanted.names != (IMPACTS,) or not base.cycle:
+    @property
+    def _of_force(self) -> bool:
+        """Whether limits are those of the impacts of certified motions in ε."""
+        way = self.plan.sought, self.plan.settings.method, self.wanted.names
+        return way == ("eps", Method.CERTIFIED, (IMPACTS,))
+
+    def _beginnings(self, begun: Sequence[tuple[int, ReferenceOrbit]], evaluator: Evaluator) -> list[float]:
+        """Return the disturbance at which the search for the limit of each orbit begins."""
+        if not begun or not self._of_force:
+            return [0.0] * len(begun)
+        answers = evaluator.answers(
+            [(index, base, GLANCES) for index, base in begun],
+            lambda base, motion: motion.keeps(base, self.wanted),
+            transient=min(self.plan.settings.transient, BRIEF_TRANSIENT),
+            periods=min(self.plan.settings.periods, BRIEF_PERIODS),
+        )
+        return [BELOW_GLANCE * GLANCES[: [*kept, False].index(False)].max(initial=0.0) for kept in answers]
+
+    def _always(self, index: int, base: ReferenceOrbit) -> Callable[[], Always] | None:
+        """Return a function that finds the limit of an orbit for all times, where it is defined."""
+        if not self._of_force or base.cycle is None:
             return None
-        return find_always(plan.rows(np.array([index]))[0], base.cycle, s, self.threads, self.halt)
+        point = self.plan.rows(np.array([index]))[0]
+        return partial(find_always, point, base.cycle, self.plan.settings, self.threads, Halt())
 
     def _advanced(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
         """Compute what the searches request. Remove those that end, and yield (number of the point, Limit) for each."""
@@ -459,16 +509,18 @@ class LimitSearch:
 
     def _explained(self, problem: _Problem, band: Band) -> Limit:
         """Return the limit of a search that has ended."""
-        numbers = {"k2": band.lost, **band._asdict(), "n": problem.base.n, "always": problem.always}
+        base = problem.base
+        numbers = {"k2": band.lost, **band._asdict(), "n": base.n, "cycle": base.cycle}
+        numbers["find_always"] = self._always(problem.index, base)
         del numbers["lost"]
         if (motion := problem.lost[1]) is None:
             how: dict[str, Any] = {"how": f"the criterion holds up to {band.searched_to:g}", "code": How.KEPT}
             return self._limit(problem.index, **numbers, **how)
-        lost = compare_structure(problem.base, motion)
+        lost = compare_structure(problem.base, motion.seen(self.wanted))
         code, text = explain_loss(self.wanted, problem.base, motion, lost)
         if (below := problem.kept[1]) is None:
             text = f"k2 is below the smallest value tried: {text}"
-        kept = None if below is None else compare_structure(problem.base, below)
+        kept = None if below is None else compare_structure(problem.base, below.seen(self.wanted))
         return self._limit(problem.index, **numbers, kept=kept, lost=lost, code=code, how=text)
 
     def _limit(self, index: int, **found: Any) -> Limit:

@@ -6,6 +6,7 @@ structure was *kept*, and False if the structure was *lost*. So the motions of m
 
 import math
 from collections.abc import Callable, Generator, Mapping, Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +36,8 @@ def _round_values(k: int) -> float:
 
 
 GRIDS = {
-    "eps": Grid(lambda k: 1e-6 * 1.15**k, 16, 1e-12, 1.0, 4),  # one narrow edge: a ratio of 1.15 is enough
+    # one narrow edge: a ratio of 1.15 is enough. The last bits of a power of floats depend on the machine
+    "eps": Grid(lambda k: 1e-6 * float(Fraction(1.15) ** k), 16, 1e-12, 1.0, 4),
     "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses: the grid is finer
 }
 
@@ -99,13 +101,14 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float =
         if loss is not None and value(top) > BEYOND * value(max(last, loss)):
             break
         needed = _up_to(grid, top + 1, top + grid.batch)
-        if loss is None:
+        lost = loss or next((top + 1 + i for i, x in enumerate(needed) if known.get(x) is False), None)
+        if lost is None:
             likely = _up_to(grid, top + 1, top + ahead())
         else:
             end = top
-            while value(end) <= BEYOND * value(max(last, loss)):
+            while value(end) <= BEYOND * value(max(last, lost)):
                 end += grid.batch
-            likely = [*_up_to(grid, top + 1, end), *_between(value(loss - 1), value(loss))[: max(PAIR, ahead())]]
+            likely = [*_up_to(grid, top + 1, end), *_between(value(lost - 1), value(lost))[: max(PAIR, ahead())]]
         for k, kept in enumerate((yield from _ask(known, needed, likely)), top + 1):
             if not kept and loss is None:
                 loss = k

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Callable, Collection, Generator, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from pickle import PicklingError
 from unicodedata import normalize
 
 import numpy as np
 
 from vibrodrive.batch import sweep
+from vibrodrive.batch.parallel import Pool
 from vibrodrive.batch.trajectory import Trajectory, follow
-from vibrodrive.jit.slices import Halt
+from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.above import above
 from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
@@ -27,13 +29,17 @@ from vibrodrive.model.parameters import COLUMNS, bad, unknown
 from vibrodrive.model.physical import UNITS, column
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
-from vibrodrive.model.records import IMPACTS, SECTION, functions
+from vibrodrive.model.records import IMPACTS, IMPULSES, SECTION, functions
 from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
 from vibrodrive.stability.criterion import IMPACTS as KEEPS_IMPACTS
 from vibrodrive.stability.criterion import parse_criterion
+from vibrodrive.stability.evaluate import Evaluator
+from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.limit import LimitSearch
+from vibrodrive.stability.main_impacts import ImpactCycle
+from vibrodrive.stability.structure import ReferenceOrbit
 
 TAKEN = {*BY_RECORDS, *NAMES, *dir(Results), *ATTRIBUTES}
 """Names that a number of a function cannot have, because results, figures and files use them."""
@@ -103,6 +109,32 @@ def find_limits(
             give(empty.pop(span))
 
 
+def find_impulses(
+    plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
+) -> None:
+    """Find what every disturbance may be at the points of some blocks, and call `give` with each block."""
+
+    def write(block: Block, at: int, base: ReferenceOrbit | Status) -> None:
+        if halt.called:
+            raise Halted
+        if isinstance(base, Status):
+            block.status[at] = base
+            return
+        point = plan.points(block.start + at, block.start + at + 1)[0]
+        A, B = (float(point[COLUMNS.index(name)]) for name in ("A", "B"))
+        found = find_tolerated(A, B, base.cycle)
+        values = found.velocity, found.force, found.beyond
+        for q, value in zip(IMPULSES.quantities, values, strict=True):
+            block.records[q.name][at] = value
+
+    with Evaluator(plan, plan.sought, threads, halt) as evaluator, Pool(threads) as pool:
+        for index, start, stop in blocks:
+            block = _empty(plan, index, start, stop)
+            orbits = evaluator.undisturbed(np.arange(start, stop))
+            list(pool.map(partial(write, block), range(stop - start), orbits))
+            give(block)
+
+
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
     """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
     n, halt = stop - start, halt or Halt()
@@ -111,7 +143,7 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
     if together:
         plain = sweep.compute(replace(plan, record=together, stored=None), start, stop, threads, halt)
         block = plain._replace(records={**block.records, **plain.records})
-    with ThreadPoolExecutor(min(threads, n)) as pool:
+    with Pool(min(threads, n)) as pool:
         raised = list(pool.map(lambda at: _take_numbers(plan, block, at, halt), range(n)))
     return block._replace(raised=tuple(one for one in raised if one is not None))
 
@@ -204,11 +236,14 @@ def place(plan: Plan, at: int) -> str:
 def load_kernels(plan: Plan) -> None:
     """Load or compile the kernels of a plan, before its time is measured."""
     short = replace(plan.settings, transient=0, periods=1)
-    if not plan.seeks:
+    of_motion = [one for one in plan.record if isinstance(one, OfMotion)]
+    if of_motion:
         motion = motion_at(replace(plan, settings=short), 0)
-        for one in plan.record:
-            if isinstance(one, OfMotion) and one.alone:
+        for one in of_motion:
+            if one.alone:
                 one.numbers(motion)
         return
-    axes = {**plan.axes, plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])}
-    sweep.load_kernels(replace(plan, axes=axes, settings=short, record=(SECTION, IMPACTS)))
+    sought = {plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])} if plan.seeks else {}
+    sweep.load_kernels(replace(plan, axes={**plan.axes, **sought}, settings=short, record=(SECTION, IMPACTS)))
+    if not plan.seeks:
+        find_tolerated(2.0, 0.1, ImpactCycle(np.ones(1), np.zeros(1), np.ones(1)))

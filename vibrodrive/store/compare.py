@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrodrive.errors import Different
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import Records, functions
+from vibrodrive.model.records import functions
 from vibrodrive.store.describe import settings_in_words
 
 
@@ -19,7 +19,7 @@ def joined(path: Path, stored: Plan, plan: Plan) -> Plan:
     if differences := compare(stored, plan):
         told = f"made from another configuration: {'; '.join(differences)}"
         raise Different(f"{path}: {told}. A file cannot be extended; choose another file")
-    return replace(stored, record=_continued(stored, plan))
+    return replace(stored, record=plan.record)
 
 
 def written(stored: Plan, configured: Plan) -> Plan:
@@ -30,7 +30,7 @@ def written(stored: Plan, configured: Plan) -> Plan:
 
 def compare(stored: Plan, plan: Plan) -> list[str]:
     """Return the differences between a stored plan and `plan` as texts."""
-    there, here = _flat(stored), _flat(replace(plan, record=_continued(stored, plan)))
+    there, here = _flat(stored), _flat(plan)
     found = []
     for key in [*there, *(k for k in here if k not in there)]:
         a, b = there.get(key), here.get(key)
@@ -43,12 +43,6 @@ def compare(stored: Plan, plan: Plan) -> list[str]:
     return found
 
 
-def _continued(stored: Plan, plan: Plan) -> Records:
-    """Return the records of a call as the file describes them."""
-    there = {one: one for one in stored.record}
-    return tuple(one.continued(there.get(one, one)) for one in plan.record)
-
-
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
     scalars = {k: np.asarray(v) for k, v in plan.scalars.items() if k not in plan.axes}
     together = {f"points.{name}": values for name, values in plan.together.items()}
@@ -57,17 +51,16 @@ def _flat(plan: Plan) -> dict[str, np.ndarray]:
 
 
 def _other_functions(stored: Plan, plan: Plan) -> str:
-    """Return the difference between the records of two plans. A text of a file contains hashes, which say nothing."""
-    if stored.record != plan.record:
-        lacking = {*functions(stored.record)} - {*plan.record}
-        only = " (only a call of vd.sweep has functions)" if lacking else ""
-        return _difference("record", *(np.asarray(", ".join(p.record)) for p in (stored, plan))) + only
-    known = {one: one.outline for one in stored.record}
-    for one in functions(_continued(stored, plan)):
-        if one.outline != known[one]:
-            values = f" or a value that it uses ({', '.join(one.uses)})" if one.uses else ", a default or an argument"
-            return f"record {one} is another function in the file: its source{values} differs"
-    return _difference("record", *(np.asarray(", ".join(p.record)) for p in (stored, plan)))
+    """Return the difference between the records of two plans."""
+    lacking = {*functions(stored.record)} - {*plan.record}
+    only = " (only a call of vd.sweep has functions)" if lacking else ""
+    same = stored.record == plan.record
+    return (
+        _difference(
+            "record", *(np.asarray(", ".join(one.outline if same else one for one in p.record)) for p in (stored, plan))
+        )
+        + only
+    )
 
 
 def _difference(name: str, there: np.ndarray | None, here: np.ndarray | None) -> str:

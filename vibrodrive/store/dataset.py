@@ -12,7 +12,7 @@ from vibrodrive.batch.frames import made_of
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import column
 from vibrodrive.model.plan import POINT
-from vibrodrive.model.quantities import CHECKSUM, IMPACT_POWER, Quantity, values_of
+from vibrodrive.model.quantities import IMPACT_POWER, Quantity, values_of
 from vibrodrive.model.records import IMPACTS, SECTION
 from vibrodrive.model.results import Results
 from vibrodrive.store import layout
@@ -90,7 +90,7 @@ def _variables(
     power = [IMPACT_POWER] if results.plan.summarised and results.measure("energy").si != "1" else []
     for q in (*layout.variables_of(results.plan), *power):
         extra = (q.along,) if q.along else ()
-        if q is not CHECKSUM and wanted in (None, extra):
+        if wanted in (None, extra):
             unit = results.measure(q.name)
             about = {"units": q.unit if unit.si == "1" else unit.si, "long_name": unit.words(q.meaning)}
             yield extra, q, unit.of(values_of(results, q)), about | flags.get(q.variable, {})

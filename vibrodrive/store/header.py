@@ -1,32 +1,32 @@
 """Open a result file, and read and check its header."""
 
 import contextlib
-import errno
 import io
 import itertools
 import json
-import math
 import os
-import re
 import stat
-import time
 import traceback
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 
-from vibrodrive.errors import Busy, Damaged, NoResult, Unwritable, VibrodriveError
-from vibrodrive.model.names import AXES, Settings
+from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
+from vibrodrive.model.choices import Method
+from vibrodrive.model.names import AXES, NAMES, Settings
 from vibrodrive.model.own import Own
-from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.quantities import Quantity
+from vibrodrive.model.parameters import check, check_count, has_control
+from vibrodrive.model.plan import POINT, Plan, make_plan
+from vibrodrive.model.quantities import SCALES, Quantity
 from vibrodrive.model.records import SECTION, Record, quantities, read_record
+from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.store import layout
 from vibrodrive.store.describe import plain
-from vibrodrive.store.layout import READABLE, SCHEMA, SWEEP, Origin, chunk_of, coordinates, digest, variables_of
+from vibrodrive.store.layout import DIGESTS, NUMBER, SCHEMA, SWEEP, Origin, coordinates, digest, variables_of
 from vibrodrive.store.netcdf import attribute
 from vibrodrive.version import __version__
 
@@ -99,45 +99,17 @@ def open_result(path: Path) -> Iterator[h5py.File]:
 
 
 def _opened(path: Path, access: h5py.h5p.PropFAID) -> h5py.File:
-    """Open a result file by HDF5. Raises Damaged.
-
-    While another process writes the file, it may be shorter for a moment than its header tells.
-    """
-    waits = iter((0.01, 0.1, 0.4))
-    while True:
-        try:
-            return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
-        except (OSError, OverflowError) as error:  # an address that is too large
-            truncated = "truncated" in str(error)
-            if truncated and (wait := next(waits, 0.0)):
-                time.sleep(wait)
-                continue
-            what = "truncated" if truncated else f"too damaged to be read ({error})"
-            raise Damaged(f"{path}: {what}; {RESTORE}") from error
-
-
-def open_to_write(path: Path) -> h5py.File:
-    """Open a result file to change it. Raises Busy if this process has it open, and Unwritable.
-
-    HDF5's own lock would exclude readers. The lock of lock.py excludes a second writer.
-    """
+    """Open a result file by HDF5. Raises Damaged."""
     try:
-        return h5py.File(path, "r+", locking=False, rdcc_nbytes=0)
-    except OSError as error:
-        for words, doing in (("already open for read-only", "reading"), ("flag values don't match", "writing")):
-            if words in str(error):
-                raise Busy(f"{path}: open for {doing} in this process (h5py, xarray); close it first") from None
-        raise unwritable(error, path) from None
+        return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
+    except (OSError, OverflowError) as error:  # an address that is too large
+        what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
+        raise Damaged(f"{path}: {what}; {RESTORE}") from error
 
 
-def unwritable(error: BaseException, path: Path) -> Unwritable:
-    """Return Unwritable with the words of the system, from an error of HDF5 with a message of many lines."""
-    number = getattr(error, "errno", None) or re.search(r"errno = (\d+)", str(error))
-    code = int(number[1]) if isinstance(number, re.Match) else number or errno.EIO
-    what = os.strerror(code)
-    if "lock file" in str(error):  # HDF5 locks against `locking=False` if HDF5_USE_FILE_LOCKING is set
-        what += " (HDF5's own lock; HDF5_USE_FILE_LOCKING=FALSE turns it off, this program has another one)"
-    return Unwritable(code, what, str(path))
+def unwritable(error: OSError, path: Path) -> Unwritable:
+    """Return Unwritable with the words of the system."""
+    return Unwritable(error.errno, error.strerror, str(path))
 
 
 def damaged(path: str | Path, what: str) -> Damaged:
@@ -149,15 +121,6 @@ def rewritten(path: str | Path, what: str, readers: str = "h5py, xarray and othe
     """Return the error for a file that another program has written anew from one of this program."""
     told = f"rewritten by another program ({what}): its numbers can be read by {readers}, but it cannot be resumed"
     return NoResult(f"{path}: {told}")
-
-
-MARKS = ("_NCProperties", "history")
-"""Attributes that the netCDF library, h5netcdf and NCO leave in a file that they write."""
-
-
-def _altered(file: h5py.File, what: str) -> NoResult:
-    """Return the error for contents that are not those that this program has written."""
-    return rewritten(file.filename, what) if any(m in file.attrs for m in MARKS) else damaged(file.filename, what)
 
 
 @contextlib.contextmanager
@@ -215,8 +178,10 @@ def check_kind(file: h5py.File) -> None:
             raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
         if lacking := [name for name in NEEDED if name not in file.attrs]:
             raise rewritten(path, f"without the attribute {lacking[0]}")
-        if (found := attribute(file, SCHEMA)) not in READABLE:
-            raise of_another_version(file, f"{SCHEMA} = {found}: must be {' or '.join(map(str, READABLE))}")
+        if (found := attribute(file, SCHEMA)) != NUMBER:
+            raise of_another_version(file, f"{SCHEMA} = {found}: must be {NUMBER}")
+        if DIGESTS not in file:
+            raise rewritten(path, f"without the group {DIGESTS}")
 
 
 NEEDED = (SCHEMA, "title", "config", "overrides", "versions", "plan", "plan_sha256")
@@ -233,7 +198,10 @@ def of_another_version(file: h5py.File, what: str) -> NoResult:
 
 def versions_of(file: h5py.File) -> dict[str, str]:
     """Return the versions of the program and of its libraries that have laid out an open file."""
-    return dict(json.loads(attribute(file, "versions")))
+    versions: dict[str, str] = _parsed(file, "versions", dict)
+    if "vibrodrive" not in versions:
+        raise damaged(file.filename, "versions: without that of the program")
+    return versions
 
 
 @contextlib.contextmanager
@@ -248,49 +216,115 @@ def reading(path: Path) -> Iterator[h5py.File]:
 def identity(file: h5py.File) -> tuple[object, ...]:
     """Return what distinguishes the file of a sweep from the files of other sweeps and versions. It never changes, also
     while the file is written or resumed."""
-    names = [name for name in ("plan_sha256", "versions") if name in file.attrs]
-    return *(attribute(file, name) for name in names), getattr(file.get("status"), "chunks", None)
+    return tuple(attribute(file, name) for name in ("plan_sha256", "versions") if name in file.attrs)
 
 
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     check_kind(file)
-    path = file.filename
-    with interpreting(path):
+    with interpreting(file.filename):
         for name, what in (("config", "configuration"), ("plan", "plan")):
-            if digest(attribute(file, name)) != attribute(file, f"{name}_sha256"):
-                raise _altered(file, f"the SHA-256 of the {what} differs from the stored SHA-256")
-        outline = json.loads(attribute(file, "plan"))
-        record = _record(file, outline)
-        stored = _stored(file, outline, quantities(record))
-        axes, together = ({name: _values(file, name) for name in outline.get(part, {})} for part in ("axes", "points"))
-        for name, sha in layout.digests(axes | together).items():
-            if sha != (outline["axes"] | outline.get("points", {}))[name]:
-                raise _altered(file, f"axis {name}: changed after it was written")
-        scalars = {k: math.nan if v is None else v for k, v in outline["scalars"].items()}
-        tiling = tuple(outline.get("tiling") or _variable(file, "status").chunks or ()) if axes else ()
-        plan = Plan(axes, scalars, Settings(**outline["settings"]), tiling or None, record, together, stored)
-        config, overrides, title = (attribute(file, name) for name in ("config", "overrides", "title"))
-        origin = Origin(config, tuple(json.loads(overrides)), title)
+            if digest(_text(file, name)) != attribute(file, f"{name}_sha256"):
+                raise damaged(file.filename, f"the SHA-256 of the {what} differs from the stored SHA-256")
+        try:
+            plan = _plan(file, _parsed(file, "plan", dict))
+        except VibrodriveError:
+            raise
+        except NO_PLAN as error:
+            raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
+        origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides", list)), _text(file, "title"))
         return Header(plan, origin, versions_of(file), how_rewritten(file, plan))
 
 
-def _variable(file: h5py.File, name: str) -> h5py.Dataset:
-    """Return a variable. Raises NoResult if the file has none of this name, and Damaged if its header is damaged."""
-    try:
-        if isinstance(data := file[name], h5py.Dataset):
-            return data
-    except KeyError:
-        if name not in [*file]:  # and not a damaged header
-            raise rewritten(file.filename, f"without the variable {name}") from None
-    raise damaged(file.filename, f"{name}: no variable")
+NO_PLAN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""Exceptions of values that are no plan, of another type or out of range."""
 
 
-def _values(file: h5py.File, name: str) -> np.ndarray:
-    """Return the values of a coordinate. Raises as `_variable`."""
-    data = _variable(file, name)
-    if not is_readable(data):
-        raise damaged(file.filename, f"axis {name}: {BAD_INDEX}")
+def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
+    """Return the plan of a file, checked like the arguments of a call. Raises NoResult and the exceptions NO_PLAN."""
+    record, axes, points = _record(file, outline), outline["axes"], outline.get("points", {})
+    stored = _stored(file, outline, quantities(record))
+    lengths = dict(zip(axes, variable(file, "status").shape, strict=True)) if axes else {}
+    lengths |= {name: lengths[POINT] for name in points}
+    values = {name: _values(file, name, n) for name, n in lengths.items()}
+    for name, sha in layout.digests(values).items():
+        if sha != (axes | points)[name]:
+            raise damaged(file.filename, f"axis {name}: changed after it was written")
+    given = dict(outline["scalars"])
+    follows = [name for name, of in (("A", "a0"), ("B", "alpha")) if name in given and of in {*given, *values}]
+    exact = {name: check(name, given.pop(name)) for name in follows}  # as on the machine that wrote the file
+    if unknown := [name for name, value in given.items() if value is None and name != "dtau"]:
+        raise ValueError(f"{unknown[0]} = None")
+    given |= {name: array for name, array in values.items() if name not in (POINT, *points)}
+    arguments = {"points" if name == POINT else name: given.get(name) for name in [*axes, *given]}
+    arguments |= {"points": {name: values[name] for name in points}} if points else {}
+    settings = outline["settings"] | {"method": Method(outline["settings"]["method"])}
+    plan = make_plan(arguments | settings | {"record": record})
+    tiling = tuple(check_count("tiling", n, 1) for n in outline["tiling"]) if axes else ()
+    cut = next((k for k, n in enumerate(tiling) if n > 1), len(tiling) - 1)
+    whole = all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True)))
+    if not whole:
+        raise ValueError(f"tiling = {tiling} of {plan.shape}")
+    return replace(plan, scalars=plan.scalars | exact, tiling=tiling or None, stored=stored)
+
+
+def _text(file: h5py.File, name: str) -> str:
+    """Return a text of the file. Raises Damaged for another value, and for characters that control a terminal."""
+    text = attribute(file, name)
+    if not isinstance(text, str) or _controls(text):
+        raise damaged(file.filename, f"{name}: not a text without control characters")
+    return text
+
+
+def _controls(text: str) -> bool:
+    """Return whether a text has control characters other than those of its lines."""
+    return has_control(text.translate(dict.fromkeys(map(ord, "\t\r\n"))))
+
+
+def _parsed(file: h5py.File, name: str, kind: type) -> Any:
+    """Return a value of type `kind` that the file contains as JSON. Raises Damaged as `_text`."""
+    value = json.loads(_text(file, name))
+    if not isinstance(value, kind) or any(map(_controls, _texts(value))):
+        raise damaged(file.filename, f"{name}: not a {kind.__name__} without control characters")
+    return value
+
+
+def _texts(value: object) -> Iterator[str]:
+    """Yield all texts in a value of JSON."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, list | dict):
+        for each in value if isinstance(value, list) else itertools.chain(*value.items()):
+            yield from _texts(each)
+
+
+def variable(file: h5py.File, name: str) -> h5py.Dataset:
+    """Return a variable. Raises NoResult if the file has none of this name, and Damaged if its header is damaged.
+
+    Links and variables that lead to other files are not followed.
+    """
+    data: Any = file
+    for part in name.split("/"):
+        link = data.get(part, getlink=True)
+        if link is None:
+            raise rewritten(file.filename, f"without the variable {name}")
+        try:
+            data = data[part] if isinstance(link, h5py.HardLink) else None
+        except KeyError:  # its header is damaged
+            data = None
+        if not isinstance(data, h5py.Group | h5py.Dataset):
+            raise damaged(file.filename, f"{name}: no variable of this file")
+    if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
+        raise damaged(file.filename, f"{name}: no variable of this file")
+    return data
+
+
+def _values(file: h5py.File, name: str, length: int) -> np.ndarray:
+    """Return the values of a coordinate. Raises as `variable`, for another length, and TooLarge."""
+    data = variable(file, name)
+    if data.shape != (length,):
+        raise damaged(file.filename, f"{name}: wrong shape")
+    refuse_large_reading(f"{file.filename}: {name}", data.nbytes)
     return np.asarray(data[...])
 
 
@@ -299,59 +333,19 @@ def how_rewritten(file: h5py.File, plan: Plan) -> str:
     not. Raises NoResult if one cannot be read."""
     found = ""
     for v in variables_of(plan):
-        data = _variable(file, v.variable)
-        if data.dtype != np.dtype(v.dtype) or data.shape != layout.shape_of(v, plan):
-            raise _altered(file, f"{v.variable}: wrong shape or data type")
-        if not found and not is_as_written(data, chunk_of(v, plan)):
-            found = f"{v.variable} has other chunks or filters"
+        for name, dtype, shape in (
+            (v.variable, v.dtype, layout.shape_of(v, plan)), (digests_of(v), "<u8", (len(plan.blocks()),)),
+        ):  # fmt: skip
+            data = variable(file, name)
+            if data.dtype != np.dtype(dtype) or data.shape != shape:
+                raise damaged(file.filename, f"{name}: wrong shape or data type")
+            found = found or ("" if data.id.get_offset() else f"{name} has chunks or filters")
     return found
 
 
-def is_as_written(data: h5py.Dataset, chunk: tuple[int, ...]) -> bool:
-    """Return True if a variable has the chunks of this program, and no other filter than fletcher32."""
-    made = data.id.get_create_plist()
-    filters = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
-    return bool(data.chunks == chunk and filters == [h5py.h5z.FILTER_FLETCHER32])
-
-
-BAD_INDEX = "wrong index of its chunks"
-
-
-def is_readable(data: h5py.Dataset) -> bool:
-    """Return False if the index of a variable gives a chunk of a wrong size, for which HDF5 crashes.
-
-    Zeros only make a size less, so the sum of the sizes tells. Variables of other programs are not judged.
-    """
-    try:
-        each = _size(data) if is_as_written(data, data.chunks) else 0
-        return not each or data.id.get_storage_size() == data.id.get_num_chunks() * each
-    except BROKEN:
-        return False
-
-
-def is_in_order(*variables: h5py.Dataset) -> bool:
-    """Return True if the indices of variables list all chunks in order, with their sizes, and no two that overlap.
-
-    If they do not, HDF5 may give the chunk of another block, and write into another part of the file.
-    """
-    spans = []
-    try:
-        first = variables[0].file.meta_block_size  # HDF5 begins a file with a block of headers
-        for data in variables:
-            listed: list[Any] = []
-            data.id.chunk_iter(listed.append)
-            corners = itertools.product(*(range(0, n, c) for n, c in zip(data.shape, data.chunks, strict=True)))
-            if [entry.chunk_offset for entry in listed] != [*corners] or {e.size for e in listed} != {_size(data)}:
-                return False
-            spans += [(entry.byte_offset, entry.byte_offset + entry.size) for entry in listed]
-    except BROKEN:
-        return False
-    return all(a[1] <= b[0] for a, b in itertools.pairwise([(0, first), *sorted(spans)]))
-
-
-def _size(data: h5py.Dataset) -> int:
-    """Return the size of a chunk with its fletcher32."""
-    return math.prod(data.chunks) * data.dtype.itemsize + 4
+def digests_of(quantity: Quantity) -> str:
+    """Return the name of the variable with the digests of another one."""
+    return f"{DIGESTS}/{quantity.variable}"
 
 
 def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
@@ -361,7 +355,11 @@ def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
         if (one := read_record(text)) is None:
             raise of_another_version(file, f"record {text!r}: unknown")
         if isinstance(one, Own) and one in outline.get("rows", {}):
-            one = one.with_rows({name: tuple(row) for name, row in outline["rows"][one].items()})
+            rows = {name: tuple(row) for name, row in outline["rows"][one].items()}
+            for unit, scales, label in rows.values():
+                if not isinstance(unit + label, str) or scales not in ("", *SCALES):
+                    raise ValueError(f"rows of {one}")
+            one = one.with_rows(rows)
         record.append(one)
     return tuple(record)
 
@@ -371,11 +369,14 @@ def _stored(file: h5py.File, outline: dict[str, Any], of_record: tuple[Quantity,
     known = {q.name: q for q in of_record}
     types = outline.get("quantities", {})
     for what, names, ours in (
-        ("setting", outline["settings"], vars(Settings())), ("axis", outline["axes"], (*AXES, POINT)),
-        ("quantity", types, known),
+        ("setting", outline["settings"], vars(Settings())), ("parameter", outline["scalars"], NAMES),
+        ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, known),
     ):  # fmt: skip
         if unknown := [name for name in names if name not in ours]:
             raise of_another_version(file, f"{what} {unknown[0]!r}: unknown")
+    for name, dtype in types.items():
+        if np.dtype(dtype).kind not in "if":
+            raise ValueError(f"type of {name}")
     return tuple(q._replace(dtype=types[name]) for name, q in known.items() if name in types)
 
 
@@ -389,7 +390,7 @@ def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
     for kind, written in (("coordinate", coordinates(plan)), ("attribute", attributes)):
         for name, value in written.items():
             try:
-                stored = _values(file, name) if kind == "coordinate" else attribute(file, name)
+                stored = _values(file, name, len(value)) if kind == "coordinate" else attribute(file, name)
                 whole = np.array_equal(stored, value)  # which hides errors of reading
             except BROKEN:
                 whole = False

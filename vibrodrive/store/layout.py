@@ -1,10 +1,9 @@
 """Layout of the file of a sweep: HDF5 with netCDF-4 dimension scales, laid out completely before the sweep.
 
 The dimensions of a variable are the axes, in order, and then `period` for the section or `state` for the numbers of
-switches. All chunks of all variables are allocated before the first point is computed. A running sweep then overwrites
-chunks in place and never changes the structure of the file. So if the process is killed, only the chunk that is being
-written can be damaged. A sweep of one point has no axes; its file has an axis `point` of length 1. The values of
-parameters that change together are coordinates along the axis `point`.
+switches. Each variable is one piece of the file, with the points in their order, so that a block is a part of it. The
+group DIGESTS has a digest of each block (digests.py). A sweep of one point has no axes; its file has an axis `point` of
+length 1. The values of parameters that change together are coordinates along the axis `point`.
 """
 
 from __future__ import annotations
@@ -27,16 +26,18 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import POINT, Plan
-from vibrodrive.model.quantities import POINTS, SWITCHES, Quantity, length_along
+from vibrodrive.model.quantities import POINTS, STATUS, SWITCHES, Quantity, length_along
 from vibrodrive.model.records import SECTION, functions
 from vibrodrive.model.states import State
 from vibrodrive.store import netcdf
 from vibrodrive.store.describe import comment, plain
 from vibrodrive.version import __version__
 
-SWEEP, SCHEMA, READABLE = "sweep", "schema_version", (3, 4)
-"""The kind of the file, the attribute with the number of its schema, and the schemas that this version reads. In schema
-3 checksums are not sealed (checksums.py), and the plan lacks the tiling."""
+SWEEP, SCHEMA, NUMBER = "sweep", "schema_version", 5
+"""The kind of the file, the attribute with the number of its schema, and this number."""
+
+DIGESTS = "digests"
+"""Group with the digests of the blocks of each variable, under its name, along the dimension `block`."""
 
 Progress = Callable[[int, int], None]  # function called with (done, total)
 
@@ -102,7 +103,7 @@ def coordinates(plan: Plan) -> dict[str, np.ndarray]:
 
 
 class Tile(NamedTuple):
-    """A block in the file: the points `start` to `stop` - 1, in one chunk. `slab` has a slice for each axis."""
+    """A block: the points `start` to `stop` - 1. `slab` has a slice for each axis of the file."""
 
     start: int
     stop: int
@@ -118,57 +119,30 @@ def tiles(plan: Plan) -> list[Tile]:
     ]
 
 
-def starts(plan: Plan) -> list[range]:
-    """Return the first indices of the blocks along each axis of the file."""
-    return [range(0, n, k) for n, k in zip(plan.shape or (1,), plan.chunk or (1,), strict=True)]
-
-
-def any_in_blocks(flags: np.ndarray, cuts: Sequence[Sequence[int]]) -> np.ndarray:
-    """Return whether any flag of each block is True. `cuts` are the first indices of the blocks along each axis."""
-    for axis, cut in enumerate(cuts):
-        flags = np.logical_or.reduceat(flags, list(cut), axis=axis)
-    return flags
-
-
-def blank(variable: Quantity, chunk: tuple[int, ...]) -> bytes:
-    """Return an empty chunk as the file stores it, with its checksum."""
-    with h5py.File("blank", "w", driver="core", backing_store=False) as memory:
-        data = memory.create_dataset(
-            "chunk", data=np.full(chunk, variable.fill, variable.dtype), chunks=chunk, fletcher32=True
-        )
-        return data.id.read_direct_chunk((0,) * len(chunk))[1]
-
-
-def chunk_of(variable: Quantity, plan: Plan) -> tuple[int, ...]:
-    """Return the shape of a chunk of a variable: the shape of a block, then the length of its own dimension, if any."""
-    return (plan.chunk or (1,)) + length_along(variable.along, plan.settings.periods)
-
-
 def shape_of(variable: Quantity, plan: Plan) -> tuple[int, ...]:
     """Return the shape of a variable in the file."""
-    return (plan.shape or (1,)) + chunk_of(variable, plan)[len(plan.chunk or (1,)) :]
+    return (plan.shape or (1,)) + length_along(variable.along, plan.settings.periods)
 
 
-def lay_out(file: h5py.File, plan: Plan, origin: Origin, progress: Progress = quiet) -> None:
-    """Write all parts of an empty file except the results, and allocate the results."""
+def lay_out(file: h5py.File, plan: Plan, origin: Origin) -> None:
+    """Write all parts of an empty file except the results, and allocate the results.
+
+    All points have the status NOT_COMPUTED. Other values are 0 until they are written.
+    """
     for name, values in coordinates(plan).items():
         netcdf.dimension(file, name, values, *meaning_of(name))
     for name, values in plan.together.items():
         netcdf.variable(file, name, (POINT,), values.dtype, meaning_of(name))[...] = values
     netcdf.describe(file["state"], flags_of_states())
-    where = tiles(plan)
-    variables = variables_of(plan)
-    for n, variable in enumerate(variables):
-        chunk = chunk_of(variable, plan)
-        names = (*axes_of(plan), *([variable.along] if variable.along else []))
-        about = variable.meaning, variable.unit
-        data = netcdf.variable(file, variable.variable, names, variable.dtype, about, fill=variable.fill, chunks=chunk)
+    digests = netcdf.group(file, DIGESTS)
+    netcdf.dimension(digests, "block", np.arange(len(plan.blocks())), "number of a block of points", "1")
+    for q in variables_of(plan):
+        names = (*axes_of(plan), *([q.along] if q.along else []))
+        fill = q.fill if q is STATUS else None
+        data = netcdf.variable(file, q.variable, names, q.dtype, (q.meaning, q.unit), fill)
         if plan.together:
             netcdf.describe(data, {"coordinates": " ".join(plan.together)})
-        empty = blank(variable, chunk)
-        for k, tile in enumerate(where):
-            put_chunk(data, tile, empty)
-            progress(n * len(where) + k + 1, len(variables) * len(where))
+        netcdf.variable(digests, q.variable, ("block",), "<u8", (f"BLAKE2b of the blocks of {q.variable}", "1"))
     for name, flags in flags_of(plan).items():
         netcdf.describe(file[name], flags)
     netcdf.describe(file, _attributes(plan, origin))
@@ -210,12 +184,6 @@ def meaning_of(name: str) -> tuple[str, str]:
     return meanings[name], "1"
 
 
-def put_chunk(data: h5py.Dataset, tile: Tile, content: bytes | np.ndarray) -> None:
-    """Write the bytes of one chunk without reading the old bytes."""
-    corner = tuple(s.start for s in tile.slab)
-    data.id.write_direct_chunk(corner + (0,) * (data.ndim - len(corner)), content)
-
-
 def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     """Return the root attributes. They contain no date, so that two runs of one configuration give equal files."""
     scalars = {k: None if math.isnan(v) else v for k, v in plan.scalars.items() if k not in plan.axes}
@@ -241,7 +209,7 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
         "references": "ZAMM 79 (1999) 6, 389-397",
         **plain(plan),
         "comment": comment(plan),
-        SCHEMA: READABLE[-1],
+        SCHEMA: NUMBER,
         "plan": outline,
         "plan_sha256": digest(outline),
     }

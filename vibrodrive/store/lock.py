@@ -1,14 +1,18 @@
-"""Lock that excludes a second writer of a file: a lock of the open file description (Linux), or flock."""
+"""Open file of its only writer, with a lock that excludes a second one: of the open file description, or flock."""
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import fcntl
+import io
 import os
 import struct
 import sys
 import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 from vibrodrive.errors import Busy
 
@@ -20,6 +24,46 @@ UNKNOWN = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.ENO
 
 class Unlocked(UserWarning):
     """Warning that nothing excludes a second writer of a file. The message is one line."""
+
+
+def _write(fd: int, content: memoryview, at: int) -> None:
+    while content:  # the system may write less than asked
+        count = os.pwrite(fd, content, at)
+        content, at = content[count:], at + count
+
+
+class Content(io.RawIOBase):
+    """File object whose errors HDF5 never meets: it would print some, keep others to itself, and crash at the exit.
+
+    error : the first error of the system, or None.
+    """
+
+    def __init__(self, fd: int) -> None:
+        self._fd, self._at = fd, 0
+        self.error: OSError | None = None
+
+    def seek(self, at: int, whence: int = os.SEEK_SET) -> int:
+        self._at = at + (os.fstat(self._fd).st_size if whence == os.SEEK_END else 0)
+        return self._at
+
+    def readinto(self, buffer: Any) -> int:
+        found = os.pread(self._fd, len(buffer), self._at)
+        buffer[: len(found)] = found
+        return len(found)
+
+    def write(self, content: Any) -> int:
+        self._try(_write, self._fd, memoryview(content).cast("B"), self._at)
+        return len(content)
+
+    def truncate(self, size: int | None = None) -> int:
+        self._try(os.ftruncate, self._fd, size)
+        return size or 0
+
+    def _try(self, act: Callable[..., None], *arguments: Any) -> None:
+        try:
+            act(*arguments)
+        except OSError as error:
+            self.error = self.error or error
 
 
 class Lock:
@@ -57,6 +101,35 @@ class Lock:
             return self._fd >= 0 and os.path.samestat(os.fstat(self._fd), os.stat(path))
         except FileNotFoundError:
             return False
+
+    def write(self, content: memoryview, at: int) -> None:
+        """Write bytes at a place of the file. Raises OSError."""
+        _write(self._fd, content, at)
+
+    def reserve(self) -> None:
+        """Reserve the space of the file on the disk, where the system can. Raises OSError, such as for a full disk."""
+        try:
+            os.posix_fallocate(self._fd, 0, os.fstat(self._fd).st_size)
+        except AttributeError:  # macOS
+            pass
+        except OSError as error:
+            if error.errno not in UNKNOWN:
+                raise
+
+    @contextlib.contextmanager
+    def rewritten(self) -> Iterator[Content]:
+        """Yield the empty file as a file object for HDF5. Raises the first OSError of the block at its end."""
+        os.ftruncate(self._fd, 0)
+        content = Content(self._fd)
+        try:
+            yield content
+        finally:
+            if content.error is not None:
+                raise content.error
+
+    @property
+    def released(self) -> bool:
+        return self._fd < 0
 
     def sync(self) -> None:
         """Flush the file to the disk."""

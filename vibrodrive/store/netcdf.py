@@ -1,79 +1,81 @@
-"""HDF5 datasets as variables of netCDF-4: named dimensions, units, a long name and a checksum.
+"""HDF5 datasets as variables of netCDF-4: named dimensions, units and a long name, each in one piece of the file.
 
 So xarray and other programs can open a result file.
 """
 
-import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-MOST = 1 << 16  # largest default length of a chunk along a dimension
 
+def create(content: Any) -> h5py.File:
+    """Create an HDF5 file as the bytes of a Python file object.
 
-def create(path: str | Path, **options: Any) -> h5py.File:
-    """Create an HDF5 file that tracks the order of its variables, without which the netCDF library cannot extend it.
-
-    `h5py.File(path, "w", track_order=True)` also stores the time, before h5py 3.15, so that two files of one
-    configuration would differ.
+    It tracks the order of its variables, without which the netCDF library cannot extend it. `h5py.File(…, "w",
+    track_order=True)` also stores the time, before h5py 3.15, so that two files of one configuration would differ.
     """
-    properties, access = h5py.h5p.create(h5py.h5p.FILE_CREATE), h5py.h5p.create(h5py.h5p.FILE_ACCESS)
-    for follow in (properties.set_link_creation_order, properties.set_attr_creation_order):
-        follow(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
-    properties.set_obj_track_times(False)
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_libver_bounds(h5py.h5f.LIBVER_EARLIEST, h5py.h5f.LIBVER_LATEST)  # the default of h5py, not of all HDF5
-    access.set_file_locking(False, True)
-    h5py.h5f.create(os.fsencode(path), h5py.h5f.ACC_TRUNC, properties, access).close()
-    return h5py.File(path, "r+", **options)
+    access.set_alignment(1, 8)  # for numpy.memmap
+    access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
+    made = h5py.h5f.create(b"a new file", h5py.h5f.ACC_TRUNC, _in_order(h5py.h5p.FILE_CREATE), access)
+    return h5py.File(made)
 
 
-def dimension(file: h5py.File, name: str, values: np.ndarray, long_name: str, units: str) -> h5py.Dataset:
+def group(file: h5py.File, name: str) -> h5py.Group:
+    """Create a group, which also tracks the order of its variables."""
+    return h5py.Group(h5py.h5g.create(file.id, name.encode(), gcpl=_in_order(h5py.h5p.GROUP_CREATE)))
+
+
+def _in_order(kind: Any) -> Any:
+    properties = h5py.h5p.create(kind)
+    properties.set_link_creation_order(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
+    properties.set_attr_creation_order(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
+    properties.set_obj_track_times(False)
+    return properties
+
+
+def dimension(where: h5py.Group, name: str, values: np.ndarray, long_name: str, units: str) -> h5py.Dataset:
     """Create a dimension and the coordinate variable with its values."""
-    data = _create(file, name, values.shape, values.dtype, (long_name, units))
+    data = _create(where, name, values.shape, values.dtype, (long_name, units))
     data[...] = values
     data.make_scale(name)
     return data
 
 
 def variable(
-    file: h5py.File,
-    name: str,
-    dimensions: tuple[str, ...],
-    dtype: Any,
-    about: tuple[str, str],
-    *,
-    fill: Any = None,
-    chunks: tuple[int, ...] | None = None,
+    where: h5py.Group, name: str, dimensions: tuple[str, ...], dtype: Any, about: tuple[str, str], fill: Any = None
 ) -> h5py.Dataset:
     """Create a variable over existing dimensions. `about` is its long name and its unit, `fill` its value where nothing
-    has been written."""
-    data = _create(file, name, tuple(len(file[d]) for d in dimensions), dtype, about, chunks, fillvalue=fill)
+    has been written, by default 0."""
+    data = _create(where, name, tuple(len(where[d]) for d in dimensions), dtype, about, fill)
     for k, d in enumerate(dimensions):
-        data.dims[k].attach_scale(file[d])
+        data.dims[k].attach_scale(where[d])
     return data
 
 
 def _create(
-    file: h5py.File,
-    name: str,
-    shape: tuple[int, ...],
-    dtype: Any,
-    about: tuple[str, str],
-    chunks: tuple[int, ...] | None = None,
-    **options: Any,
+    where: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any, about: tuple[str, str], fill: Any = None
 ) -> h5py.Dataset:
-    chunks = chunks or tuple(min(n, MOST) for n in shape)
-    data = file.create_dataset(name, shape, dtype, chunks=chunks, fletcher32=True, **options)
+    """Create a dataset whose values are one piece of the file, which they have from the beginning."""
+    made, number = h5py.h5p.create(h5py.h5p.DATASET_CREATE), np.dtype(dtype)
+    made.set_layout(h5py.h5d.CONTIGUOUS)
+    made.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    made.set_fill_time(h5py.h5d.FILL_TIME_NEVER if fill is None else h5py.h5d.FILL_TIME_ALLOC)
+    if fill is not None:
+        made.set_fill_value(np.array(fill, number))
+    made.set_obj_track_times(False)
+    space, kind = h5py.h5s.create_simple(shape), h5py.h5t.py_create(number)
+    data = h5py.Dataset(h5py.h5d.create(where.id, name.encode(), kind, space, made))
     describe(data, dict(zip(("long_name", "units"), about, strict=True)))
     return data
 
 
 def describe(what: h5py.File | h5py.Dataset, attributes: Mapping[str, Any]) -> None:
     """Add attributes. Texts have a fixed length, because programs for netCDF-3, such as the package of Octave, read no
-    others, and because HDF5 may loop for ever in the heap of the others if it is damaged."""
+    others, and because HDF5 may loop for ever in the heap of those if it is damaged."""
     for name, value in attributes.items():
         text = value.encode() if isinstance(value, str) else None
         dtype = None if text is None else h5py.string_dtype("utf-8", max(len(text), 1))

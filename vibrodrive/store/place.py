@@ -3,7 +3,9 @@
 This module imports HDF5 only inside its functions, so that `--help` does not load it.
 """
 
+import contextlib
 import os
+import re
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
@@ -66,11 +68,11 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except Damaged:
         raise
     except NoResult as error:
-        why, advice = str(error).removeprefix(f"{path}: "), "choose another file, or replace this one with --overwrite"
+        why, advice = str(error).removeprefix(f"{path}: "), "choose another file, or overwrite this one"
         try:
             refuse_foreign(path)
         except NoResult:
-            advice = "choose another file, because --overwrite replaces only result files"
+            advice = "choose another file, because only result files are overwritten"
         raise ConfigError(f"{role} = {str(path)!r}: {why}; {advice}") from None
 
 
@@ -87,9 +89,9 @@ def refuse_foreign(path: Path) -> None:
         with open_result(path) as file, interpreting(path):
             ours = is_ours(file)
     except NoResult as error:
-        raise NoResult(f"{error}; --overwrite replaces only result files") from None
+        raise NoResult(f"{error}; only result files are overwritten") from None
     if not ours:
-        raise NoResult(f"{path}: not a result file of vibrodrive; --overwrite replaces only result files")
+        raise NoResult(f"{path}: not a result file of vibrodrive; only result files are overwritten")
 
 
 def check_place(role: str, path: Path, *, renamed: bool) -> None:
@@ -108,6 +110,8 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
         raise ConfigError(bad(role, str(path), f"a path that can be written ({error.strerror})")) from None
     if what is not None:
         raise ConfigError(bad(role, str(path), f"a file, but is {what}"))
+    if exists and renamed and _is_mounted(path):
+        raise ConfigError(bad(role, str(path), "a file that can be replaced, but it is mounted alone"))
     parent = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(parent):
         there = "in a directory that exists (No such file or directory)"
@@ -115,6 +119,18 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
     needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
     if not all(os.access(place, os.W_OK) for place in needed):
         raise ConfigError(bad(role, str(path), "a path with write permission (Permission denied)"))
+
+
+MOUNTS = "/proc/self/mountinfo"
+
+
+def _is_mounted(path: Path) -> bool:
+    """Return whether a file, as one of a container may be, is mounted alone, so that no other can be renamed to it."""
+    name = os.fsencode(os.path.realpath(path))
+    with contextlib.suppress(OSError), open(MOUNTS, "rb") as lines:  # only Linux mounts files
+        fields = (line.split(b" ")[4] for line in lines)
+        return name in (re.sub(rb"\\(\d{3})", lambda code: bytes([int(code[1], 8)]), field) for field in fields)
+    return False
 
 
 def check_different(files: Mapping[str, Path]) -> None:

@@ -2,10 +2,10 @@
 
 import contextlib
 import functools
+import itertools
 import math
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,31 +13,27 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import ConfigError, Different
-from vibrodrive.model.choices import Status
 from vibrodrive.model.described import Lines, axis_facts, counted, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.quantities import POINTS, SECTIONS, Quantity
+from vibrodrive.model.quantities import POINTS, SECTIONS, Quantity, length_along
 from vibrodrive.model.records import functions, how_repeated
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
-from vibrodrive.store.checksums import check_blocks, checker, perhaps_lost, read_marks
 from vibrodrive.store.compare import compare, written
 from vibrodrive.store.describe import acting
+from vibrodrive.store.digests import check_blocks, read_blocks, read_marks
 from vibrodrive.store.header import (
-    BROKEN,
     Header,
     damaged_descriptions,
     identity,
     interpreting,
-    is_in_order,
-    is_readable,
     open_result,
     read_header,
     reading,
 )
-from vibrodrive.store.layout import Progress, Tile, axes_of, quiet, starts, tiles, variables_of
+from vibrodrive.store.layout import Progress, axes_of, quiet, tiles, variables_of
 
 
 def read(file: h5py.File) -> Results:
@@ -46,11 +42,10 @@ def read(file: h5py.File) -> Results:
     An access raises Different if the file was replaced by the file of another sweep since.
     """
     header = read_header(file)
-    plan = header.plan
-    seen = _Seen(header.rewritten)
-    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, seen)
+    plan, damaged = header.plan, dict[int, str]()
+    source = functools.partial(_read, Path(file.filename).absolute(), identity(file), plan, header.rewritten, damaged)
     results = Results.of(plan, source, header.origin.title)
-    results._origin, results._damaged = header.origin, seen.damaged
+    results._origin, results._damaged = header.origin, damaged
     return results
 
 
@@ -58,21 +53,12 @@ class DamagedBlock(UserWarning):
     """Warning that blocks cannot be read and are left out. The message names these blocks in one line."""
 
 
-@dataclass
-class _Seen:
-    """What the reading of some arrays of a file has shown: damaged blocks with their faults, blocks that are verified
-    completely, and whether all statuses are verified."""
+def _read(
+    path: Path, own: tuple[object, ...], plan: Plan, rewritten: str, damaged: dict[int, str], name: str, index: Index
+) -> np.ndarray:
+    """Return the array `name` of Results at an index. Blocks that are left out are added to `damaged`.
 
-    rewritten: str
-    damaged: dict[int, str] = field(default_factory=dict)
-    sound: set[int] = field(default_factory=set)
-    marks: bool = False
-
-
-def _read(path: Path, own: tuple[object, ...], plan: Plan, seen: _Seen, name: str, index: Index) -> np.ndarray:
-    """Return the array `name` of Results at an index, and add to what is seen.
-
-    `own` is the identity of the file. In the array `status` the points of damaged blocks are NOT_COMPUTED.
+    `own` is the identity of the file. In the array `status` the points of all damaged blocks are NOT_COMPUTED.
     """
     index = index if plan.axes else (0,)
     wanted = SECTIONS if name == "section" else (q for q in (*plan.quantities, *POINTS) if q.name == name)
@@ -80,92 +66,68 @@ def _read(path: Path, own: tuple[object, ...], plan: Plan, seen: _Seen, name: st
     with open_result(path) as file, interpreting(path):
         if identity(file) != own:
             raise Different(f"{path}: was replaced since by the file of another sweep; load it again")
-        need = sum(math.prod(_shape(file[n], index)) * file[n].dtype.itemsize for n in names)
+        variables = [q for q in variables_of(plan) if q.variable in names]
+        kept = [_shape(plan, q, index) for q in variables]
+        need = sum(math.prod(shape) * q.itemsize for shape, q in zip(kept, variables, strict=True))
         refuse_large_reading(f"{path}: {name}", need * len(names))  # two columns are read, and stacked
-        status, done, wrong = read_marks(file, plan, verify=not seen.marks)
-        seen.marks = bool(done.all())
-        if name == "status":
-            arrays = [np.asarray(status[index])]
-        else:
-            variables = [v for v in variables_of(plan) if v.variable in names]
-            arrays, left_out = _arrays(file, plan, variables, index, done, seen)
-            wrong |= left_out
-    seen.damaged |= wrong
-    if name == "status":
-        for k in seen.damaged:  # also those that another array has shown
-            if (found := _place(index, tiles(plan)[k])) is not None:
-                arrays[0][found[1]] = Status.NOT_COMPUTED
-    if wrong:
-        places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(wrong.items()))
-        message = f"{path}: damaged blocks are left out of {name}: {places}. {again(plan, seen.rewritten, 'them')}"
+        known = dict(damaged) if name == "status" else {}
+        status, done, wrong = read_marks(file, plan, known.items())
+        arrays = [status[index]]
+        if name != "status":
+            parts = [part for part in _parts(plan, index) if done[part[0]]]
+            arrays = [_array(file, q, plan, parts, shape, wrong) for q, shape in zip(variables, kept, strict=True)]
+            for q, array in zip(variables, arrays, strict=True):
+                for _, into, _ in (part for part in parts if part[0] in wrong):
+                    _points(array, q, plan)[into] = q.fill
+    damaged |= wrong
+    if new := {k: fault for k, fault in wrong.items() if k not in known}:
+        places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(new.items()))
+        message = f"{path}: damaged blocks are left out of {name}: {places}. {again(plan, rewritten, 'them')}"
         warnings.warn(message, DamagedBlock, stacklevel=2)
     return np.moveaxis(np.stack(arrays), 0, -1) if name == "section" else arrays[0]
 
 
-def _arrays(
-    file: h5py.File, plan: Plan, variables: list[Quantity], index: Index, done: np.ndarray, seen: _Seen
-) -> tuple[list[np.ndarray], dict[int, str]]:
-    """Return (arrays of variables at an index, faults of the blocks that are left out and have fill values).
-
-    Only finished blocks are read, because a sweep may be writing any other block. Blocks whose values may be lost are
-    verified once, and all blocks of a rewritten file, whose chunks may have no checksums, and of a wrong index. This
-    index is listed only if a block is suspect or not read: zeros that exchange chunks leave a block without one.
-    """
-    stored = [file[v.variable] for v in variables]
-    where, touched = tiles(plan), _touched(plan, index)
-    places = {k: found for k in touched[done[touched]].tolist() if (found := _place(index, where[k])) is not None}
-    arrays: list[np.ndarray] = []
-    check: Callable[[Tile], str | None] | None = None
-    wrong = {} if all(map(is_readable, stored)) else dict.fromkeys(places, "unreadable")
-    if done.all() and not wrong:
-        with contextlib.suppress(*BROKEN):  # after an error the arrays are read block by block
-            arrays = [np.asarray(data[index]) for data in stored]
-    if not arrays:
-        arrays = [np.full(_shape(data, index), v.fill, data.dtype) for data, v in zip(stored, variables, strict=True)]
-        for k, (within, into) in ({} if wrong else places).items():
-            try:
-                parts = [data[within] for data in stored]
-            except BROKEN:
-                wrong[k] = "unreadable"
-                continue
-            for array, part in zip(arrays, parts, strict=True):
-                array[into] = part
-    new = {k: [array[into] for array in arrays] for k, (_, into) in places.items() if k not in seen.sound}
-    suspect = {k for k, parts in new.items() if any(map(perhaps_lost, parts, variables))}
-    if seen.rewritten or ((suspect or wrong or len(places) < len(where)) and not is_in_order(*stored)):
-        suspect = {*new}
-    for k, (_, into) in places.items():
-        if k in wrong or k in suspect:
-            check = check or checker(file, plan)
-            if fault := check(where[k]) or wrong.get(k):
-                wrong[k] = fault
-                for array, variable in zip(arrays, variables, strict=True):
-                    array[into] = variable.fill
-            else:
-                seen.sound.add(k)
-    return arrays, wrong
+Part = tuple[int, slice, slice | np.ndarray]
+"""Part of a block that an index selects: number of the block, place among the selected points, rows of the block."""
 
 
-def _touched(plan: Plan, index: Index) -> np.ndarray:
-    """Return the numbers of the blocks of which `index` selects a part."""
-    grid = np.arange(len(plan.blocks())).reshape([len(cut) for cut in starts(plan)])
-    at = tuple(i if isinstance(i, slice) else i // c for i, c in zip(index, plan.chunk or (1,), strict=True))
-    return np.ravel(grid[at])
+def _parts(plan: Plan, index: Index) -> list[Part]:
+    """Return the parts of the blocks that an index selects, which has a number or a whole slice for each axis."""
+    blocks, shape = plan.blocks(), plan.shape or (1,)
+    if all(isinstance(i, slice) for i in index):
+        return [(k, slice(*block), slice(None)) for k, block in enumerate(blocks)]
+    chosen = np.ix_(*(np.arange(n)[i] if isinstance(i, slice) else [i] for n, i in zip(shape, index, strict=True)))
+    points = np.ravel_multi_index(chosen, shape).reshape(-1)
+    cuts = np.searchsorted(points, [*(start for start, _ in blocks), plan.n_points]).tolist()
+    spans = enumerate(itertools.pairwise(cuts))
+    return [(k, slice(a, b), points[a:b] - blocks[k][0]) for k, (a, b) in spans if a < b]
 
 
-def _shape(data: h5py.Dataset, index: Index) -> tuple[int, ...]:
-    """Return the shape of the part of a variable that `index` selects."""
-    kept = [n for n, i in zip(data.shape, index, strict=False) if isinstance(i, slice)]
-    return (*kept, *data.shape[len(index) :])
+def _array(
+    file: h5py.File, quantity: Quantity, plan: Plan, parts: list[Part], shape: tuple[int, ...], wrong: dict[int, str]
+) -> np.ndarray:
+    """Return the parts of a variable as an array of this shape, with fill values elsewhere. Damaged blocks are added to
+    `wrong`."""
+    array = np.full(shape, quantity.fill, quantity.dtype)
+    points = _points(array, quantity, plan)
+    blocks = read_blocks(file, quantity, plan, np.array([k for k, _, _ in parts], int))
+    for (k, values), (_, into, rows) in zip(blocks, parts, strict=True):
+        if isinstance(values, str):
+            wrong[k] = values
+        else:
+            points[into] = values[rows]
+    return array
 
 
-def _place(index: Index, tile: Tile) -> tuple[Index, Index] | None:
-    """Return the part of a block that `index` selects, as (index of the part in the file, index of the part in the
-    selected array); None if the part is empty."""
-    pairs = list(zip(index, tile.slab, strict=True))
-    if not all(isinstance(i, slice) or s.start <= i < s.stop for i, s in pairs):
-        return None
-    return tuple(s if isinstance(i, slice) else i for i, s in pairs), tuple(s for i, s in pairs if isinstance(i, slice))
+def _points(array: np.ndarray, quantity: Quantity, plan: Plan) -> np.ndarray:
+    """Return an array with a row for each point."""
+    return array.reshape(-1, math.prod(length_along(quantity.along, plan.settings.periods)))
+
+
+def _shape(plan: Plan, quantity: Quantity, index: Index) -> tuple[int, ...]:
+    """Return the shape of the part of a variable that an index selects."""
+    kept = [n for n, i in zip(plan.shape or (1,), index, strict=True) if isinstance(i, slice)]
+    return *kept, *length_along(quantity.along, plan.settings.periods)
 
 
 def place(plan: Plan, k: int) -> str:
@@ -256,18 +218,18 @@ def look(path: Path) -> Report:
     """Return the progress of a file without reading its sections. Raises the exceptions of `load`."""
     with reading(path) as file:
         header = read_header(file)
-        status, done, wrong = read_marks(file, header.plan)
-        return Report(header, done, count_statuses(status), wrong, [])
+        marks = read_marks(file, header.plan)
+        return Report(header, marks.done, count_statuses(marks.status), marks.wrong, [])
 
 
 def verify(path: Path, progress: Progress = quiet) -> Report:
-    """Read all finished blocks, check their checksums and count the statuses. Raises the exceptions of `load`."""
+    """Read all finished blocks, check their digests and count the statuses. Raises the exceptions of `load`."""
     with reading(path) as file:
         header = read_header(file)
         plan = header.plan
-        status, done, wrong = check_blocks(file, tiles(plan), plan, progress)
+        marks = check_blocks(file, plan, progress)
         general = [f"{name}: changed after it was written" for name in damaged_descriptions(file, plan)]
-    return Report(header, done, count_statuses(status), wrong, general)
+    return Report(header, marks.done, count_statuses(marks.status), marks.wrong, general)
 
 
 def contradictions(header: Header) -> list[str]:
