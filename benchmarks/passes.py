@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from benchmarks.switches.run import HERE, cases_of
+from benchmarks.switches.run import HERE, LATE, cases_of
 
 RESULTS = HERE / "results"
 
@@ -38,8 +38,8 @@ ADVISED = ", as advised"
 
 
 class Method(NamedTuple):
-    """A method of a solver. For each setting, `right` maps the id of a case to True if its answer is right, and
-    `seconds` a level to its CPU time, if it was stored."""
+    """A method of a solver. For each setting, `right` maps the id of a case to True if its answer is right, `seconds` a
+    level to its CPU time, if it was stored, and `late` a level to the number of its time-outs."""
 
     label: str
     program: str
@@ -47,6 +47,7 @@ class Method(NamedTuple):
     settings: list[dict[str, Any]]
     right: list[dict[str, bool]]
     seconds: list[dict[int, float]]
+    late: list[dict[int, int]]
 
     def rates(self, ids: set[str]) -> list[float]:
         """Return the share of right answers to these cases at each setting. A setting without results for these cases
@@ -78,15 +79,18 @@ def methods() -> list[Method]:
         for run in result["runs"]:
             name = key(result["solver"], run["settings"])
             label = NAMES.get(base := name.removesuffix(ADVISED), base) + name[len(base) :]
-            method = found.setdefault(name, Method(label, result["solver"], result["version"], [], [], []))
+            method = found.setdefault(name, Method(label, result["solver"], result["version"], [], [], [], []))
             if run["settings"] not in method.settings:
                 method.settings.append(run["settings"])
                 method.right.append({})
                 method.seconds.append({})
-            row = method.right[method.settings.index(run["settings"])]
+                method.late.append({})
+            k = method.settings.index(run["settings"])
             if "seconds" in run:
-                method.seconds[method.settings.index(run["settings"])][result["level"]] = run["seconds"]
-            row.update({i: letter in "rR" for i, letter in zip(ids, run["verdicts"], strict=True)})
+                method.seconds[k][result["level"]] = run["seconds"]
+            late = [ids for reason, ids in run["refused"].items() if reason.startswith(LATE)]
+            method.late[k][result["level"]] = sum(map(len, late))
+            method.right[k].update({i: letter in "rR" for i, letter in zip(ids, run["verdicts"], strict=True)})
     order = {name + way: (k, way) for k, name in enumerate(NAMES) for way in ("", ADVISED)}
     return [found[name] for name in sorted(found, key=lambda n: order.get(n, (math.inf, "")))]
 
@@ -120,7 +124,8 @@ def percent(method: Method, k: int, ids: set[str]) -> str:
 def table(level: int) -> tuple[list[str], list[list[str]]]:
     """Return head and rows of the table of a level: each method at its best setting, with its cost and pass rates.
 
-    The best setting is that with the most right answers to the whole level. Its cost is the CPU time for the level.
+    The best setting is that with the most right answers to the whole level. Its cost is the CPU time for the level, to
+    which each time-out adds the limit of time.
     """
     families: dict[str, set[str]] = {}
     for case in cases_of([level]):
@@ -130,13 +135,12 @@ def table(level: int) -> tuple[list[str], list[list[str]]]:
     for method in methods():
         if method.program.startswith("regularised") or (k := best(method, ids, level)) is None:
             continue
-        seconds = method.seconds[k].get(level)
         right = sum(method.right[k][i] for i in ids)
-        cost = "" if seconds is None else in_seconds(seconds)
+        cost, late = in_seconds(method.seconds[k][level]), str(method.late[k][level])
         cells = [percent(method, k, family) for family in families.values()]
-        rows.append([method.label, written(method.settings[k]), f"{right} of {len(ids)}", cost, *cells])
-    head = ["method", "best setting", "right", "CPU time", *(f"{name} ({len(f)})" for name, f in families.items())]
-    return head, rows
+        rows.append([method.label, written(method.settings[k]), f"{right} of {len(ids)}", cost, late, *cells])
+    head = ["method", "best setting", "right", "CPU time", "time-outs"]
+    return head + [f"{name} ({len(family)})" for name, family in families.items()], rows
 
 
 def orders() -> tuple[list[str], list[list[str]]]:

@@ -204,7 +204,7 @@ def close_pairs(_: dict[str, Any]) -> str:
     told = [f"{row[0]} {row[pair]} %" for row in bounded]
     told += [f"the best {kind} {row[pair]} % ({row[0].removesuffix(passes.ADVISED)})" for kind, row in others]
     words = f"Of the close pairs, the {scan[0]} finds {scan[1][pair]} %, {', '.join(told[:-1])} and {told[-1]}."
-    shown = [0, 2, 3, pair]
+    shown = [head.index(name) for name in ("method", "right", "CPU time", "time-outs")] + [pair]
     return table([head[k] for k in shown], [[row[k] for k in shown] for row in rows]) + f"\n\n{words}"
 
 
@@ -216,8 +216,9 @@ def measured_switches(_: dict[str, Any]) -> str:
     short, long = passes.limits()
     return (
         f"Measured {passes.dates()} with {settings} settings in total. Programs, with their versions in parentheses: "
-        f"{', '.join(programs)}; the other methods are hand-written. An answer that takes more than {short} s of CPU "
-        f"time (levels 0, 1) or {long} s (levels 2, 3) counts as refused."
+        f"{', '.join(programs)}; the other methods are hand-written. Each is asked every case of its levels at every "
+        f"setting. An answer that takes more than {short} s of CPU time (levels 0, 1) or {long} s (levels 2, 3) is a "
+        "time-out: it counts as refused, and this limit as its time."
     )
 
 

@@ -1,16 +1,15 @@
 """Run all solvers over the set: `python -m benchmarks.switches.run` writes a file for each solver at each level.
 
-Each solver runs in a separate process and answers all cases at every setting. An error and an answer that takes longer
-than the limit count as refused. If two successive cases of a family take too long, the rest of the family is skipped at
-this setting. Warm-up runs before each setting exclude compilation from the times. Seconds are CPU time; for a case of
-less than 0.02 s they are the shortest of three runs. At level 1 a solver computes the first period of the motion. It
-computes all periods only if the first period has no event.
+Each solver runs in a separate process and is asked every case at every setting. An error and an answer that takes
+longer than the limit count as refused. Warm-up runs before each setting exclude compilation from the times. Seconds are
+CPU time; for a case of less than 0.02 s they are the shortest of three runs, and for one that takes too long they are
+the limit. At level 1 a solver computes the first period of the motion. It computes all periods only if the first period
+has no event.
 """
 
 import argparse
 import importlib
 import importlib.metadata
-import itertools
 import json
 import lzma
 import os
@@ -20,7 +19,6 @@ import signal
 import sys
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Iterator
 from multiprocessing import get_context
 from pathlib import Path
@@ -35,8 +33,7 @@ HERE = Path(__file__).parent
 NAMES = sorted(module.name for module in pkgutil.iter_modules(solvers.__path__))
 SHORT = 0.02
 COMPILING = 600.0  # seconds allowed for the warm-up of a setting
-PATIENCE = 2  # number of successive cases that take too long, after which the rest of their family is skipped
-LATE = "longer than"
+LATE, ENDED = "longer than", "the process ended"
 LETTERS = dict(zip(VERDICTS, "rmiw-", strict=True)) | {"all": "R"}  # "R": at level 0 the later zeros are right, too
 
 WAVES = {"c0": 1.0, "c1": -0.3, "c2": 0.0, "a": 0.5, "alpha": 1.0, "b": 0.1, "eta": 7.0, "beta": 2.0, "T": 8.0}
@@ -131,7 +128,7 @@ class Solver:
             self.process.join()
             late = self.process.exitcode == -signal.SIGPROF
             self.process = None
-            return f"{LATE} {limit:g} s" if late else "the process ended", limit
+            return f"{LATE} {limit:g} s" if late else ENDED, limit
 
     def warm_up(self, setting: Any, levels: list[int]) -> None:
         """Compile all code of a setting, once in each process."""
@@ -187,15 +184,9 @@ def run(
     solver = Solver(name)
     for number, setting in enumerate(module.SETTINGS if able else []):
         given: dict[str, tuple[Answer | str, float]] = {}
-        late: Counter[tuple[int, str]] = Counter()
         for case in able:
-            family, limit = (case["level"], case["family"]), limits[case["level"] > 1]
-            if late[family] == PATIENCE:
-                given[case["id"]] = f"not asked after {PATIENCE} that took too long", 0.0
-                continue
             solver.warm_up(setting, [*levels])
-            given[case["id"]] = solver.ask(case["level"], inputs(case), setting, limit)
-            late[family] = late[family] + 1 if str(given[case["id"]][0]).startswith(LATE) else 0
+            given[case["id"]] = solver.ask(case["level"], inputs(case), setting, limits[case["level"] > 1])
         for level, group in levels.items():
             result, firsts = found[level]
             result["runs"].append({"settings": setting, **summary(group, given)})
@@ -232,33 +223,6 @@ def lacking(module: Any, folder: Path) -> list[dict[str, Any]]:
     return [setting for setting in module.SETTINGS if setting not in known]
 
 
-def add_costs(name: str, level: int, path: Path, limit: float, missing: bool) -> None:
-    """Time the best stored setting of each method of a solver at one level, and store the CPU time with the result.
-
-    missing : only methods without a stored CPU time at this level.
-    """
-    result = json.loads(path.read_text(encoding="utf-8"))
-    cases, solver = cases_of([level]), Solver(name)
-    kinds: dict[str, list[dict[str, Any]]] = {}
-    for one in result["runs"]:
-        kinds.setdefault(str({k: v for k, v in one["settings"].items() if not isinstance(v, float)}), []).append(one)
-    for group in kinds.values():
-        best = max(group, key=lambda one: one["verdicts"].lower().count("r"))
-        if missing and "seconds" in best:
-            continue
-        refused = {i for ids in best["refused"].values() for i in ids}
-        asked = [case for case in cases if case["id"] not in refused]
-        late = (len(ids) for reason, ids in best["refused"].items() if reason.startswith((LATE, "not asked")))
-        spent = limit * sum(late)  # a case that took too long has used up its limit
-        for case in asked:
-            solver.warm_up(best["settings"], [level])
-            spent += solver.ask(level, inputs(case), best["settings"], limit)[1]
-        best["seconds"] = float(f"{spent:.3g}")
-        print(f"{name}  {written(best['settings'])}  level {level}: {spent:.3g} s", flush=True)
-    solver.end()
-    path.write_text(dump(result), encoding="utf-8")
-
-
 def dump(result: dict[str, Any]) -> str:
     """Return a result as JSON, a line for each field."""
     runs = ["{" + ",\n ".join(f"{json.dumps(k)}: {json.dumps(v)}" for k, v in r.items()) + "}" for r in result["runs"]]
@@ -276,19 +240,8 @@ def main(arguments: list[str] | None = None) -> int:
     add("--limit", nargs=2, type=float, default=[2.0, 20.0], metavar=("SHORT", "LONG"), help=help_limit)
     add("--results", type=Path, default=HERE / "results", help="folder of the results")
     add("--answers", type=Path, metavar="FOLDER", help="folder for the full answers files, which score.py reads")
-    add(
-        "--costs",
-        action="store_true",
-        help="only time the best stored setting of each method, with --missing if it has no time",
-    )
     add("--missing", action="store_true", help="only run settings that the stored results lack, and keep these")
     options = parser.parse_args(arguments)
-    if options.costs:
-        for name, level in itertools.product(options.only or NAMES, options.levels):
-            path = options.results / f"level{level}" / f"{name}.json"
-            if path.exists():
-                add_costs(name, level, path, options.limit[level > 1], options.missing)
-        return 0
     from benchmarks.common import environment  # imported here, because the process of each solver imports this module
 
     version = (HERE / "VERSION").read_text(encoding="utf-8").strip()

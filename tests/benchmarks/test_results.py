@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from benchmarks import draw, passes, ruler, tables
+from benchmarks import draw, own_scene, passes, ruler, tables
 from benchmarks.common import RESULTS
 from benchmarks.switches import run, score
+from benchmarks.switches.solvers import scan_newton
 
 PATHS = sorted(passes.RESULTS.glob("level*/*.json"))
 STORED = [pytest.param(path, id=f"{path.parent.name}-{path.stem}") for path in PATHS]
@@ -21,7 +22,7 @@ DECISIVE = [param for param in STORED if param.id.startswith(("level0", "level1"
 
 
 @pytest.mark.parametrize("path", STORED)
-def test_result_has_a_verdict_for_each_case(path):
+def test_every_case_was_asked_and_has_a_verdict(path):
     result = json.loads(path.read_text(encoding="utf-8"))
     cases = run.cases_of([result["level"]])
     assert path.parts[-2:] == (f"level{result['level']}", f"{path.stem}.json")
@@ -31,10 +32,34 @@ def test_result_has_a_verdict_for_each_case(path):
         digits = found["digits"].split()
         assert len(found["verdicts"]) == len(digits) == len(cases)
         assert set(found["verdicts"]) <= set(run.LETTERS.values())
-        refused = {name for names in found["refused"].values() for name in names}
-        letters = dict(zip((case["id"] for case in cases), found["verdicts"], strict=True))
-        assert refused <= {name for name, letter in letters.items() if letter == "-"}
+        refused = sorted(name for names in found["refused"].values() for name in names)
+        assert refused == [c["id"] for c, letter in zip(cases, found["verdicts"], strict=True) if letter == "-"]
+        ends = (
+            rf"{run.LATE} {result['limit']:g} s|{run.ENDED}|\w+: .*"  # what a solver that was asked can do but answer
+        )
+        assert all(re.fullmatch(ends, reason, re.DOTALL) for reason in found["refused"])
         assert all(letter in "rR" for letter, d in zip(found["verdicts"], digits, strict=True) if d != "-")
+
+
+@pytest.mark.parametrize("name", sorted({path.stem for path in PATHS}))
+def test_every_setting_was_asked_at_every_level(name):
+    results = [json.loads(path.read_text(encoding="utf-8")) for path in PATHS if path.stem == name]
+    first, *others = [[found["settings"] for found in result["runs"]] for result in results]
+    assert all(settings == first for settings in others)
+    assert {result["level"] for result in results} in ({0}, {1, 2, 3}, {0, 1, 2, 3})
+
+
+def test_every_case_is_asked_at_every_setting_and_a_time_out_costs_its_limit(monkeypatch):
+    """Also after many time-outs in a family, which once ended the questions to it."""
+    module, cases = scan_newton, run.cases_of([0])
+    monkeypatch.setattr(module, "SETTINGS", [{}, {}])
+    monkeypatch.setattr(run.Solver, "warm_up", lambda *_: None)
+    asked = []
+    monkeypatch.setattr(run.Solver, "ask", lambda *given: (asked.append(given[2]), (f"{run.LATE} 2 s", 2.0))[1])
+    *_, found = run.run(module, cases, [2.0, 20.0], None)
+    assert asked == [run.inputs(case) for case in cases] * 2
+    for one in found[0][0]["runs"]:
+        assert (one["seconds"], one["refused"]) == (2.0 * len(cases), {f"{run.LATE} 2 s": [c["id"] for c in cases]})
 
 
 @pytest.mark.parametrize("path", DECISIVE)
@@ -49,6 +74,18 @@ def test_stored_answers_give_the_stored_verdicts(path):
         for letter, first in zip(letters, answers[case["id"]], strict=True):
             verdict = score.judge(case, first if first is None else {key: first})["verdict"]
             assert run.LETTERS[verdict] == letter.lower(), (case["id"], first)
+
+
+def test_words_about_heyoka_follow_from_its_results():
+    result = json.loads((passes.RESULTS / "level0" / "heyoka_events.json").read_text(encoding="utf-8"))
+    decidable = [case["verdict"] == "certain" for case in run.cases_of([0])]
+    found = {one["settings"]["tol"]: one for one in result["runs"] if "advised" not in one["settings"]}
+    wrong = {
+        tol: [sure for sure, letter in zip(decidable, one["verdicts"], strict=True) if letter in "miw"]
+        for tol, one in found.items()
+    }
+    assert (wrong[1e-13], [len(names) for names in found[1e-13]["refused"].values()]) == ([False] * 7, [3])
+    assert (sum(wrong[1e-10]), sum(wrong[1e-8])) == (6, 17)
 
 
 @pytest.mark.parametrize("name", [name for name, place in tables.TABLES.items() if not place.source])
@@ -68,6 +105,14 @@ def test_page_shows_the_stored_measurements(name):
     place = tables.TABLES[name]
     text = place.page.read_text(encoding="utf-8")
     assert tables.fill(text, name, place.make(stored(name))) == text
+
+
+@pytest.mark.jit
+def test_no_method_is_its_own_reference():
+    at = {"A": 2.4, "B": 0.2, "eps": 0.0, "eta": vd.ETA}
+    point = next(own_scene.points(at))
+    assert (point["method"], point["right"]) == ("certified", True)
+    assert 0.0 < point["error"] < 1e-12
 
 
 @pytest.mark.jit
