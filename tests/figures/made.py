@@ -45,7 +45,8 @@ def results(axes, record=("section",), **arrays):
 
 def plan_of(axes, scalars):
     """Return a plan with these axes, and parameters with one value."""
-    return Plan({name: Variable(values, name) for name, values in axes.items()} | constants(scalars), Settings())
+    along = {name: Variable(values, name) for name, values in axes.items()}
+    return Plan(constants({"dtau": math.nan} | scalars) | along, Settings())
 
 
 def motion(periods, irregular=False, **arguments):
