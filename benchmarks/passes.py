@@ -135,21 +135,12 @@ def table(level: int) -> tuple[list[str], list[list[str]]]:
     for method in methods():
         if method.program.startswith("regularised") or (k := best(method, ids, level)) is None:
             continue
-        seconds = method.seconds[k].get(level)
         right = sum(method.right[k][i] for i in ids)
-        cost = "" if seconds is None else in_seconds(seconds)
+        cost, late = in_seconds(method.seconds[k][level]), str(method.late[k][level])
         cells = [percent(method, k, family) for family in families.values()]
-        late = str(method.late[k][level])
         rows.append([method.label, written(method.settings[k]), f"{right} of {len(ids)}", cost, late, *cells])
-    head = [
-        "method",
-        "best setting",
-        "right",
-        "CPU time",
-        "time-outs",
-        *(f"{name} ({len(f)})" for name, f in families.items()),
-    ]
-    return head, rows
+    head = ["method", "best setting", "right", "CPU time", "time-outs"]
+    return head + [f"{name} ({len(family)})" for name, family in families.items()], rows
 
 
 def orders() -> tuple[list[str], list[list[str]]]:
