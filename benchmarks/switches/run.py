@@ -33,7 +33,7 @@ HERE = Path(__file__).parent
 NAMES = sorted(module.name for module in pkgutil.iter_modules(solvers.__path__))
 SHORT = 0.02
 COMPILING = 600.0  # seconds allowed for the warm-up of a setting
-LATE = "longer than"
+LATE, ENDED = "longer than", "the process ended"
 LETTERS = dict(zip(VERDICTS, "rmiw-", strict=True)) | {"all": "R"}  # "R": at level 0 the later zeros are right, too
 
 WAVES = {"c0": 1.0, "c1": -0.3, "c2": 0.0, "a": 0.5, "alpha": 1.0, "b": 0.1, "eta": 7.0, "beta": 2.0, "T": 8.0}
@@ -128,7 +128,7 @@ class Solver:
             self.process.join()
             late = self.process.exitcode == -signal.SIGPROF
             self.process = None
-            return f"{LATE} {limit:g} s" if late else "the process ended", limit
+            return f"{LATE} {limit:g} s" if late else ENDED, limit
 
     def warm_up(self, setting: Any, levels: list[int]) -> None:
         """Compile all code of a setting, once in each process."""

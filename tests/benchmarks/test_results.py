@@ -22,7 +22,7 @@ DECISIVE = [param for param in STORED if param.id.startswith(("level0", "level1"
 
 
 @pytest.mark.parametrize("path", STORED)
-def test_result_has_a_verdict_for_each_case(path):
+def test_every_case_was_asked_and_has_a_verdict(path):
     result = json.loads(path.read_text(encoding="utf-8"))
     cases = run.cases_of([result["level"]])
     assert path.parts[-2:] == (f"level{result['level']}", f"{path.stem}.json")
@@ -32,10 +32,21 @@ def test_result_has_a_verdict_for_each_case(path):
         digits = found["digits"].split()
         assert len(found["verdicts"]) == len(digits) == len(cases)
         assert set(found["verdicts"]) <= set(run.LETTERS.values())
-        refused = {name for names in found["refused"].values() for name in names}
-        letters = dict(zip((case["id"] for case in cases), found["verdicts"], strict=True))
-        assert refused <= {name for name, letter in letters.items() if letter == "-"}
+        refused = sorted(name for names in found["refused"].values() for name in names)
+        assert refused == [c["id"] for c, letter in zip(cases, found["verdicts"], strict=True) if letter == "-"]
+        ends = (
+            rf"{run.LATE} {result['limit']:g} s|{run.ENDED}|\w+: .*"  # what a solver that was asked can do but answer
+        )
+        assert all(re.fullmatch(ends, reason, re.DOTALL) for reason in found["refused"])
         assert all(letter in "rR" for letter, d in zip(found["verdicts"], digits, strict=True) if d != "-")
+
+
+@pytest.mark.parametrize("name", sorted({path.stem for path in PATHS}))
+def test_every_setting_was_asked_at_every_level(name):
+    results = [json.loads(path.read_text(encoding="utf-8")) for path in PATHS if path.stem == name]
+    first, *others = [[found["settings"] for found in result["runs"]] for result in results]
+    assert all(settings == first for settings in others)
+    assert {result["level"] for result in results} in ({0}, {1, 2, 3}, {0, 1, 2, 3})
 
 
 def test_every_case_is_asked_at_every_setting_and_a_time_out_costs_its_limit(monkeypatch):
@@ -63,6 +74,18 @@ def test_stored_answers_give_the_stored_verdicts(path):
         for letter, first in zip(letters, answers[case["id"]], strict=True):
             verdict = score.judge(case, first if first is None else {key: first})["verdict"]
             assert run.LETTERS[verdict] == letter.lower(), (case["id"], first)
+
+
+def test_words_about_heyoka_follow_from_its_results():
+    result = json.loads((passes.RESULTS / "level0" / "heyoka_events.json").read_text(encoding="utf-8"))
+    decidable = [case["verdict"] == "certain" for case in run.cases_of([0])]
+    found = {one["settings"]["tol"]: one for one in result["runs"] if "advised" not in one["settings"]}
+    wrong = {
+        tol: [sure for sure, letter in zip(decidable, one["verdicts"], strict=True) if letter in "miw"]
+        for tol, one in found.items()
+    }
+    assert (wrong[1e-13], [len(names) for names in found[1e-13]["refused"].values()]) == ([False] * 7, [3])
+    assert (sum(wrong[1e-10]), sum(wrong[1e-8])) == (6, 17)
 
 
 @pytest.mark.parametrize("name", [name for name, place in tables.TABLES.items() if not place.source])
