@@ -25,13 +25,13 @@ from vibrodrive.stability.reach import CLOSED, INTERVALS, LATE, reach
 
 FIRST = 0.1  # velocity εηA of the first band tried, as a share of A
 STEPS = 0.5, 1.4  # factors of the width of a band after one that is not proved, and after one that is
-THIN = 1e-3  # the search ends at bands of this share of what is proved,
+THIN = 2e-3  # the search ends at bands of this share of what is proved,
 LEAST = 1e-12  # or of this width,
 BUDGET = 1e9  # or after so many evaluations of a motion, about a minute
 DENOMINATOR = 64  # largest q of η = p/q of which only q phases are taken
 DRIFT = 1e-6  # half width of the cells of these phases
 STARTS = 1.0  # starts tried: so far before and after the phases of the orbit, in radians,
-SHARES = 1.0, 0.5, 0.25, 0.125  # and shares of them, or of those of the bands before
+SHARES = 1.0, 0.85, 0.7, 0.5, 0.25  # and shares of them, or of those of the bands before
 TOUCHES = 1.0, 0.2, 0.0  # largest speeds of touches tried, as shares of the largest one allowed
 
 SAMPLES = 16  # phases of the disturbance from which intervals grow, before they are proved
@@ -89,16 +89,16 @@ def find_always(A: float, B: float, eta: float, cycle: ImpactCycle) -> Always:
     impact to the next within one band.
     """
     motions = _Motions(A, B, eta, cycle)
-    none = np.zeros((len(cycle.gaps), 2))
-    low, step, starts, proved, how = 0.0, FIRST / eta, none + (-STARTS, STARTS), False, ""
+    low, step, proved, how = 0.0, FIRST / eta, False, ""
+    starts = np.tile((-STARTS, STARTS), (len(cycle.gaps), 1))
     while step > max(THIN * low, LEAST) and motions.work[0] < BUDGET:
         band = low, low + step
         try:
-            inside = motions.kept(band, none)
+            inside = motions.grown(band, starts)
+            motions.prove(band, inside)
         except Unproved as reason:
             step, how = step * STEPS[0], str(reason)
             continue
-        inside = motions.widened(band, inside, starts)
         starts = np.stack([np.maximum(starts[:, 0], inside[:, 0]), np.minimum(starts[:, 1], inside[:, 1])], axis=1)
         low, step, proved = low + step, step * STEPS[1], True
     if not proved:
@@ -125,8 +125,9 @@ class _Motions:
         self._out = np.empty(4)
         self._rests, self._pieces, self._rows = (np.empty((INTERVALS, n)) for n in (2, 2, 4))
 
-    def widened(self, band: tuple[float, float], inside: np.ndarray, starts: np.ndarray) -> np.ndarray:
-        """Return intervals that contain `inside` and as much as is found of `starts`, and return into themselves."""
+    def grown(self, band: tuple[float, float], starts: np.ndarray) -> np.ndarray:
+        """Return intervals that return into themselves for some cells, with as much as is found of the starts tried."""
+        inside = self._least(band, np.zeros((self.m, 2)))
         for end, sign in enumerate((-1.0, 1.0)):
             for share in SHARES:
                 wide = inside.copy()
@@ -134,47 +135,45 @@ class _Motions:
                 if (wide == inside).all():
                     break
                 try:
-                    inside = self.kept(band, wide)
+                    inside = self._least(band, wide)
                     break
                 except Unproved:
                     pass
         return inside
 
-    def kept(self, band: tuple[float, float], inside: np.ndarray) -> np.ndarray:
-        """Return intervals around `inside` that are proved to return into themselves for all amplitudes of a band."""
-        high, half = band[1] * self.A * self.eta, 0.5 * (band[1] - band[0]) * self.A * self.eta
-        # a cell as coarse as the band, in its effect on integrals of the force
-        b = DRIFT if self.q else min(PI / CELLS, half / min(high, self.A / self.eta))
-        inside = self._grown_by_speed(band, b, inside)
-        n = self.q or math.ceil(PI / b)
-        whole = DRIFT if self.q else PI / n
+    def prove(self, band: tuple[float, float], inside: np.ndarray) -> None:
+        """Raise Unproved if the intervals do not return into themselves for all cells and all amplitudes of a band."""
+        width = self._width(band)
+        n = self.q or math.ceil(PI / width)
+        whole = width if self.q else PI / n
         cells = [(TWO_PI * j / n, whole) for j in range(n)]
         while cells:
             psi, b = cells.pop()
             try:
-                self._closes(band, (psi, b), inside)
+                for k in range(self.m):
+                    self._image(k, band, (psi, b), inside, 0.0)
             except Unproved:
                 if self.q or b < whole / 2**HALVINGS or self.work[0] > BUDGET:
                     raise
                 cells += [(psi - 0.5 * b, 0.5 * b), (psi + 0.5 * b, 0.5 * b)]
-        return inside
 
-    def _grown_by_speed(self, band: tuple[float, float], b: float, inside: np.ndarray) -> np.ndarray:
+    def _width(self, band: tuple[float, float]) -> float:
+        """Return half the width of a cell that is as coarse as a band, in its effect on integrals of the force."""
+        low, high = (eps * self.A * self.eta for eps in band)
+        return DRIFT if self.q else min(PI / CELLS, 0.5 * (high - low) / min(high, self.A / self.eta))
+
+    def _least(self, band: tuple[float, float], inside: np.ndarray) -> np.ndarray:
         """Return grown intervals for the first dividing speed with which they return into themselves."""
         for touch in list(self._touches):
             self._touch = touch
             try:
-                grown = self._grown(band, b, inside)
+                grown = self._grown(band, self._width(band), inside)
             except Unproved as reason:
                 how = reason
             else:
                 self._touches.sort(key=lambda speed: speed != touch)
                 return grown
         raise how
-
-    def _closes(self, band: tuple[float, float], cell: tuple[float, float], inside: np.ndarray) -> None:
-        for k in range(self.m):
-            self._image(k, band, cell, inside, 0.0)
 
     def _grown(self, band: tuple[float, float], b: float, inside: np.ndarray) -> np.ndarray:
         """Return the least intervals around `inside` that return into themselves for some cells."""
@@ -216,7 +215,7 @@ class _Motions:
                 break
         if result != CLOSED:
             raise Unproved(WORDS[result])
-        if not self._in_order((k + 1) % self.m, *arrivals, *self._out[2:]):
+        if self.m > 1 and not self._in_order((k + 1) % self.m, *arrivals, *self._out[2:]):
             raise Unproved(ORDER)
         return arrivals
 
