@@ -14,6 +14,7 @@ excitation period.
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -94,8 +95,7 @@ def find_always(A: float, B: float, eta: float, cycle: ImpactCycle) -> Always:
     while step > max(THIN * low, LEAST) and motions.work[0] < BUDGET:
         band = low, low + step
         try:
-            inside = motions.grown(band, starts)
-            motions.prove(band, inside)
+            inside = motions.proved(band, motions.grown(band, starts))
         except Unproved as reason:
             step, how = step * STEPS[0], str(reason)
             continue
@@ -122,6 +122,7 @@ class _Motions:
         self.q = near.denominator if float(near) == eta else 0
         self.work = np.array([0.0, math.inf])
         self._touches = [share * SHARE * float(cycle.speed.min()) for share in TOUCHES]
+        self._worst: deque[float] = deque(maxlen=SAMPLES)
         self._out = np.empty(4)
         self._rests, self._pieces, self._rows = (np.empty((INTERVALS, n)) for n in (2, 2, 4))
 
@@ -141,7 +142,19 @@ class _Motions:
                     pass
         return inside
 
-    def prove(self, band: tuple[float, float], inside: np.ndarray) -> None:
+    def proved(self, band: tuple[float, float], inside: np.ndarray) -> np.ndarray:
+        """Return intervals around `inside` that are proved to return into themselves for all amplitudes of a band."""
+        while True:
+            try:
+                self._prove(band, inside)
+            except Unproved:
+                before, inside = inside, self._least(band, inside)  # with the phase at which the proof has failed
+                if (before == inside).all() or self.work[0] > BUDGET:
+                    raise
+            else:
+                return inside
+
+    def _prove(self, band: tuple[float, float], inside: np.ndarray) -> None:
         """Raise Unproved if the intervals do not return into themselves for all cells and all amplitudes of a band."""
         width = self._width(band)
         n = self.q or math.ceil(PI / width)
@@ -154,6 +167,7 @@ class _Motions:
                     self._image(k, band, (psi, b), inside, 0.0)
             except Unproved:
                 if self.q or b < whole / 2**HALVINGS or self.work[0] > BUDGET:
+                    self._worst.append(psi)
                     raise
                 cells += [(psi - 0.5 * b, 0.5 * b), (psi + 0.5 * b, 0.5 * b)]
 
@@ -180,7 +194,8 @@ class _Motions:
         n, last, quiet = self.q or SAMPLES, np.zeros((self.m, 2)), 0
         for number in range(GROWTHS):
             turn = 0.0 if self.q else number * 0.6180339887 % 1.0
-            reached = np.array([self._images(band, (TWO_PI * (j + turn) / n, b), inside) for j in range(n)])
+            cells = [(psi, b) for psi in (*(TWO_PI * (j + turn) / n for j in range(n)), *self._worst)]
+            reached = np.array([self._images(band, cell, inside) for cell in cells])
             ends = np.stack([reached[..., 0].min(axis=0), reached[..., 1].max(axis=0)], axis=1)
             step = np.maximum((inside - ends) * (1.0, -1.0), 0.0)
             quiet = 0 if step.any() else quiet + 1
