@@ -45,7 +45,9 @@ CELLS, HALVINGS = 8, 4  # least number of cells of the phase of the disturbance,
 DIVISIONS = math.inf, 0.125, 0.02  # lengths to which intervals are divided at least, in ripples of the disturbance
 WORK = 2e6  # most evaluations for one of them
 
-ROUNDING = 1e-12  # bound of what rounding adds to an integral of the force, as a share of its size and of the time in ripples
+ROUNDING = (
+    1e-12  # bound of what rounding adds to an integral of the force, as a share of its size and of the time in ripples
+)
 FORCE = 1e-9  # and to a force
 DRIFTS, ORDER = "the phases of the impacts drift out of every interval", "main impacts may come in another order"
 WORDS = (
