@@ -87,8 +87,8 @@ def markdown(data: dict[str, Any]) -> dict[str, str]:
         f"{min(shares[2]):.3f} to {max(shares[2]):.3f} where n ≥ 2, median {np.median(shares[2]):.3f}. The proofs take "
         f"{min(row['seconds'] for row in proved):.0f} to {max(row['seconds'] for row in proved):.0f} s each on one "
         f"core. {sum(row['kept'] for row in proved)} of {data['starts'] * len(proved)} motions of {data['periods'][1]} "
-        f"periods from starts in the intervals keep the structure, one half of them at the proved amplitude, the others "
-        f"at random smaller ones."
+        f"periods from starts in the intervals keep the structure, one half of them at the proved amplitude, the "
+        f"others at random smaller ones."
     )
     head = ["A", "n", "m", "k₂, 1500 periods", "20 000 periods", "proved, share of the first loss", "s", "beyond it"]
     return {"for_all_times": table(head, apart), "for_all_times_check": text}

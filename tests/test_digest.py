@@ -18,6 +18,7 @@ from vibrodrive.periodic.flight import launch_after
 from vibrodrive.periodic.impact_map import states
 from vibrodrive.shipped.build import kernels
 from vibrodrive.stability.failures import compared
+from vibrodrive.stability.reach import reach
 
 DIGEST = "f7c0ae3808dccd32acb0d92d92dbc623a635d338012056ba90dc25addd1ecaf1"
 
@@ -110,5 +111,11 @@ def test_all_other_kernels_have_the_stored_digest(monkeypatch):
     add(image)
     r = vd.sweep(A=[1.2, 2.0, 2.62, 2.8], B=[0.1, 0.4], record="impulses")
     add([r.velocity_any, r.force_any, r.any_how])
+    print("OLD", digest.hexdigest(), {kernel.name for kernel in kernels()} - called)
+    line = np.array([2.75, 0.1, 0.2, vd.ETA, 1.0, 1e-3, 0.05, 1e-4, 1e-13])
+    window, out, work = np.array([9.4, 18.6, 19.8, 0.25]), np.zeros(4), np.array([0.0, 1e6])
+    arrays = [np.tile([6.2, 6.8], (256, 1)), *(np.zeros((256, columns)) for columns in (2, 4)), out, work]
+    add([reach(line, window, 0.01, *arrays), *out, *work])
+    print("NEW", digest.hexdigest(), out, work)
     assert called == {kernel.name for kernel in kernels()}
     assert digest.hexdigest() == OTHERS

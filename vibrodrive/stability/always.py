@@ -1,11 +1,12 @@
 """Limit in ε for all times, all starts and all phases of the disturbance, proved (§1).
 
 After a main impact the mass is at rest at the obstacle, ξ = ξ' = 0. So its further motion depends on two numbers only:
-the phase φ of the impact, and ψ = θ - ηφ, the phase that the disturbance has at the beginning of this excitation period.
-An orbit with m main impacts keeps its structure for ever if there is an interval of φ for each of them, such that from
-each φ in it and for all ψ the next main impact has the gap and the order of the orbit (main_impacts.py) and lies in the
-next interval. reach.py encloses the next main impacts for all φ of an interval, all ψ of a cell, and all amplitudes of a
-*band*. Bands are added from 0 upwards, each with intervals of its own, until none is found for the next one.
+the phase φ of the impact, and ψ = θ - ηφ, the phase of the disturbance at the beginning of this excitation period. An
+orbit with m main impacts keeps its structure for ever if there is an interval of φ for each of them, such that from
+each φ in it and for all ψ the next main impact has the gap and the order of the orbit (main_impacts.py) and lies in
+the next interval. reach.py encloses the next main impacts for all φ of an interval, all ψ of a cell, and all
+amplitudes of a *band*. Bands are added from 0 upwards, each with intervals of its own, until none is found for the next
+one (docs/stability.md has the proof).
 
 All ψ occur if η is irrational. If η is a fraction p/q, only q phases occur, because the disturbance may begin in any
 excitation period.
@@ -123,7 +124,7 @@ class _Motions:
         near = Fraction(eta).limit_denominator(DENOMINATOR)
         self.q = near.denominator if float(near) == eta else 0
         self.work = np.array([0.0, math.inf])
-        self._touches = [share * SHARE * float(cycle.speed.min()) for share in TOUCHES]
+        self._touch, *_ = self._touches = [share * SHARE * float(cycle.speed.min()) for share in TOUCHES]
         self._worst: deque[float] = deque(maxlen=SAMPLES)
         self._out = np.empty(4)
         self._rests, self._pieces, self._rows = (np.empty((INTERVALS, n)) for n in (2, 2, 4))
@@ -189,6 +190,7 @@ class _Motions:
             else:
                 self._touches.sort(key=lambda speed: speed != touch)
                 return grown
+        self._touch = self._touches[0]
         raise how
 
     def _grown(self, band: tuple[float, float], b: float, inside: np.ndarray) -> np.ndarray:

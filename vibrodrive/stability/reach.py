@@ -1,11 +1,12 @@
 """All motions that begin at rest at the obstacle in an interval of phases: when they touch the obstacle next.
 
 A *line* is a fixed force H(t) = A sin t + V η sin(ψ + ηt) - B. A *cell* is a set of forces close to that of a line, and
-the functions here enclose the motions under all of them. The facts that they rest on:
+the functions here enclose the motions under all of them. The steps of the proof (docs/stability.md) used here:
 
 (1) Friction contracts. If the integrals of two forces differ by at most d, apart from a constant, then the velocities
-of two free motions, which ignore the obstacle, from one state differ by at most 2d, and their positions at the time h
-later by at most d h + 2d/η. So rounding, and whatever happens at a zero of ξ' that is only nearly one, adds to d.
+of two free motions, which ignore the obstacle, from one state differ by at most 2d, and their positions after a time h
+by d h and the integral of that difference: at most 2d/η if it is a ripple, slow min(h, 2) if it changes as slowly as
+sin t. Rounding, and whatever happens at a zero of ξ' that is only nearly one, adds to d.
 
 (2) Free motions under one force do not overtake each other in ξ'. So the motions that leave the obstacle between two
 times are between the free motions from the first time, the *upper* one, and from the last, the *lower* one.
