@@ -30,6 +30,7 @@ STEPS = 0.5, 1.4  # factors of the width of a band after one that is not proved,
 THIN = 2e-3  # the search ends at bands of this share of what is proved,
 LEAST = 1e-12  # or of this width,
 BUDGET = 1e9  # or after so many evaluations of a motion, about a minute
+RIPPLES = 1e4  # largest number of periods of the disturbance in a period of the orbit
 DENOMINATOR = 64  # largest q of η = p/q of which only q phases are taken
 DRIFT = 1e-6  # half width of the cells of these phases
 STARTS = 1.0  # starts tried: so far before and after the phases of the orbit, in radians,
@@ -46,11 +47,10 @@ CELLS, HALVINGS = 8, 4  # least number of cells of the phase of the disturbance,
 DIVISIONS = math.inf, 0.125, 0.02  # lengths to which intervals are divided at least, in ripples of the disturbance
 WORK = 2e6  # most evaluations for one of them
 
-ROUNDING = (
-    1e-12  # bound of what rounding adds to an integral of the force, as a share of its size and of the time in ripples
-)
+ROUNDING = 1e-12  # what rounding adds to an integral of the force, as a share of its size and of the time in ripples
 FORCE = 1e-9  # and to a force
 DRIFTS, ORDER = "the phases of the impacts drift out of every interval", "main impacts may come in another order"
+LONG = "no proof within the budget of evaluations"
 WORDS = (
     "", "a main impact may fail to come when it is due", "an impact may be neither a touch nor a main impact",
     "too many intervals", "the phases of the disturbance are too far apart",
@@ -92,6 +92,8 @@ def find_always(A: float, B: float, eta: float, cycle: ImpactCycle) -> Always:
     The structure is kept under every constant amplitude up to `k2`, and under amplitudes that change from one main
     impact to the next within one band.
     """
+    if eta * cycle.n > RIPPLES:
+        return Always(how=LONG)
     motions = _Motions(A, B, eta, cycle)
     low, step, proved, how = 0.0, FIRST / eta, False, ""
     starts = np.tile((-STARTS, STARTS), (len(cycle.gaps), 1))
@@ -152,7 +154,7 @@ class _Motions:
                 self._prove(band, inside)
             except Unproved:
                 before, inside = inside, self._least(band, inside)  # with the phase at which the proof has failed
-                if (before == inside).all() or self.work[0] > BUDGET:
+                if (before == inside).all():
                     raise
             else:
                 return inside
@@ -169,7 +171,7 @@ class _Motions:
                 for k in range(self.m):
                     self._image(k, band, (psi, b), inside, 0.0)
             except Unproved:
-                if self.q or b < whole / 2**HALVINGS or self.work[0] > BUDGET:
+                if self.q or b < whole / 2**HALVINGS:
                     self._worst.append(psi)
                     raise
                 cells += [(psi - 0.5 * b, 0.5 * b), (psi + 0.5 * b, 0.5 * b)]
@@ -228,6 +230,8 @@ class _Motions:
     ) -> np.ndarray:
         """Return the first and the last arrival after main impact k, by the coarsest division of starts that closes."""
         for share in DIVISIONS:
+            if self.work[0] > BUDGET:
+                raise Unproved(LONG)
             self.work[1] = self.work[0] + WORK
             result, arrivals = self._reach(k, band, cell, inside, share * TWO_PI / self.eta, around)
             if result in (CLOSED, LATE):

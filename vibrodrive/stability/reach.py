@@ -142,10 +142,11 @@ def time_of(f, b, low, high, level):
 
 
 @part
-def fastest(f, b, sign, first, last):
+def fastest(f, b, sign, first, last, work):
     """Return a bound of sign ξ' between two times of a slide."""
     n = 1 + int((last - first) * f.eta * (FINE / TWO_PI))
     step, most = (last - first) / n, -math.inf
+    work[0] += n
     for k in range(n + 1):
         most = max(most, sign * at(f, b, first + k * step - b.t)[0])
     return most + 0.125 * (f.A + f.V * f.eta * f.eta) * step * step
@@ -248,7 +249,7 @@ def touches(f, start, from_, until, near, rows, work):
         if begins:
             rows[count, 0], rows[count, 3] = first, 2.0 * f.d
         if inside and b.side < 0.0:
-            fast = fastest(f, b, -1.0, first, t) + 2.0 * f.d if t > near else math.inf
+            fast = fastest(f, b, -1.0, first, t, work) + 2.0 * f.d if t > near else math.inf
             rows[count, 3] = max(rows[count, 3], fast)
         if inside and b.side > 0.0:
             rise, fall = rises(f, b, t, work)
@@ -281,7 +282,7 @@ def image(f, w, start, end, from_, rows, work):
     for k in range(count):
         rows[k, 2] = 0.0
         if rows[k, 1] >= w.near and rows[k, 0] >= begun:
-            rows[k, 2] = max(-fastest(f, upper, 1.0, rows[k, 0], rows[k, 1]) - 2.0 * f.d, 0.0)
+            rows[k, 2] = max(-fastest(f, upper, 1.0, rows[k, 0], rows[k, 1], work) - 2.0 * f.d, 0.0)
     return count
 
 
