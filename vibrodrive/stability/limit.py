@@ -115,7 +115,7 @@ class Limit:
     always : Always or None
         limit for all times, starts and phases of the disturbance, proved (always.py), with the intervals of starts;
         None for another disturbance than ε, another method than certified, another criterion than "impacts", or no
-        impacts. It is computed when it is first asked for, which takes 20 to 60 seconds.
+        impacts. It is computed when it is first asked for, which takes 5 to 45 seconds.
     k2_always : float
         an ε up to which the structure is proved to be kept for all times, for all starts in these intervals, and for
         all phases of the disturbance; NaN without a proof, with the reason in `always.how`. It is a lower bound of the
