@@ -90,7 +90,16 @@ def markdown(data: dict[str, Any]) -> dict[str, str]:
         f"periods from starts in the intervals keep the structure, one half of them at the proved amplitude, the "
         f"others at random smaller ones."
     )
-    head = ["A", "n", "m", "k₂, 1500 periods", "20 000 periods", "proved, share of the first loss", "s", "beyond it"]
+    head = [
+        "A",
+        "n",
+        "m",
+        "k₂, 1500 periods",
+        "20 000 periods, share",
+        "proved, share of the first loss",
+        "s",
+        "beyond it",
+    ]
     return {"for_all_times": table(head, apart), "for_all_times_check": text}
 
 
