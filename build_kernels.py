@@ -27,7 +27,10 @@ from vibrodrive.jit.compile import Kernel, Marked
 from vibrodrive.jit.shipped import FOLDER, LEVELS, TABLE, sum_of
 from vibrodrive.jit.sources import fingerprints
 
-MODULES = "kernels.sampling", "kernels.single", "periodic.fixed_points", "stability.impulses", "explorer.density"
+MODULES = (
+    "kernels.sampling", "kernels.single", "periodic.fixed_points", "stability.impulses", "stability.reach",
+    "explorer.density",
+)  # fmt: skip
 """Modules whose kernels, and those of the modules that they import, are made. `kernels` adds those of factories."""
 
 FEATURES = {

@@ -18,6 +18,7 @@ from vibrodrive.jit.compile import Kernel
 from vibrodrive.periodic.flight import launch_after
 from vibrodrive.periodic.impact_map import states
 from vibrodrive.stability.failures import compared
+from vibrodrive.stability.reach import reach
 
 DIGEST = "f7c0ae3808dccd32acb0d92d92dbc623a635d338012056ba90dc25addd1ecaf1"
 
@@ -64,7 +65,7 @@ def test_results_have_the_stored_digest():
     assert digest.hexdigest() == DIGEST
 
 
-OTHERS = "f8f5bfbe4146d0345bacdab7ab37b95ecb413756421ffd193b6d580e00ba2db0"
+OTHERS = "b1502f2dc8d705e6ff19db43400578f1505d5952454cd46e0968c93fb572b035"
 
 WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3)]
 RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
@@ -72,7 +73,7 @@ RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", 
 
 @pytest.mark.jit
 def test_all_other_kernels_have_the_stored_digest(monkeypatch):
-    """Those of records, orbits, the map of impacts, missed switches and the explorer."""
+    """Those of records, orbits, the map of impacts, missed switches, proofs and the explorer."""
     called, digest = set(), hashlib.sha256()
 
     def call(kernel, *args, call=Kernel.__call__):
@@ -110,5 +111,9 @@ def test_all_other_kernels_have_the_stored_digest(monkeypatch):
     add(image)
     r = vd.sweep(A=[1.2, 2.0, 2.62, 2.8], B=[0.1, 0.4], record="impulses")
     add([r.velocity_any, r.force_any, r.any_how])
+    line = np.array([2.75, 0.1, 0.2, vd.ETA, 1.0, 1e-3, 0.05, 1e-4, 1e-13])
+    window, out, work = np.array([9.4, 18.6, 19.8, 0.25]), np.zeros(4), np.array([0.0, 1e6])
+    arrays = [np.tile([6.2, 6.8], (256, 1)), *(np.zeros((256, columns)) for columns in (2, 4)), out, work]
+    add([reach(line, window, 0.01, *arrays), *out, *work])
     assert called == {kernel.name for kernel in kernels()}
     assert digest.hexdigest() == OTHERS

@@ -16,7 +16,7 @@ COMPILED = (
     "jit", "kernels", "batch.prange", "explorer.density",
     "model.choices", "model.names", "model.parameters", "model.quantities", "model.states",
     "periodic.fixed_points", "periodic.flight", "periodic.itineraries",
-    "stability.bounds", "stability.impulses", "stability.main_impacts",
+    "stability.bounds", "stability.impulses", "stability.main_impacts", "stability.reach",
 )  # fmt: skip
 """Modules, and folders of modules, on which machine code depends: those with kernels, and all that these import."""
 

@@ -1,253 +1,276 @@
-"""Limit in ε for all times, starts and phases of the disturbance: an interval that returns into itself (§1).
+"""Limit in ε for all times, all starts and all phases of the disturbance, proved (§1).
 
 After a main impact the mass is at rest at the obstacle, ξ = ξ' = 0. So its further motion depends on two numbers only:
-the phase φ of the impact, and the phase θ = ητ of the disturbance. An orbit with m main impacts keeps its structure for
-ever if there is an interval of φ for each of them, such that from each φ in it and for *all* θ the next main impact has
-the gap and the order of the orbit (main_impacts.py) and lies in the next interval. The smallest such intervals are
-found by iteration: they begin as the phases of the orbit and grow by the phases of the next main impacts until these
-stay inside.
+the phase φ of the impact, and ψ = θ - ηφ, the phase of the disturbance at the beginning of this excitation period. An
+orbit with m main impacts keeps its structure for ever if there is an interval of φ for each of them, such that from
+each φ in it and for all ψ the next main impact has the gap and the order of the orbit (main_impacts.py) and lies in
+the next interval. reach.py encloses the next main impacts for all φ of an interval, all ψ of a cell, and all
+amplitudes of a *band*. Bands are added from 0 upwards, each with intervals of its own, until none is found for the next
+one (docs/stability.md has the proof).
 
-Phases are sampled, the ends of the intervals included. A sample proves nothing about what lies between two of them, so
-`Always.kind` is "sampled". Twice as many phases of both kinds change the limit by -2 to +0.5 %
-(benchmarks/for_all_times.py).
-
-All θ occur if η is irrational. If η is p/q, an impact at φ meets q phases only, and these are taken: the
-disturbance may begin in any period.
+All ψ occur if η is irrational. If η is a fraction p/q, only q phases occur, because the disturbance may begin in any
+excitation period.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import NamedTuple
+from collections import deque
+from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
-from vibrodrive.jit.slices import Halt
 from vibrodrive.jit.trig import PI, TWO_PI
-from vibrodrive.kernels.record import PHASE, SPEED, TIME
-from vibrodrive.model.choices import Status
-from vibrodrive.model.names import Settings
-from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.stability.evaluate import compute_impacts
-from vibrodrive.stability.main_impacts import SHARE, ImpactCycle, nearest
+from vibrodrive.stability.main_impacts import SHARE, ImpactCycle
+from vibrodrive.stability.reach import CLOSED, INTERVALS, LATE, reach
 
-EPS, ETA, TAU0 = (COLUMNS.index(name) for name in ("eps", "eta", "tau0"))
-START = [COLUMNS.index(name) for name in ("xi0", "dxi0")]
+FIRST = 0.1  # velocity εηA of the first band tried, as a share of A
+STEPS = 0.5, 1.4  # factors of the width of a band after one that is not proved, and after one that is
+THIN = 2e-3  # the search ends at bands of this share of what is proved,
+LEAST = 1e-12  # or of this width,
+BUDGET = 1e9  # or after so many evaluations of a motion, about a minute
+RIPPLES = 1e4  # largest number of periods of the disturbance in a period of the orbit
+DENOMINATOR = 64  # largest q of η = p/q of which only q phases are taken
+DRIFT = 1e-6  # half width of the cells of these phases
+STARTS = 1.0  # starts tried: so far before and after the phases of the orbit, in radians,
+SHARES = 1.0, 0.85, 0.7, 0.5, 0.25  # and shares of them, or of those of the bands before
+TOUCHES = 1.0, 0.2, 0.0  # largest speeds of touches tried, as shares of the largest one allowed
 
-BEGIN, LEAST, MOST = 1e-4, 1e-12, 1.0  # first, smallest and largest ε tried
-STRIDE = 8.0  # ratio of two values tried until the limit lies between them
-BELOW = (0.9, 0.7, 0.5)  # shares of a limit that must be kept, too
-GROWTHS = 150  # most steps in which intervals grow
-REACH = 0.02  # share of their width by which growing intervals grow in addition
-SLOW = 60  # after so many steps, each twelfth extrapolates what is left of a growth as a geometric series,
-RATIO = 0.95  # whose ratio is at most this
-PERIODS = 4096  # number of periods among which phases of the disturbance are looked up
-CLOSED = 1e-9  # least distance of two of its phases, as a share of a cycle
-FARTHEST = 2**26  # largest number of periods before an impact
+SAMPLES = 16  # phases of the disturbance from which intervals grow, before they are proved
+GROWTHS = 100  # most steps in which they grow
+QUIET = 2  # number of steps without growth that end it
+RATIO = 0.95  # largest ratio of two steps in the estimate of what is left of a growth,
+SETTLED = 0.02  # which begins when steps are below this share of the width: larger steps do not reach beyond
+AROUND = 2.0  # how far outside of an interval arrivals are seen while it grows
+CELLS, HALVINGS = 8, 4  # least number of cells of the phase of the disturbance, and how often one is halved
+DIVISIONS = math.inf, 0.125, 0.02  # lengths to which intervals are divided at least, in ripples of the disturbance
+WORK = 2e6  # most evaluations for one of them
 
-
-class Samples(NamedTuple):
-    """Numbers of phases of an impact and of the disturbance, and the ratio of two values of ε that ends a search.
-
-    If fewer phases of the disturbance occur, there are as many more phases of the impact.
-    """
-
-    impact: int
-    disturbance: int
-    ratio: float
-
-
-ROUGH = Samples(4, 24, 1.02)
-FINE = Samples(12, 96, 1.005), Samples(24, 384, 1.005), Samples(48, 768, 1.005)
+ROUNDING = 1e-12  # what rounding adds to an integral of the force, as a share of its size and of the time in ripples
+FORCE = 1e-9  # and to a force
+DRIFTS, ORDER = "the phases of the impacts drift out of every interval", "main impacts may come in another order"
+LONG = "no proof within the budget of evaluations"
+WORDS = (
+    "", "a main impact may fail to come when it is due", "an impact may be neither a touch nor a main impact",
+    "too many intervals", "the phases of the disturbance are too far apart",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Always:
-    """The largest ε found at which a structure is kept for all times, starts and phases of the disturbance.
+    """The amplitude up to which a structure is proved to be kept for all times, starts and phases of the disturbance.
 
-    k2 : this ε; 0 if there is none above the smallest value tried.
-    starts : first and last phase of the interval from which it is kept, for each main impact of the orbit; the first
-        phase is in [0, 2π).
-    kind : "sampled", because what lies between two phases tried is not proven.
-    how : what is lost at the next larger ε tried.
+    k2 : this ε; NaN if no proof is found.
+    starts : first and last phase of the interval from which it is kept under *every* ε up to `k2`, for each main impact
+        of the orbit; the first phase is in [0, 2π). Empty without a proof.
+    how : why no larger amplitude is proved.
     """
 
-    k2: float
-    starts: tuple[tuple[float, float], ...]
-    kind: str = "sampled"
+    k2: float = math.nan
+    starts: tuple[tuple[float, float], ...] = ()
     how: str = ""
 
     @property
+    def kind(self) -> str:
+        """What the number is: "proved", or "" if there is none."""
+        return "proved" if self.starts else ""
+
+    @property
     def starts_width(self) -> float:
-        """Least width of the intervals in radians."""
-        return min(last - first for first, last in self.starts)
+        """Least width of the intervals in radians; NaN without a proof."""
+        return min((last - first for first, last in self.starts), default=math.nan)
 
 
-def find_always(point: np.ndarray, cycle: ImpactCycle, settings: Settings, threads: int, halt: Halt) -> Always:
-    """Find the limit for all times of an orbit with the main impacts `cycle`.
+class Unproved(Exception):
+    """Intervals do not return into themselves. The message says why."""
 
-    `point` is a row of parameters (`Plan.rows`), of which ε and the start are not used, and `settings` are those of the
-    disturbed motions.
+
+def find_always(A: float, B: float, eta: float, cycle: ImpactCycle) -> Always:
+    """Prove the limit for all times of an orbit with the main impacts `cycle`.
+
+    The structure is kept under every constant amplitude up to `k2`, and under amplitudes that change from one main
+    impact to the next within one band.
     """
-    flights = _Flights(point, cycle, settings, threads, halt)
-    search = _Search(flights, ROUGH)
-    kept = search.between(*search.around(BEGIN))
-    while kept > 0.0 and (lost := [share for share in BELOW if search.intervals(share * kept) is None]):
-        kept = search.between(*search.around(lost[-1] * kept))
-    for samples in FINE if kept > 0.0 else ():
-        search, before = _Search(flights, samples, search), kept
-        kept = search.beside(kept)
-        if samples != FINE[0] and kept * samples.ratio >= before:  # more samples change nothing
-            break
-    inside = search.kept[kept]
-    first = (cycle.phase + inside[:, 0]) % TWO_PI
-    last = first + np.ptp(inside, axis=1)
-    return Always(kept, tuple(zip(first.tolist(), last.tolist(), strict=True)), how=search.how)
+    if eta * cycle.n > RIPPLES:
+        return Always(how=LONG)
+    motions = _Motions(A, B, eta, cycle)
+    low, step, proved, how = 0.0, FIRST / eta, False, ""
+    starts = np.tile((-STARTS, STARTS), (len(cycle.gaps), 1))
+    while step > max(THIN * low, LEAST) and motions.work[0] < BUDGET:
+        band = low, low + step
+        try:
+            inside = motions.proved(band, motions.grown(band, starts))
+        except Unproved as reason:
+            step, how = step * STEPS[0], str(reason)
+            continue
+        starts = np.stack([np.maximum(starts[:, 0], inside[:, 0]), np.minimum(starts[:, 1], inside[:, 1])], axis=1)
+        low, step, proved = low + step, step * STEPS[1], True
+    if not proved:
+        return Always(how=how)
+    first = (cycle.phase + starts[:, 0]) % TWO_PI
+    last = first + np.ptp(starts, axis=1)
+    return Always(low, tuple(zip(first.tolist(), last.tolist(), strict=True)), how)
 
 
-@lru_cache(maxsize=16)
-def turns(eta: float, count: int) -> np.ndarray:
-    """Return numbers of excitation periods after which the phase of the disturbance takes `count` values over a cycle.
+class _Motions:
+    """Motions from main impacts to the next ones, at one point of the parameters.
 
-    They are fewer if η = p/q with a small q, so that q phases occur only.
-
-    >>> turns(100.25, 24).tolist()
-    [0, 1, 2, 3]
-    """
-    phase = eta * np.arange(PERIODS) % 1.0
-    phase[phase > 1.0 - CLOSED] = 0.0
-    wanted = np.arange(count) / count
-    known, first = np.unique(np.round(phase / CLOSED), return_index=True)
-    apart = np.diff(known, append=1.0 / CLOSED).max() * CLOSED
-    if apart > 0.5 / count and len(known) == PERIODS:  # the phase drifts slowly: take many of its smallest steps
-        back = phase > 0.5
-        step = np.where(back, 1.0 - phase, phase)
-        least = 1 + int(step[1:].argmin())
-        many = np.round(np.where(back[least], -wanted % 1.0, wanted) / step[least]) * least
-        return many[many <= FARTHEST].astype(np.int64)
-    at = np.unique(np.searchsorted(known * CLOSED, wanted).clip(max=len(known) - 1))
-    return np.sort(first[at])
-
-
-class _Flights:
-    """Flights from a main impact to the next one, at one point of the parameters."""
-
-    def __init__(self, point: np.ndarray, cycle: ImpactCycle, settings: Settings, threads: int, halt: Halt) -> None:
-        self.cycle, self._point, self._threads, self._halt = cycle, point.copy(), threads, halt
-        self._point[START] = 0.0
-        self._settings = replace(settings, transient=0, periods=int(cycle.gaps.max()) + 2)
-
-    def reached(self, eps: float, inside: np.ndarray, samples: Samples) -> np.ndarray | str:
-        """Return the least and the largest phase of the main impacts that follow those of intervals, float64 (m, 2).
-
-        Phases are relative to those of the orbit. If a gap or the order is another one than in the orbit, or if no
-        speed separates main impacts from touches, the answer is a text that says so.
-        """
-        cycle, m = self.cycle, len(self.cycle.gaps)
-        periods = turns(float(self._point[ETA]), samples.disturbance)
-        share = np.linspace(0.0, 1.0, samples.impact * samples.disturbance // len(periods))
-        phase = cycle.phase[:, None] + inside[:, :1] + np.ptp(inside, axis=1)[:, None] * share
-        tau0 = np.add.outer(phase % TWO_PI, TWO_PI * periods).ravel()
-        impacts = self._impacts(eps, tau0)
-        if impacts is None:
-            return Status.BUDGET.words
-        at = np.repeat(np.arange(m), tau0.size // m)
-        later = TWO_PI * impacts[..., TIME] + impacts[..., PHASE] - tau0[:, None]
-        later[~(later > PI)] = np.nan  # those of the first half period belong to the impact at the start
-        gap, speed = np.rint(later / TWO_PI), impacts[..., SPEED]
-        due = gap == cycle.gaps[at][:, None]
-        if not due.any(axis=1).all():
-            return "no impact after the gap of the orbit"
-        main = np.where(due, speed, -1.0).argmax(axis=1)[:, None]
-        phase, fast = (np.take_along_axis(impacts[..., column], main, 1)[:, 0] for column in (PHASE, SPEED))
-        touch = np.where(later < np.take_along_axis(later, main, 1), speed, 0.0).max()
-        if touch > SHARE * cycle.speed.min() or touch >= fast.min():
-            return "touches as fast as main impacts"
-        rows = np.empty(len(phase), [("phase", float), ("speed", float)])
-        rows["phase"], rows["speed"] = phase, fast
-        after = (at + 1) % m
-        if (nearest(cycle, rows) != after).any():
-            return "impacts in another order"
-        away = (phase - cycle.phase[after] + PI) % TWO_PI - PI
-        return np.array([(away[after == k].min(), away[after == k].max()) for k in range(m)])
-
-    def _impacts(self, eps: float, tau0: np.ndarray) -> np.ndarray | None:
-        """Return the main impacts after a start from rest at each of the times `tau0`, as kernels write them."""
-        points = np.repeat(self._point[None], len(tau0), axis=0)
-        points[:, EPS], points[:, TAU0] = eps, tau0
-        status, impacts = compute_impacts(points, self._settings, self._threads, self._halt)
-        return None if (status == Status.BUDGET).any() else impacts
-
-
-class _Search:
-    """Search for the largest ε with intervals that return into themselves, with one choice of samples.
-
-    `before` is a search with fewer samples: intervals grow from those that it has found at a smaller ε.
-
-    kept : intervals by the value of ε, float64 (m, 2), relative to the phases of the orbit.
-    how : what was lost at the last ε that was lost.
+    Intervals are float64 (m, 2), relative to the phases of the orbit. `work` counts evaluations.
     """
 
-    def __init__(self, flights: _Flights, samples: Samples, before: _Search | None = None) -> None:
-        self._flights, self._samples = flights, samples
-        self.kept: dict[float, np.ndarray] = (
-            before.kept.copy() if before else {0.0: np.zeros((len(flights.cycle.gaps), 2))}
-        )
-        self.how: str = before.how if before else ""
+    def __init__(self, A: float, B: float, eta: float, cycle: ImpactCycle) -> None:
+        self.A, self.B, self.eta, self.cycle, self.m = A, B, eta, cycle, len(cycle.gaps)
+        after = np.roll(cycle.phase, -1)
+        self.due = after + TWO_PI * (cycle.gaps - np.rint((after - cycle.phase) / TWO_PI))
+        near = Fraction(eta).limit_denominator(DENOMINATOR)
+        self.q = near.denominator if float(near) == eta else 0
+        self.work = np.array([0.0, math.inf])
+        self._touch, *_ = self._touches = [share * SHARE * float(cycle.speed.min()) for share in TOUCHES]
+        self._worst: deque[float] = deque(maxlen=SAMPLES)
+        self._out = np.empty(4)
+        self._rests, self._pieces, self._rows = (np.empty((INTERVALS, n)) for n in (2, 2, 4))
 
-    def around(self, value: float) -> tuple[float, float]:
-        """Return an ε that is kept and a larger one that is lost, or twice an end of the range that has none beyond."""
-        if self.intervals(value) is not None:
-            while value < MOST:
-                value, above = min(value * STRIDE, MOST), value
-                if self.intervals(value) is None:
-                    return above, value
-            return MOST, MOST
-        while value > LEAST:
-            value /= STRIDE
-            if self.intervals(value) is not None:
-                return value, value * STRIDE
-        return 0.0, 0.0
+    def grown(self, band: tuple[float, float], starts: np.ndarray) -> np.ndarray:
+        """Return intervals that return into themselves for some cells, with as much as is found of the starts tried."""
+        inside = self._least(band, np.zeros((self.m, 2)))
+        for end, sign in enumerate((-1.0, 1.0)):
+            for share in SHARES:
+                wide = inside.copy()
+                wide[:, end] = sign * np.maximum(sign * inside[:, end], sign * share * starts[:, end])
+                if (wide == inside).all():
+                    break
+                try:
+                    inside = self._least(band, wide)
+                    break
+                except Unproved:
+                    pass
+        return inside
 
-    def between(self, low: float, high: float) -> float:
-        """Return the largest ε found to be kept between one that is kept and one that is lost."""
-        while high > low * self._samples.ratio:
-            middle = math.sqrt(low * high)
-            low, high = (low, middle) if self.intervals(middle) is None else (middle, high)
-        return low
+    def proved(self, band: tuple[float, float], inside: np.ndarray) -> np.ndarray:
+        """Return intervals around `inside` that are proved to return into themselves for all amplitudes of a band."""
+        while True:
+            try:
+                self._prove(band, inside)
+            except Unproved:
+                before, inside = inside, self._least(band, inside)  # with the phase at which the proof has failed
+                if (before == inside).all():
+                    raise
+            else:
+                return inside
 
-    def beside(self, value: float) -> float:
-        """Return the largest ε found to be kept, from the one that fewer samples have found."""
-        ratio = self._samples.ratio
-        if self.intervals(value) is not None:
-            while value < MOST and self.intervals(value * ratio) is not None:
-                value *= ratio
-            return value
-        while value > LEAST:
-            above, value, ratio = value, value / ratio, ratio * ratio
-            if self.intervals(value) is not None:
-                return self.between(value, above)
-        return 0.0
+    def _prove(self, band: tuple[float, float], inside: np.ndarray) -> None:
+        """Raise Unproved if the intervals do not return into themselves for all cells and all amplitudes of a band."""
+        width = self._width(band)
+        n = self.q or math.ceil(PI / width)
+        whole = width if self.q else PI / n
+        cells = [(TWO_PI * j / n, whole) for j in range(n)]
+        while cells:
+            psi, b = cells.pop()
+            try:
+                for k in range(self.m):
+                    self._image(k, band, (psi, b), inside, 0.0)
+            except Unproved:
+                if self.q or b < whole / 2**HALVINGS:
+                    self._worst.append(psi)
+                    raise
+                cells += [(psi - 0.5 * b, 0.5 * b), (psi + 0.5 * b, 0.5 * b)]
 
-    def intervals(self, eps: float) -> np.ndarray | None:
-        """Return intervals that return into themselves at ε, or None if there are none."""
-        inside = self.kept[max(known for known in self.kept if known <= eps)]
-        last = np.zeros_like(inside)
-        for number in range(1, GROWTHS + 1):
-            reached = self._flights.reached(eps, inside, self._samples)
-            if isinstance(reached, str):
-                self.how = reached
-                return None
-            step = np.maximum((inside - reached) * (1.0, -1.0), 0.0)
-            if not step.any():
-                self.kept[eps] = inside
+    def _width(self, band: tuple[float, float]) -> float:
+        """Return half the width of a cell that is as coarse as a band, in its effect on integrals of the force."""
+        low, high = (eps * self.A * self.eta for eps in band)
+        return DRIFT if self.q else min(PI / CELLS, 0.5 * (high - low) / min(high, self.A / self.eta))
+
+    def _least(self, band: tuple[float, float], inside: np.ndarray) -> np.ndarray:
+        """Return grown intervals for the first dividing speed with which they return into themselves."""
+        for touch in list(self._touches):
+            self._touch = touch
+            try:
+                grown = self._grown(band, self._width(band), inside)
+            except Unproved as reason:
+                how = reason
+            else:
+                self._touches.sort(key=lambda speed: speed != touch)
+                return grown
+        self._touch = self._touches[0]
+        raise how
+
+    def _grown(self, band: tuple[float, float], b: float, inside: np.ndarray) -> np.ndarray:
+        """Return the least intervals around `inside` that return into themselves for some cells."""
+        n, last, quiet = self.q or SAMPLES, np.zeros((self.m, 2)), 0
+        for number in range(GROWTHS):
+            turn = 0.0 if self.q else number * 0.6180339887 % 1.0
+            cells = [(psi, b) for psi in (*(TWO_PI * (j + turn) / n for j in range(n)), *self._worst)]
+            reached = np.array([self._images(band, cell, inside) for cell in cells])
+            ends = np.stack([reached[..., 0].min(axis=0), reached[..., 1].max(axis=0)], axis=1)
+            step = np.maximum((inside - ends) * (1.0, -1.0), 0.0)
+            quiet = 0 if step.any() else quiet + 1
+            if quiet == QUIET:
                 return inside
             ratio = np.minimum(np.divide(step, last, out=np.zeros_like(step), where=last > 0.0), RATIO)
-            rest = ratio / (1.0 - ratio) if number > SLOW and number % 12 == 0 else 0.0
-            far = step * (1.0 + rest) + REACH * (np.ptp(inside, axis=1)[:, None] + step)
-            inside = inside + np.where(step > 0.0, far, 0.0) * (-1.0, 1.0)
-            last = step
-        self.how = "impacts drift out of every interval"
-        return None
+            rest = ratio / (1.0 - ratio) if number > 12 and number % 4 == 0 else 0.1
+            beyond = np.where(step < SETTLED * (np.ptp(inside, axis=1)[:, None] + step), rest, 0.0)
+            inside, last = inside + step * (1.0 + beyond) * (-1.0, 1.0), step if step.any() else last
+            self._check_gaps(inside)
+        raise Unproved(DRIFTS)
+
+    def _images(self, band: tuple[float, float], cell: tuple[float, float], inside: np.ndarray) -> np.ndarray:
+        """Return the arrivals of all main impacts, float64 (m, 2), also if they are outside of the intervals."""
+        return np.roll([self._image(k, band, cell, inside, AROUND) for k in range(self.m)], 1, axis=0)
+
+    def _check_gaps(self, inside: np.ndarray) -> None:
+        """Raise Unproved if main impacts in the intervals may have other gaps than in the orbit."""
+        start, due = self.cycle.phase[:, None] + inside, self.due[:, None] + np.roll(inside, -1, axis=0)
+        turns = TWO_PI * self.cycle.gaps
+        if (due[:, 1] - start[:, 0] >= turns + PI).any() or (due[:, 0] - start[:, 1] <= turns - PI).any():
+            raise Unproved(DRIFTS)
+
+    def _image(
+        self, k: int, band: tuple[float, float], cell: tuple[float, float], inside: np.ndarray, around: float
+    ) -> np.ndarray:
+        """Return the first and the last arrival after main impact k, by the coarsest division of starts that closes."""
+        for share in DIVISIONS:
+            if self.work[0] > BUDGET:
+                raise Unproved(LONG)
+            self.work[1] = self.work[0] + WORK
+            result, arrivals = self._reach(k, band, cell, inside, share * TWO_PI / self.eta, around)
+            if result in (CLOSED, LATE):
+                break
+        if result != CLOSED:
+            raise Unproved(WORDS[result])
+        if self.m > 1 and not self._in_order((k + 1) % self.m, *arrivals, *self._out[2:]):
+            raise Unproved(ORDER)
+        return arrivals
+
+    def _reach(
+        self, k: int, band: tuple[float, float], cell: tuple[float, float], inside: np.ndarray, finest: float,
+        around: float,
+    ) -> tuple[int, np.ndarray]:  # fmt: skip
+        """Return the result of reach.py for the starts of main impact k, and the arrivals relative to the orbit."""
+        (low, high), (psi, b) = (tuple(eps * self.A * self.eta for eps in band), cell)
+        # motions of a cell are compared at one time, or at times at which they have one phase of the disturbance
+        shift = b / self.eta if high * self.eta > self.A else 0.0
+        start = self.cycle.phase[k] + inside[k] + (-shift, shift)
+        due = self.due[k] + inside[(k + 1) % self.m] + (shift - around, around - shift)
+        ripples, size = self.eta * (due[1] + 2.0 * TWO_PI), 1.0 + self.A + self.B + high
+        slow = self.A * shift
+        far, wide = slow if shift else b * high, 0.5 * (high - low)
+        d = far + wide + ROUNDING * size * (1.0 + ripples)
+        mu = (slow if shift else far * self.eta) + wide * self.eta + FORCE * (size + high * self.eta)
+        line = np.array([self.A, self.B, 0.5 * (low + high), self.eta, psi, d, mu, slow, 1e-14 * size])
+        near = -math.inf if self.m > 1 else min(start[0] + PI, due[0] + around - PI)
+        self._rests[0] = start
+        window = np.array([near, *due, self._touch])
+        result = reach(line, window, finest, self._rests, self._pieces, self._rows, self._out, self.work)
+        return int(result), self._out[:2] - self.due[k] + (-shift, shift)
+
+    def _in_order(self, k: int, first: float, last: float, least: float, most: float) -> bool:
+        """Return whether main impact k of the orbit is the nearest one to all impacts with such phases and speeds."""
+        phase, speed = self.cycle.phase - self.cycle.phase[k], self.cycle.speed - self.cycle.speed[k]
+        corners = np.array([(x, v - self.cycle.speed[k]) for x in (first, last) for v in (least, most)])
+        for x, v in zip(phase, speed, strict=True):
+            for turn in (-TWO_PI, 0.0, TWO_PI):
+                away = np.array([x + turn, v])
+                if away.any() and (corners @ away >= 0.5 * away @ away).any():
+                    return False
+        return True

@@ -112,15 +112,15 @@ class Limit:
     status : Status
         OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
     always : Always or None
-        limit for all times, starts and phases of the disturbance (always.py), with the intervals of starts; None for
-        another disturbance than ε, another method than certified, or no impacts. It
-        is computed when it is first asked for, which takes some seconds.
+        limit for all times, starts and phases of the disturbance, proved (always.py), with the intervals of starts;
+        None for another disturbance than ε, another method than certified, or no impacts. It is computed when it is
+        first asked for, which takes 5 to 45 seconds.
     k2_always : float
-        the largest ε up to which the structure is kept for all times, for all starts in these intervals, and for all
-        phases of the disturbance; NaN without `always`. It is a lower bound of the limit over any number of periods,
-        apart from what lies between the samples, and `k2` an upper one.
+        an ε up to which the structure is proved to be kept for all times, for all starts in these intervals, and for
+        all phases of the disturbance; NaN without a proof, with the reason in `always.how`. It is a lower bound of the
+        limit over any number of periods, and `k2` an upper one.
     starts_width : float
-        least width of the intervals of starts, as a phase in radians; NaN without `always`.
+        least width of the intervals of starts, as a phase in radians; NaN without a proof.
     scene : Scene or None
         machine in SI units, if it was given.
     find_always : function or None
@@ -282,7 +282,7 @@ def limit(
         `kept_at` is the curve behind it: whether the structure is kept, for each value tried.
         `last_kept` is the largest value at which it is kept together with its lower neighbour, and
         `share_kept` the share of the values between `k2` and `last_kept` at which it is kept, 0 to 1.
-        `k2_always` is the largest value found at which it holds for all times, starts and phases of the disturbance.
+        `k2_always` is a value up to which it is proved to be kept for all times, starts and phases of the disturbance.
         `n` is the period of the undisturbed orbit in excitation periods.
         `how` is a text that describes the loss.
         `kept` and `lost` are the structures of the motions at `kept_below` and at `k2`.
@@ -473,8 +473,8 @@ class LimitSearch:
         """Return a function that finds the limit of an orbit for all times, where it is defined."""
         if not self._of_force or base.cycle is None:
             return None
-        point = self.plan.rows(np.array([index]))[0]
-        return partial(find_always, point, base.cycle, self.plan.settings, self.threads, Halt())
+        at = self.plan.arguments(index)
+        return partial(find_always, at["A"], at["B"], at["eta"], base.cycle)
 
     def _advanced(self, active: list[_Problem], evaluator: Evaluator) -> Iterator[tuple[int, Limit]]:
         """Compute what the searches request. Remove those that end, and yield (number of the point, Limit) for each."""

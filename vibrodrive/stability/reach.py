@@ -1,11 +1,12 @@
 """All motions that begin at rest at the obstacle in an interval of phases: when they touch the obstacle next.
 
 A *line* is a fixed force H(t) = A sin t + V η sin(ψ + ηt) - B. A *cell* is a set of forces close to that of a line, and
-the functions here enclose the motions under all of them. The facts that they rest on:
+the functions here enclose the motions under all of them. The steps of the proof (docs/stability.md) used here:
 
 (1) Friction contracts. If the integrals of two forces differ by at most d, apart from a constant, then the velocities
-of two free motions, which ignore the obstacle, from one state differ by at most 2d, and their positions at the time h
-later by at most d h + 2d/η. So rounding, and whatever happens at a zero of ξ' that is only nearly one, adds to d.
+of two free motions, which ignore the obstacle, from one state differ by at most 2d, and their positions after a time h
+by d h and the integral of that difference: at most 2d/η if it is a ripple, slow min(h, 2) if it changes as slowly as
+sin t. Rounding, and whatever happens at a zero of ξ' that is only nearly one, adds to d.
 
 (2) Free motions under one force do not overtake each other in ξ'. So the motions that leave the obstacle between two
 times are between the free motions from the first time, the *upper* one, and from the last, the *lower* one.
@@ -29,6 +30,7 @@ arrival in the window; too many intervals; the cell is too large."""
 INTERVALS = 256  # most intervals of rest on a line, and of touches of one pair of flights
 LAST_BIT = 4e-16  # least step, as a share of a time
 FINE = 64  # pieces of a ripple, 2π/η, over which velocities are bounded
+LARGEST_MU = 0.45  # below a half, so that forces at which motions leave and fall are apart
 
 
 class Line(NamedTuple):
@@ -36,6 +38,7 @@ class Line(NamedTuple):
 
     d : largest difference of integrals of forces of the cell from that of the line, with rounding.
     mu : largest difference of these forces from that of the line.
+    slow : share of d that changes with the slow force, not with the ripple.
     tiny : a velocity that counts as 0.
     """
 
@@ -46,6 +49,7 @@ class Line(NamedTuple):
     psi: float
     d: float
     mu: float
+    slow: float
     tiny: float
 
 
@@ -55,14 +59,12 @@ class Window(NamedTuple):
     t < near : it belongs to the impact at the start, whatever its speed.
     first <= t <= last : it arrives, if it is at least as fast as `touch`.
     Otherwise it must be a touch, slower than `touch`.
-    floor : least speed of an arrival.
     """
 
     near: float
     first: float
     last: float
     touch: float
-    floor: float
 
 
 class Slide(NamedTuple):
@@ -140,10 +142,11 @@ def time_of(f, b, low, high, level):
 
 
 @part
-def fastest(f, b, sign, first, last):
+def fastest(f, b, sign, first, last, work):
     """Return a bound of sign ξ' between two times of a slide."""
     n = 1 + int((last - first) * f.eta * (FINE / TWO_PI))
     step, most = (last - first) / n, -math.inf
+    work[0] += n
     for k in range(n + 1):
         most = max(most, sign * at(f, b, first + k * step - b.t)[0])
     return most + 0.125 * (f.A + f.V * f.eta * f.eta) * step * step
@@ -175,7 +178,7 @@ def leg(f, t, v, x, side, floor, until, work):
         pull, g = f.A * s + wave * fs - f.B, side * u
         if g <= f.tiny:
             return t + h, 0.0, y, 1.0 if pull > 1.0 else -1.0 if pull < -1.0 else 0.0
-        if t + h >= until:
+        if h >= until - t:
             return until, u, y, side
         low = h
         step = ahead(g, side * pull - 1.0, bend)
@@ -188,7 +191,7 @@ def leg(f, t, v, x, side, floor, until, work):
 @inline
 def room(f, h):
     """Return how far a motion of the cell may be from the free motion of the line, the time h after both left."""
-    return f.d * (h + 2.0 / f.eta) + 100.0 * f.tiny
+    return f.d * (h + 2.0 / f.eta) + f.slow * min(h, 2.0) + 300.0 * f.tiny
 
 
 @part
@@ -246,7 +249,7 @@ def touches(f, start, from_, until, near, rows, work):
         if begins:
             rows[count, 0], rows[count, 3] = first, 2.0 * f.d
         if inside and b.side < 0.0:
-            fast = fastest(f, b, -1.0, first, t) + 2.0 * f.d if t > near else math.inf
+            fast = fastest(f, b, -1.0, first, t, work) + 2.0 * f.d if t > near else math.inf
             rows[count, 3] = max(rows[count, 3], fast)
         if inside and b.side > 0.0:
             rise, fall = rises(f, b, t, work)
@@ -260,7 +263,7 @@ def touches(f, start, from_, until, near, rows, work):
             rows[count, 1] = t
         if x < lowest:
             lowest, when = x, t
-    return count + int(inside)
+    return count + int(inside) if count + int(inside) <= len(rows) else -1
 
 
 @part
@@ -275,23 +278,18 @@ def image(f, w, start, end, from_, rows, work):
     if landed >= until:
         return -2
     count = touches(f, end, from_, landed, w.near, rows, work)
-    if count == 0:  # by rounding
-        rows[0, 0] = rows[0, 1] = landed
-        rows[0, 3] = math.inf
-        count = 1
     upper = slide_from(f, begun, speed, 0.0, -1.0)
     for k in range(count):
         rows[k, 2] = 0.0
         if rows[k, 1] >= w.near and rows[k, 0] >= begun:
-            rows[k, 2] = max(-fastest(f, upper, 1.0, rows[k, 0], rows[k, 1]) - 2.0 * f.d, 0.0)
+            rows[k, 2] = max(-fastest(f, upper, 1.0, rows[k, 0], rows[k, 1], work) - 2.0 * f.d, 0.0)
     return count
 
 
 @inline
 def strays(w, row):
     """Return whether an interval of touches may contain an impact that is neither a touch nor an arrival."""
-    arrives = w.first <= row[0] and row[1] <= w.last
-    return row[1] >= w.near and (row[2] < w.floor and row[3] >= w.touch if arrives else row[3] >= w.touch)
+    return row[1] >= w.near and row[3] >= w.touch and not (w.first <= row[0] and row[1] <= w.last)
 
 
 @inline
@@ -322,15 +320,11 @@ def take(w, rows, count, rests, resting, out):
     """Add touches to the intervals of rest, and arrivals to `out`. Return the number of intervals of rest, -1: full."""
     for k in range(count):
         first, last, slow, fast = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
-        near, arrives = last < w.near, w.first <= first and last <= w.last
-        if not near and arrives and fast >= w.touch:
+        arrives = last >= w.near and w.first <= first and last <= w.last
+        if arrives and fast >= w.touch:
             out[0], out[1] = min(out[0], first), max(out[1], last)
-            out[2], out[3] = min(out[2], slow), max(out[3], fast)
-        elif not near:
-            out[4] = max(out[4], fast)
-        elif fast >= w.floor:
-            out[5] = max(out[5], last)
-        if near or not arrives or slow < w.touch:
+            out[2], out[3] = min(out[2], max(slow, w.touch)), max(out[3], fast)
+        if not arrives or slow < w.touch:
             resting = join(rests, resting, first, last)
             if resting < 0:
                 return -1
@@ -338,10 +332,10 @@ def take(w, rows, count, rests, resting, out):
 
 
 @part
-def leave(f, w, start, rests, resting, pieces, until):
+def leave(f, start, rests, resting, pieces, until):
     """Find the next time span in which motions at rest can leave, and divide the intervals of rest there.
 
-    Return (number of intervals of rest that remain, number of pieces in which motions leave, when touches begin).
+    Return the number of intervals of rest that remain (-1: too many), the number of pieces, and when touches can begin.
     """
     mu = f.mu
     begins = crossing(f, start, -1.0, 1.0 - 2.0 * mu, until)
@@ -349,18 +343,16 @@ def leave(f, w, start, rests, resting, pieces, until):
     surely = crossing(f, begins, -1.0, 1.0 + 2.0 * mu, ends)  # from here on every motion leaves,
     doubtful = crossing(f, surely, 1.0, 1.0 + mu, ends) if surely < ends else begins  # up to here
     count = kept = 0
-    waits, stays = False, surely >= ends
+    stays = surely >= ends
     for k in range(resting):
         first, last = rests[k, 0], rests[k, 1]
-        waits |= first < begins
-        if last >= begins and first <= ends:
-            count = join(pieces, count, max(first, begins), min(last, ends))
+        if first <= ends:
+            leaves = ends if last > doubtful else max(last, surely if first < surely else last)
             stays |= last > doubtful
+            count = join(pieces, count, max(first, begins), min(leaves, ends))
         if last > ends:
             rests[kept, 0], rests[kept, 1] = max(first, ends), last
             kept += 1
-    if waits:
-        count = join(pieces, count, begins, surely)
     if stays:
         kept = join(rests, kept, ends, ends)
     return kept, count, crossing(f, ends, 1.0, mu - 1.0, until)
@@ -376,19 +368,16 @@ def reach(line, window, finest, rests, pieces, rows, out, work):
     finest : a piece of starts is divided down to this length if its touches are more than a quarter of a ripple apart,
         and to a 1000th of it if one may stray.
     rests, pieces, rows : work arrays (INTERVALS, 2), (INTERVALS, 2), (INTERVALS, 4).
-    out : float64 (8,), receives first and last arrival, its least and largest speed, the largest speed of a touch that
-        belongs to no main impact, the last time of one that belongs to the start and is not slower than `floor`, and
-        where the motions left that stray.
+    out : float64 (4,), receives the first and the last time of an arrival, its least and its largest speed.
     work : float64 (2,), counted evaluations, and their largest number.
 
     Return one of the results above.
     """
-    f = Line(line[0], line[1], line[2], line[3], line[4], line[5], line[6], line[7])
-    w = Window(window[0], window[1], window[2], window[3], window[4])
+    f = Line(line[0], line[1], line[2], line[3], line[4], line[5], line[6], line[7], line[8])
+    w = Window(window[0], window[1], window[2], window[3])
     out[0] = out[2] = math.inf
-    out[1] = out[3] = out[5] = -math.inf
-    out[4] = 0.0
-    if f.mu > 0.3:
+    out[1] = out[3] = -math.inf
+    if f.mu > LARGEST_MU:
         return COARSE
     until, resting = w.last + 2.0 * TWO_PI, 1
     while resting > 0:
@@ -397,21 +386,21 @@ def reach(line, window, finest, rests, pieces, rows, out, work):
             start = min(start, rests[k, 0])
         if start > w.last:
             return LATE
-        resting, count, from_ = leave(f, w, start, rests, resting, pieces, until)
+        resting, count, from_ = leave(f, start, rests, resting, pieces, until)
         if from_ >= until:
             return LATE
         while count > 0:
             count -= 1
             first, last = pieces[count, 0], pieces[count, 1]
             touching = image(f, w, first, last, from_, rows, work)
-            result = LATE if touching == -2 else FULL if touching == -1 else CLOSED
-            apart = rows[max(touching, 1) - 1, 1] - rows[0, 0] > 0.25 * TWO_PI / f.eta
-            for k in range(max(touching, 0)):
+            result = LATE if touching == -2 else FULL if touching <= 0 else CLOSED
+            apart = touching > 0 and rows[touching - 1, 1] - rows[0, 0] > 0.25 * TWO_PI / f.eta
+            for k in range(touching):
                 apart |= mixes(w, rows[k])
                 if strays(w, rows[k]):
                     result = STRAYS
-            open_, span = result != CLOSED, last - first
-            if (span > finest and (apart or open_)) or (span > 1e-3 * finest and open_):
+            lost, span = result != CLOSED, last - first
+            if (span > finest and (apart or lost)) or (span > 1e-3 * finest and lost):
                 if count + 2 > len(pieces) or work[0] > work[1]:
                     return FULL
                 middle = 0.5 * (first + last)
@@ -419,10 +408,9 @@ def reach(line, window, finest, rests, pieces, rows, out, work):
                 pieces[count + 1, 1] = last
                 count += 2
                 continue
-            out[6], out[7] = first, last
-            if result != CLOSED:
+            if lost:
                 return result
             resting = take(w, rows, touching, rests, resting, out)
             if resting < 0:
                 return FULL
-    return CLOSED
+    return CLOSED if resting == 0 else FULL
