@@ -75,7 +75,9 @@ TOLD = {
 def arguments(name):
     """Return the sweep of a case: 14 points in 7 blocks (`small_blocks`). With a slow ripple a limit is found soon."""
     found = {"A": np.linspace(1.25, 1.55, 7), "B": [0.1, 0.12], "transient": 5, "periods": 9, "record": CASES[name]}
-    return found | {"failures": {"method": "fixed", "dtau": 0.1}, "limit": {"eta": 5.0}}.get(name, {})
+    return found | {"failures": {"method": "fixed", "dtau": 0.1}, "limit": {"eta": 5.0}, "always": {"eta": 5.3}}.get(
+        name, {}
+    )
 
 
 each = pytest.mark.parametrize("name", CASES)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.jit.slices import Halt
 from vibrodrive.stability import always
 from vibrodrive.stability.limit_search import GRIDS, search_band
 from vibrodrive.stability.main_impacts import follow_cycle
@@ -87,7 +88,7 @@ def test_arrivals_enclose_those_of_drawn_motions_of_a_cell(point, eps, b):
     """For drawn starts, phases and amplitudes of a cell, by single motions of the engine."""
     point, rng = {"B": 0.1, "eta": vd.ETA, **point}, np.random.default_rng(5)
     cycle = cycle_of(**point)
-    motions, band = always._Motions(**point, cycle=cycle), (eps * (1.0 - 0.1 * b), eps)
+    motions, band = always._Motions(**point, cycle=cycle, halt=Halt()), (eps * (1.0 - 0.1 * b), eps)
     inside = np.tile((-0.02, 0.03), (len(cycle.gaps), 1))
     for turn in rng.integers(1, 10_000, size=20).tolist():
         psi = point["eta"] * TWO_PI * turn + rng.uniform(-b, b)

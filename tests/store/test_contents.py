@@ -30,7 +30,7 @@ PLANS = {
     name: {"A": [1.0, 2.0], "eps": [0.0], "periods": 3, "record": record, **(GRID if name == "failures" else {})}
     for name, record in {**{name: (name,) for name in RECORDS}, "own": (OWN,), "several": TOGETHER}.items()
 }
-for name in ("limit", "impulses"):
+for name in ("limit", "impulses", "always"):
     PLANS[name].pop("eps")
 
 

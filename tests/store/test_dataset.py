@@ -84,7 +84,7 @@ def test_dataset_of_a_scene_is_in_si_units(tmp_path):
 def test_every_quantity_has_a_unit_or_none():
     """Who adds a quantity says in UNITS how it scales, or here that it does not."""
     unscaled = {"share_up", "share_down", "share_stick", "share_rest", "impact_phase", "certain_until"}
-    unscaled |= {"k2", "last_kept", "share_kept", "half_kept"}  # a disturbance
+    unscaled |= {"k2", "last_kept", "share_kept", "half_kept", "k2_always", "starts_width"}  # a disturbance
     numbers = {q.name for q in quantities(RECORDS) if q.dtype.startswith("<f")}
     assert {name for name in numbers if not QUANTITIES[name].scales} == unscaled
 

@@ -15,6 +15,7 @@ ABOVE = {
     "blocks of points": "stability.per_point:take_in_turn",
     "blocks of limits": "stability.per_point:find_limits",
     "blocks of impulses": "stability.per_point:find_impulses",
+    "blocks of proofs": "stability.per_point:find_proofs",
     "the failures of a motion": "stability.failures:count_failures",
     "the gaps of undisturbed motions": "jobs.maps:undisturbed_gaps",
     "the progress of a call": "jobs.progress:under_way",

@@ -66,6 +66,32 @@ class Beyond(IntEnum):
         }[self]
 
 
+class Unproved(IntEnum):
+    """Why no larger amplitude is proved for all times (stability/always.py), or none. Files have the numbers."""
+
+    LATE = 1
+    STRAYS = 2
+    FULL = 3
+    COARSE = 4
+    DRIFT = 5
+    ORDER = 6
+    BUDGET = 7
+    NO_IMPACTS = 8
+
+    @property
+    def meaning(self) -> str:
+        return {
+            Unproved.LATE: "a main impact may fail to come when it is due",
+            Unproved.STRAYS: "an impact may be neither a touch nor a main impact",
+            Unproved.FULL: "too many intervals",
+            Unproved.COARSE: "the phases of the disturbance are too far apart",
+            Unproved.DRIFT: "the phases of the impacts drift out of every interval",
+            Unproved.ORDER: "main impacts may come in another order",
+            Unproved.BUDGET: "no proof within the budget of evaluations",
+            Unproved.NO_IMPACTS: "there are no impacts",
+        }[self]
+
+
 NUMBER, SIGNED = "number", "signed"
 PERIODS, CYCLES, CODES, STATUSES, STRUCTURE = "periods", "cycles", "codes", "statuses", "structure"
 """How maps show a quantity: by shades of a scale, of a scale with 0 in its middle, or by one colour for each class."""
@@ -109,7 +135,7 @@ class Quantity(NamedTuple):
     special: tuple[tuple[float, str], ...] = ()
     lacking: str = "no such value"
     names: Callable[[int], str] | None = None
-    codes: type[How] | type[Beyond] | None = None
+    codes: type[How] | type[Beyond] | type[Unproved] | None = None
     title: str = ""
     latin: str = ""
     stored: str = ""
@@ -267,6 +293,16 @@ IMPULSES = (
 )  # fmt: skip
 """What every disturbance may be at each point (stability/impulses.py)."""
 
+ALWAYS = (
+    number("k2_always", "ε up to which the structure is proved to be kept for all times, starts and phases",
+           label="limit in $\\varepsilon$ for all times, proved", lacking=NO_PERIOD),
+    number("starts_width", "least width of the intervals of phases of an impact from which it is kept", unit="rad",
+           lacking=NO_PERIOD),
+    Quantity("always_how", "<i1", -1, "why no larger k2_always is proved; -1: see status", shown=CODES,
+             lacking=NO_PERIOD, codes=Unproved),
+)  # fmt: skip
+"""The limit for all times at each point (stability/always.py)."""
+
 FAILURE_COUNTS = (
     Quantity("judged", "<i4", -1, "switches of a grid method compared with certified ones",
              label="switches compared with certified ones"),
@@ -296,7 +332,7 @@ OF_MOTION = (
 QUANTITIES = {
     q.name: q
     for q in (
-        *SECTIONS, *LAST, *MAIN_IMPACTS, *SUMMARIES, IMPACT_POWER, KEPT, *ERRORS, *LIMITS, *IMPULSES,
+        *SECTIONS, *LAST, *MAIN_IMPACTS, *SUMMARIES, IMPACT_POWER, KEPT, *ERRORS, *LIMITS, *IMPULSES, *ALWAYS,
         *FAILURE_COUNTS, *POINTS,
         *OF_MOTION,
     )

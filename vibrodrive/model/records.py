@@ -1,7 +1,7 @@
 """Records of a sweep: what it keeps of each point, one object for each record (record.py, own.py for functions).
 
 Kernels write section, main impacts, summary and error bounds (batch/records.py). The record `failures` is taken from
-each motion, `limit` from a search with several motions a point, and `impulses` from the undisturbed orbit
+each motion, `limit` from a search with several motions a point, and `impulses` and `always` from the undisturbed orbit
 (stability/per_point.py).
 """
 
@@ -81,15 +81,25 @@ class _Impulses(Record):
     quantities = rows.IMPULSES
     alone, per_point = True, True
     wave = "blocks of impulses"
+    idle: tuple[str, ...] = ("eps", "eta", "section_phase")
+    why = "every disturbance is considered"
 
     def refuse(self, plan: Any) -> None:
         if plan.settings.method != Method.CERTIFIED:
             raise ValueError(bad("method", plan.settings.method_name, f'certified with record = "{self}"'))
-        for name in ("eps", "eta", "section_phase"):
+        for name in self.idle:
             value = plan.written(name)
             if name in plan.varied or (name == "eps" and value != 0.0):
                 allowed = "left out" if name == "eps" else "one number"
-                raise ValueError(bad(name, value, f"{allowed}, because every disturbance is considered"))
+                raise ValueError(bad(name, value, f"{allowed}, because {self.why}"))
+
+
+class _Always(_Impulses):
+    quantities = rows.ALWAYS
+    wave = "blocks of proofs"
+    block_points = BLOCK_POINTS_SEVERAL
+    idle = ("eps", "section_phase")
+    why = "every ε and every section is considered"
 
 
 class _Failures(OfMotion):
@@ -111,9 +121,10 @@ class _Failures(OfMotion):
 
 
 SECTION, IMPACTS, SUMMARY, ERROR = _Section("section"), _Impacts("impacts"), _Summary("summary"), _ErrorBounds("error")
-LIMIT, IMPULSES, FAILURES = _Limit("limit"), _Impulses("impulses"), _Failures("failures")
+LIMIT, IMPULSES, ALWAYS = _Limit("limit"), _Impulses("impulses"), _Always("always")
+FAILURES = _Failures("failures")
 
-RECORDS: dict[str, Record] = {one: one for one in (SECTION, IMPACTS, SUMMARY, ERROR, LIMIT, IMPULSES, FAILURES)}
+RECORDS: dict[str, Record] = {one: one for one in (SECTION, IMPACTS, SUMMARY, ERROR, LIMIT, IMPULSES, ALWAYS, FAILURES)}
 """All records by name, apart from functions, in the order in which results and files have them."""
 
 Records = tuple[Record, ...]

@@ -21,7 +21,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.jit.trig import PI, TWO_PI
+from vibrodrive.model.quantities import Unproved
 from vibrodrive.stability.main_impacts import SHARE, ImpactCycle
 from vibrodrive.stability.reach import CLOSED, INTERVALS, LATE, reach
 
@@ -49,12 +51,6 @@ WORK = 2e6  # most evaluations for one of them
 
 ROUNDING = 1e-12  # what rounding adds to an integral of the force, as a share of its size and of the time in ripples
 FORCE = 1e-9  # and to a force
-DRIFTS, ORDER = "the phases of the impacts drift out of every interval", "main impacts may come in another order"
-LONG = "no proof within the budget of evaluations"
-WORDS = (
-    "", "a main impact may fail to come when it is due", "an impact may be neither a touch nor a main impact",
-    "too many intervals", "the phases of the disturbance are too far apart",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -64,12 +60,17 @@ class Always:
     k2 : this ε; NaN if no proof is found.
     starts : first and last phase of the interval from which it is kept under *every* ε up to `k2`, for each main impact
         of the orbit; the first phase is in [0, 2π). Empty without a proof.
-    how : why no larger amplitude is proved.
+    beyond : why no larger amplitude is proved.
     """
 
     k2: float = math.nan
     starts: tuple[tuple[float, float], ...] = ()
-    how: str = ""
+    beyond: Unproved = Unproved.NO_IMPACTS
+
+    @property
+    def how(self) -> str:
+        """Why no larger amplitude is proved, in words."""
+        return self.beyond.meaning
 
     @property
     def kind(self) -> str:
@@ -82,35 +83,41 @@ class Always:
         return min((last - first for first, last in self.starts), default=math.nan)
 
 
-class Unproved(Exception):
-    """Intervals do not return into themselves. The message says why."""
+class _Fails(Exception):
+    """Intervals do not return into themselves."""
+
+    def __init__(self, why: Unproved) -> None:
+        super().__init__(why.meaning)
+        self.why = why
 
 
-def find_always(A: float, B: float, eta: float, cycle: ImpactCycle) -> Always:
-    """Prove the limit for all times of an orbit with the main impacts `cycle`.
+def find_always(A: float, B: float, eta: float, cycle: ImpactCycle | None, halt: Halt | None = None) -> Always:
+    """Prove the limit for all times of an orbit with the main impacts `cycle`, if it has any.
 
     The structure is kept under every constant amplitude up to `k2`, and under amplitudes that change from one main
-    impact to the next within one band.
+    impact to the next within one band. Raises Halted if `halt` is called.
     """
+    if cycle is None:
+        return Always()
     if eta * cycle.n > RIPPLES:
-        return Always(how=LONG)
-    motions = _Motions(A, B, eta, cycle)
-    low, step, proved, how = 0.0, FIRST / eta, False, ""
+        return Always(beyond=Unproved.BUDGET)
+    motions = _Motions(A, B, eta, cycle, halt or Halt())
+    low, step, proved, beyond = 0.0, FIRST / eta, False, Unproved.BUDGET
     starts = np.tile((-STARTS, STARTS), (len(cycle.gaps), 1))
     while step > max(THIN * low, LEAST) and motions.work[0] < BUDGET:
         band = low, low + step
         try:
             inside = motions.proved(band, motions.grown(band, starts))
-        except Unproved as reason:
-            step, how = step * STEPS[0], str(reason)
+        except _Fails as reason:
+            step, beyond = step * STEPS[0], reason.why
             continue
         starts = np.stack([np.maximum(starts[:, 0], inside[:, 0]), np.minimum(starts[:, 1], inside[:, 1])], axis=1)
         low, step, proved = low + step, step * STEPS[1], True
     if not proved:
-        return Always(how=how)
+        return Always(beyond=beyond)
     first = (cycle.phase + starts[:, 0]) % TWO_PI
     last = first + np.ptp(starts, axis=1)
-    return Always(low, tuple(zip(first.tolist(), last.tolist(), strict=True)), how)
+    return Always(low, tuple(zip(first.tolist(), last.tolist(), strict=True)), beyond)
 
 
 class _Motions:
@@ -119,8 +126,9 @@ class _Motions:
     Intervals are float64 (m, 2), relative to the phases of the orbit. `work` counts evaluations.
     """
 
-    def __init__(self, A: float, B: float, eta: float, cycle: ImpactCycle) -> None:
+    def __init__(self, A: float, B: float, eta: float, cycle: ImpactCycle, halt: Halt) -> None:
         self.A, self.B, self.eta, self.cycle, self.m = A, B, eta, cycle, len(cycle.gaps)
+        self._halt = halt
         after = np.roll(cycle.phase, -1)
         self.due = after + TWO_PI * (cycle.gaps - np.rint((after - cycle.phase) / TWO_PI))
         near = Fraction(eta).limit_denominator(DENOMINATOR)
@@ -143,7 +151,7 @@ class _Motions:
                 try:
                     inside = self._least(band, wide)
                     break
-                except Unproved:
+                except _Fails:
                     pass
         return inside
 
@@ -152,7 +160,7 @@ class _Motions:
         while True:
             try:
                 self._prove(band, inside)
-            except Unproved:
+            except _Fails:
                 before, inside = inside, self._least(band, inside)  # with the phase at which the proof has failed
                 if (before == inside).all():
                     raise
@@ -160,7 +168,7 @@ class _Motions:
                 return inside
 
     def _prove(self, band: tuple[float, float], inside: np.ndarray) -> None:
-        """Raise Unproved if the intervals do not return into themselves for all cells and all amplitudes of a band."""
+        """Raise _Fails if the intervals do not return into themselves for all cells and all amplitudes of a band."""
         width = self._width(band)
         n = self.q or math.ceil(PI / width)
         whole = width if self.q else PI / n
@@ -170,7 +178,7 @@ class _Motions:
             try:
                 for k in range(self.m):
                     self._image(k, band, (psi, b), inside, 0.0)
-            except Unproved:
+            except _Fails:
                 if self.q or b < whole / 2**HALVINGS:
                     self._worst.append(psi)
                     raise
@@ -187,13 +195,13 @@ class _Motions:
             self._touch = touch
             try:
                 grown = self._grown(band, self._width(band), inside)
-            except Unproved as reason:
-                how = reason
+            except _Fails as reason:
+                failure = reason
             else:
                 self._touches.sort(key=lambda speed: speed != touch)
                 return grown
         self._touch = self._touches[0]
-        raise how
+        raise failure
 
     def _grown(self, band: tuple[float, float], b: float, inside: np.ndarray) -> np.ndarray:
         """Return the least intervals around `inside` that return into themselves for some cells."""
@@ -212,34 +220,36 @@ class _Motions:
             beyond = np.where(step < SETTLED * (np.ptp(inside, axis=1)[:, None] + step), rest, 0.0)
             inside, last = inside + step * (1.0 + beyond) * (-1.0, 1.0), step if step.any() else last
             self._check_gaps(inside)
-        raise Unproved(DRIFTS)
+        raise _Fails(Unproved.DRIFT)
 
     def _images(self, band: tuple[float, float], cell: tuple[float, float], inside: np.ndarray) -> np.ndarray:
         """Return the arrivals of all main impacts, float64 (m, 2), also if they are outside of the intervals."""
         return np.roll([self._image(k, band, cell, inside, AROUND) for k in range(self.m)], 1, axis=0)
 
     def _check_gaps(self, inside: np.ndarray) -> None:
-        """Raise Unproved if main impacts in the intervals may have other gaps than in the orbit."""
+        """Raise _Fails if main impacts in the intervals may have other gaps than in the orbit."""
         start, due = self.cycle.phase[:, None] + inside, self.due[:, None] + np.roll(inside, -1, axis=0)
         turns = TWO_PI * self.cycle.gaps
         if (due[:, 1] - start[:, 0] >= turns + PI).any() or (due[:, 0] - start[:, 1] <= turns - PI).any():
-            raise Unproved(DRIFTS)
+            raise _Fails(Unproved.DRIFT)
 
     def _image(
         self, k: int, band: tuple[float, float], cell: tuple[float, float], inside: np.ndarray, around: float
     ) -> np.ndarray:
         """Return the first and the last arrival after main impact k, by the coarsest division of starts that closes."""
         for share in DIVISIONS:
+            if self._halt.called:
+                raise Halted
             if self.work[0] > BUDGET:
-                raise Unproved(LONG)
+                raise _Fails(Unproved.BUDGET)
             self.work[1] = self.work[0] + WORK
             result, arrivals = self._reach(k, band, cell, inside, share * TWO_PI / self.eta, around)
             if result in (CLOSED, LATE):
                 break
         if result != CLOSED:
-            raise Unproved(WORDS[result])
+            raise _Fails(Unproved(result))
         if self.m > 1 and not self._in_order((k + 1) % self.m, *arrivals, *self._out[2:]):
-            raise Unproved(ORDER)
+            raise _Fails(Unproved.ORDER)
         return arrivals
 
     def _reach(

@@ -6,7 +6,7 @@ an interruption. This module yields the same blocks as `run_blocks` of batch/swe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -26,11 +26,12 @@ from vibrodrive.model.own import Own, told
 from vibrodrive.model.parameters import COLUMNS, bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
-from vibrodrive.model.records import IMPACTS, IMPULSES, SECTION, functions
+from vibrodrive.model.records import IMPACTS, SECTION, functions
 from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
 from vibrodrive.model.variables import along, constants
+from vibrodrive.stability.always import find_always
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.limit import LimitSearch
@@ -110,17 +111,43 @@ def find_impulses(
 ) -> None:
     """Find what every disturbance may be at the points of some blocks, and call `give` with each block."""
 
-    def write(block: Block, at: int, base: ReferenceOrbit | Status) -> None:
+    def values(point: Mapping[str, float], cycle: ImpactCycle | None) -> tuple[float, ...]:
         if halt.called:
             raise Halted
+        found = find_tolerated(point["A"], point["B"], cycle)
+        return found.velocity, found.force, found.beyond
+
+    _of_orbits(plan, blocks, threads, halt, give, values)
+
+
+def find_proofs(
+    plan: Plan, blocks: Sequence[sweep.Span], threads: int, halt: Halt, give: Callable[[Block], None]
+) -> None:
+    """Find the limits for all times at the points of some blocks, and call `give` with each block."""
+
+    def values(point: Mapping[str, float], cycle: ImpactCycle | None) -> tuple[float, ...]:
+        found = find_always(point["A"], point["B"], point["eta"], cycle, halt)
+        return found.k2, found.starts_width, found.beyond
+
+    _of_orbits(plan, blocks, threads, halt, give, values)
+
+
+def _of_orbits(
+    plan: Plan,
+    blocks: Sequence[sweep.Span],
+    threads: int,
+    halt: Halt,
+    give: Callable[[Block], None],
+    values: Callable[[Mapping[str, float], ImpactCycle | None], tuple[float, ...]],
+) -> None:
+    """Call `give` with each block of the quantities whose `values` follow from the undisturbed orbits."""
+
+    def write(block: Block, at: int, base: ReferenceOrbit | Status) -> None:
         if isinstance(base, Status):
             block.status[at] = base
             return
-        point = plan.points(block.start + at, block.start + at + 1)[0]
-        A, B = (float(point[COLUMNS.index(name)]) for name in ("A", "B"))
-        found = find_tolerated(A, B, base.cycle)
-        values = found.velocity, found.force, found.beyond
-        for q, value in zip(IMPULSES.quantities, values, strict=True):
+        point = dict(zip(COLUMNS, plan.points(block.start + at, block.start + at + 1)[0].tolist(), strict=True))
+        for q, value in zip(plan.quantities, values(point, base.cycle), strict=True):
             block.records[q.name][at] = value
 
     with Evaluator(plan, plan.sought, threads, halt) as evaluator, Pool(threads) as pool:
