@@ -24,7 +24,7 @@ from vibrodrive.model.plan import make_plan
 
 TWO = int(numba.config.NUMBA_NUM_THREADS) > 1
 LOOP = pytest.mark.skipif(
-    not TWO or bool(batch(0, False, False).shipped),
+    not TWO or bool(getattr(batch(0, False, False), "shipped", None)),
     reason="Numba's loop runs with several threads, and with kernels that Numba has compiled",
 )
 POINTS = dict(A=np.linspace(1.2, 3.25, 20), transient=2, periods=3)

@@ -115,7 +115,7 @@ def find_always(A: float, B: float, eta: float, cycle: ImpactCycle | None, halt:
         low, step, proved = low + step, step * STEPS[1], True
     if not proved:
         return Always(beyond=beyond)
-    first = (cycle.phase + starts[:, 0]) % TWO_PI
+    first = (cycle.phase + starts[:, 0]) % TWO_PI  # each interval of a band contains the orbit
     last = first + np.ptp(starts, axis=1)
     return Always(low, tuple(zip(first.tolist(), last.tolist(), strict=True)), beyond)
 
