@@ -45,6 +45,8 @@ def test_undisturbed_motion_has_settled():
     point = {"A": 2.8722, "B": 0.024}
     swept = vd.sweep(**{**point, "A": [2.8722]}, eps=[1e-5], transient=10, periods=10, record="summary")
     assert undisturbed_gaps(swept).tolist() == [[6]]
+    together = vd.sweep(**point, points={"eps": [1e-5, 2e-5]}, transient=10, periods=10, record="summary")
+    assert undisturbed_gaps(together).tolist() == [6]
     assert np.unique(np.diff(vd.simulate(**point, transient=20_000, periods=60).impacts["period"])).tolist() == [6]
 
 

@@ -121,6 +121,8 @@ def test_limit_has_it_for_epsilon_certified_impacts_only():
         assert none.always is None
         assert math.isnan(none.k2_always)
         assert math.isnan(none.starts_width)
+    low = vd.limit(1.05, **short)
+    assert (low.always.kind, math.isnan(low.k2_always), low.always.how) == ("", True, "there are no impacts")
 
 
 @pytest.mark.jit

@@ -28,4 +28,4 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
     plan = Plan({**results.plan.variables, **constants(NONE)}, settings, record=(SUMMARY,))
     with under_way("undisturbed motions"):
         gaps = Results.collect(plan, run_blocks(plan)).gaps.astype(np.int64)
-    return gaps.reshape([1 if name in NONE else len(values) for name, values in results.axes.items()])
+    return gaps.reshape([len(values) if name in plan.axes else 1 for name, values in results.axes.items()])

@@ -12,7 +12,7 @@
                            # together: one axis, `point`
     [switching]            # method and its parameters
     [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
-                           # a list of several of these names
+                           # a list of several of these names; or one of the others of records.py alone
     [figure]               # kind, quantity, x, y, limits: the figure of `plot`; units ("SI", "dimensionless") of a
                            # scene, style ("screen", "print") and width ("double", "single" columns of a page) of all
     [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`

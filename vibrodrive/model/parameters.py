@@ -64,7 +64,7 @@ def placed(place: Callable[[str], str]) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError) as error:
-        refusal = error.args[0]
+        refusal = error.args[0] if error.args else None
         if not isinstance(refusal, Refusal):
             raise
         raise type(error)(refusal.at(place(refusal.name))) from None

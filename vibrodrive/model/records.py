@@ -97,7 +97,7 @@ class _Impulses(Record):
 class _Always(_Impulses):
     quantities = rows.ALWAYS
     wave = "blocks of proofs"
-    block_points = BLOCK_POINTS_SEVERAL
+    block_points = 1  # a point may take a minute
     idle = ("eps", "section_phase")
     why = "every ε and every section is considered"
 

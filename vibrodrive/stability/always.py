@@ -31,7 +31,7 @@ FIRST = 0.1  # velocity εηA of the first band tried, as a share of A
 STEPS = 0.5, 1.4  # factors of the width of a band after one that is not proved, and after one that is
 THIN = 2e-3  # the search ends at bands of this share of what is proved,
 LEAST = 1e-12  # or of this width,
-BUDGET = 1e9  # or after so many evaluations of a motion, about a minute
+BUDGET = 1e9  # or after so many evaluations of a motion, 40 s at η = 101
 RIPPLES = 1e4  # largest number of periods of the disturbance in a period of the orbit
 DENOMINATOR = 64  # largest q of η = p/q of which only q phases are taken
 DRIFT = 1e-6  # half width of the cells of these phases
@@ -45,7 +45,7 @@ QUIET = 2  # number of steps without growth that end it
 RATIO = 0.95  # largest ratio of two steps in the estimate of what is left of a growth,
 SETTLED = 0.02  # which begins when steps are below this share of the width: larger steps do not reach beyond
 AROUND = 2.0  # how far outside of an interval arrivals are seen while it grows
-CELLS, HALVINGS = 8, 4  # least number of cells of the phase of the disturbance, and how often one is halved
+CELLS, HALVINGS = 8, 5  # least number of cells of the phase of the disturbance, and how often one is halved
 DIVISIONS = math.inf, 0.125, 0.02  # lengths to which intervals are divided at least, in ripples of the disturbance
 WORK = 2e6  # most evaluations for one of them
 
@@ -113,6 +113,8 @@ def find_always(A: float, B: float, eta: float, cycle: ImpactCycle | None, halt:
             continue
         starts = np.stack([np.maximum(starts[:, 0], inside[:, 0]), np.minimum(starts[:, 1], inside[:, 1])], axis=1)
         low, step, proved = low + step, step * STEPS[1], True
+    if motions.work[0] >= BUDGET:
+        beyond = Unproved.BUDGET
     if not proved:
         return Always(beyond=beyond)
     first = (cycle.phase + starts[:, 0]) % TWO_PI  # each interval of a band contains the orbit
@@ -179,7 +181,7 @@ class _Motions:
                 for k in range(self.m):
                     self._image(k, band, (psi, b), inside, 0.0)
             except _Fails:
-                if self.q or b < whole / 2**HALVINGS:
+                if self.q or b <= whole / 2**HALVINGS:
                     self._worst.append(psi)
                     raise
                 cells += [(psi - 0.5 * b, 0.5 * b), (psi + 0.5 * b, 0.5 * b)]

@@ -35,7 +35,6 @@ import numpy as np
 from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.trig import PI, TWO_PI, sincos
 from vibrodrive.kernels.release import release_up
-from vibrodrive.model.parameters import real_number
 from vibrodrive.model.quantities import Beyond
 from vibrodrive.stability import bounds
 from vibrodrive.stability.main_impacts import SHARE, ImpactCycle
@@ -416,7 +415,7 @@ def find_tolerated(A: float, B: float, cycle: ImpactCycle | None, ordered: bool 
 
 def velocity_beside(A: float, B: float, cycle: ImpactCycle, force: float, ordered: bool = True) -> float:
     """Return the V of disturbances to which any force of at most `force` is added; NaN if none is proved."""
-    return _largest(A, B, cycle, ordered, real_number("force", force, "a number >= 0"))[0]
+    return _largest(A, B, cycle, ordered, force)[0]
 
 
 def _largest(

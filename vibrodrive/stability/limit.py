@@ -28,7 +28,7 @@ from vibrodrive.jit.slices import Halt
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.keywords import Point, takes
-from vibrodrive.model.parameters import bad
+from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
 from vibrodrive.model.quantities import How
@@ -113,8 +113,8 @@ class Limit:
         OK, or the reason why there is no `k2`: NO_ORBIT, TOO_SHORT, BUDGET.
     always : Always or None
         limit for all times, starts and phases of the disturbance, proved (always.py), with the intervals of starts;
-        None for another disturbance than ε, another method than certified, or no impacts. It is computed when it is
-        first asked for, which takes 5 to 45 seconds.
+        None for another disturbance than ε, another method than certified, or without a periodic orbit. It is computed
+        when it is first asked for, which takes 1 to 45 s at η = 101, and up to three minutes for large η.
     k2_always : float
         an ε up to which the structure is proved to be kept for all times, for all starts in these intervals, and for
         all phases of the disturbance; NaN without a proof, with the reason in `always.how`. It is a lower bound of the
@@ -219,7 +219,8 @@ class Limit:
 
         `force` is dimensionless, from 0 to `force_any`.
         """
-        return math.nan if self.cycle is None else velocity_beside(self.A, self.B, self.cycle, force)
+        number = real_number("force", force, "a number >= 0")
+        return math.nan if self.cycle is None else velocity_beside(self.A, self.B, self.cycle, number)
 
     @property
     def velocity(self) -> float:
@@ -471,7 +472,7 @@ class LimitSearch:
 
     def _always(self, index: int, base: ReferenceOrbit) -> Callable[[], Always] | None:
         """Return a function that finds the limit of an orbit for all times, where it is defined."""
-        if not self._of_force or base.cycle is None:
+        if not self._of_force:
             return None
         at = self.plan.arguments(index)
         return partial(find_always, at["A"], at["B"], at["eta"], base.cycle)

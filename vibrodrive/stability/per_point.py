@@ -6,10 +6,10 @@ an interruption. This module yields the same blocks as `run_blocks` of batch/swe
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from functools import partial
 from pickle import PicklingError
 
 import numpy as np
@@ -26,7 +26,7 @@ from vibrodrive.model.own import Own, told
 from vibrodrive.model.parameters import COLUMNS, bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
-from vibrodrive.model.records import IMPACTS, SECTION, functions
+from vibrodrive.model.records import ALWAYS, IMPACTS, IMPULSES, SECTION, functions
 from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
@@ -36,7 +36,10 @@ from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.limit import LimitSearch
 from vibrodrive.stability.main_impacts import ImpactCycle
+from vibrodrive.stability.reach import reach
 from vibrodrive.stability.structure import ReferenceOrbit
+
+AHEAD = 4  # points for each thread whose orbits are computed together; a block may have more
 
 TAKEN = {*BY_RECORDS, *NAMES, *dir(Results), *ATTRIBUTES}
 """Names that a number of a function cannot have, because results, figures and files use them."""
@@ -142,20 +145,27 @@ def _of_orbits(
 ) -> None:
     """Call `give` with each block of the quantities whose `values` follow from the undisturbed orbits."""
 
-    def write(block: Block, at: int, base: ReferenceOrbit | Status) -> None:
+    def write(block: Block, point: int, base: ReferenceOrbit | Status) -> None:
+        at = point - block.start
         if isinstance(base, Status):
             block.status[at] = base
             return
-        point = dict(zip(COLUMNS, plan.points(block.start + at, block.start + at + 1)[0].tolist(), strict=True))
-        for q, value in zip(plan.quantities, values(point, base.cycle), strict=True):
+        row = dict(zip(COLUMNS, plan.points(point, point + 1)[0].tolist(), strict=True))
+        for q, value in zip(plan.quantities, values(row, base.cycle), strict=True):
             block.records[q.name][at] = value
 
+    left = deque(_empty(plan, *span) for span in blocks)
     with Evaluator(plan, plan.sought, threads, halt) as evaluator, Pool(threads) as pool:
-        for index, start, stop in blocks:
-            block = _empty(plan, index, start, stop)
-            orbits = evaluator.undisturbed(np.arange(start, stop))
-            list(pool.map(partial(write, block), range(stop - start), orbits))
-            give(block)
+        while left:
+            some: list[tuple[Block, int]] = []
+            while left and len(some) < AHEAD * threads:
+                some += [(left[0], point) for point in range(left[0].start, left[0].stop)]
+                left.popleft()
+            orbits = evaluator.undisturbed(np.array([point for _, point in some]))
+            done = pool.map(write, *zip(*some, strict=True), orbits)
+            for (block, point), _ in zip(some, done, strict=True):
+                if point + 1 == block.stop:
+                    give(block)
 
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
@@ -249,5 +259,7 @@ def load_kernels(plan: Plan) -> None:
     sought = {plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])} if plan.seeks else {}
     variables = {**plan.variables, **along(plan.sought, sought)}
     sweep.load_kernels(replace(plan, variables=variables, settings=short, record=(SECTION, IMPACTS)))
-    if not plan.seeks:
+    if plan.record == (IMPULSES,):
         find_tolerated(2.0, 0.1, ImpactCycle(np.ones(1), np.zeros(1), np.ones(1)))
+    elif plan.record == (ALWAYS,):
+        reach.prepare()

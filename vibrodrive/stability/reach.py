@@ -22,8 +22,10 @@ from typing import NamedTuple
 
 from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.trig import TWO_PI, sincos
+from vibrodrive.model.quantities import Unproved
 
-CLOSED, LATE, STRAYS, FULL, COARSE = range(5)
+CLOSED = 0
+LATE, STRAYS, FULL, COARSE = map(int, (Unproved.LATE, Unproved.STRAYS, Unproved.FULL, Unproved.COARSE))
 """Results: all motions arrive in the window; some arrive after it, or never; an impact is neither a touch nor an
 arrival in the window; too many intervals; the cell is too large."""
 
@@ -198,19 +200,19 @@ def room(f, h):
 def landing(f, start, until, work):
     """Return the time at which the motion that leaves at `start` and all below it have landed, or `until`.
 
-    Also return the beginning (t, ξ') of its last slide down.
+    Also return the time at which its last slide down begins.
     """
     t, v, x, side = start, 0.0, 0.0, 1.0 if force(f, start) > 1.0 else 0.0
-    begun, speed = start, 0.0
+    begun = start
     while t < until:
         below = -room(f, t - start)
         if side < 0.0:
             if x <= below + 100.0 * f.tiny:
-                return t, begun, speed
+                return t, begun
             if v == 0.0:
-                begun, speed = t, v
+                begun = t
         t, v, x, side = leg(f, t, v, x, side, below, until, work)
-    return until, begun, speed
+    return until, begun
 
 
 @part
@@ -274,11 +276,11 @@ def image(f, w, start, end, from_, rows, work):
     -2 if some motion has not landed at the end of the window.
     """
     until = w.last + 1.0
-    landed, begun, speed = landing(f, start, until, work)
+    landed, begun = landing(f, start, until, work)
     if landed >= until:
         return -2
     count = touches(f, end, from_, landed, w.near, rows, work)
-    upper = slide_from(f, begun, speed, 0.0, -1.0)
+    upper = slide_from(f, begun, 0.0, 0.0, -1.0)
     for k in range(count):
         rows[k, 2] = 0.0
         if rows[k, 1] >= w.near and rows[k, 0] >= begun:
@@ -335,7 +337,7 @@ def take(w, rows, count, rests, resting, out):
 def leave(f, start, rests, resting, pieces, until):
     """Find the next time span in which motions at rest can leave, and divide the intervals of rest there.
 
-    Return the number of intervals of rest that remain (-1: too many), the number of pieces, and when touches can begin.
+    Return the numbers of intervals of rest that remain and of pieces (-1: too many), and when touches can begin.
     """
     mu = f.mu
     begins = crossing(f, start, -1.0, 1.0 - 2.0 * mu, until)
@@ -387,8 +389,8 @@ def reach(line, window, finest, rests, pieces, rows, out, work):
         if start > w.last:
             return LATE
         resting, count, from_ = leave(f, start, rests, resting, pieces, until)
-        if from_ >= until:
-            return LATE
+        if resting < 0 or count < 0 or from_ >= until:
+            return LATE if from_ >= until else FULL
         while count > 0:
             count -= 1
             first, last = pieces[count, 0], pieces[count, 1]
