@@ -64,6 +64,7 @@ def test_motion_of_a_scene_is_drawn_in_its_units():
     assert "m/s" in phase.get_ylabel()
     assert 0.5 * fastest > np.nanmin(jump.get_ydata()) > fastest, "a jump must have the unit of the curve"
     assert time.get_xlim() == pytest.approx((0.0, 4e3 / 24.0))
+    assert time.lines[0].get_xdata()[[0, -1]] == pytest.approx(time.get_xlim()), "from the beginning of the record"
     highest = 1e3 * scene.length(motion.sample(400).xi.max())
     assert max(mine.get_xdata()) == max(time.lines[0].get_ydata()) == pytest.approx(highest, rel=1e-4)
     assert motion.dimensionless().plot().axes[0].get_ylabel() == r"$\xi\mathrm{′}$"
