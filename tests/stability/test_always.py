@@ -1,6 +1,7 @@
 """Limits for all times: attacks on proved intervals, and motions of the engine inside what the proof encloses."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ POINTS = [
     pytest.param({"A": 3.0, "eta": 30.25 + 1e-9}, 0.5, id="beside a fraction"),
     pytest.param({"A": 3.0, "eta": 33.33333333}, 0.5, id="a fraction as one types it"),
     pytest.param({"A": 4.2, "B": 0.4, "eta": 17.3}, 0.8, id="two main impacts"),
+    pytest.param({"A": 3.5289, "B": 0.3104, "eta": 11.6}, 0.4, id="proved for every disturbance"),
 ]
 
 SLOW = [
@@ -104,6 +106,9 @@ def test_arrivals_enclose_those_of_drawn_motions_of_a_cell(point, eps, b):
 @pytest.mark.jit
 def test_no_proof_is_no_number(monkeypatch):
     monkeypatch.setattr(always, "BUDGET", 1e5)
+    every = prove({"A": 2.6045})
+    assert every.k2 == vd.limit(2.6045, periods=300, transient=20_000).velocity_any / (2.0 * 2.6045 * vd.ETA)
+    monkeypatch.setattr(always, "find_tolerated", lambda *_: SimpleNamespace(velocity=math.nan))
     found = prove({"A": 2.6045})
     assert (math.isnan(found.k2), found.kind, found.starts, found.how != "") == (True, "", (), True)
     assert math.isnan(found.starts_width)

@@ -55,7 +55,7 @@ class Beyond(IntEnum):
     def meaning(self) -> str:
         return {
             Beyond.PROVED: "the structure is kept",
-            Beyond.NO_IMPACTS: "there may be no impacts: A <= 1 + B, or gravity is not below friction (B >= 1)",
+            Beyond.NO_IMPACTS: "there may be no impacts: none undisturbed, A <= 1 + B, or gravity >= friction (B >= 1)",
             Beyond.MISSED: "a main impact may fail to come",
             Beyond.SHIFTED: "a main impact may come so early or so late that the mass leaves in another period",
             Beyond.FALL: "the mass may be falling when the force lifts it off the obstacle",

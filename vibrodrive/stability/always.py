@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -24,6 +24,7 @@ import numpy as np
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.jit.trig import PI, TWO_PI
 from vibrodrive.model.quantities import Unproved
+from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.main_impacts import SHARE, ImpactCycle
 from vibrodrive.stability.reach import CLOSED, INTERVALS, LATE, reach
 
@@ -99,8 +100,11 @@ def find_always(A: float, B: float, eta: float, cycle: ImpactCycle | None, halt:
     """
     if cycle is None:
         return Always()
+    every = find_tolerated(A, B, cycle)
+    sine = every.velocity / (2.0 * A * eta)  # the impulse of a sine over half of its period is 2Aεη
+    kept = Always(sine, _from(*every.starts.T)) if sine > 0.0 else Always()
     if eta * cycle.n > RIPPLES:
-        return Always(beyond=Unproved.BUDGET)
+        return replace(kept, beyond=Unproved.BUDGET)
     motions = _Motions(A, B, eta, cycle, halt or Halt())
     low, step, proved, beyond = 0.0, FIRST / eta, False, Unproved.BUDGET
     starts = np.tile((-STARTS, STARTS), (len(cycle.gaps), 1))
@@ -115,11 +119,15 @@ def find_always(A: float, B: float, eta: float, cycle: ImpactCycle | None, halt:
         low, step, proved = low + step, step * STEPS[1], True
     if motions.work[0] >= BUDGET:
         beyond = Unproved.BUDGET
-    if not proved:
-        return Always(beyond=beyond)
-    first = (cycle.phase + starts[:, 0]) % TWO_PI  # each interval of a band contains the orbit
-    last = first + np.ptp(starts, axis=1)
-    return Always(low, tuple(zip(first.tolist(), last.tolist(), strict=True)), beyond)
+    if proved and not low <= kept.k2:
+        kept = Always(low, _from(*(cycle.phase[:, None] + starts).T))  # each interval of a band contains the orbit
+    return replace(kept, beyond=beyond)
+
+
+def _from(first: np.ndarray, last: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """Return intervals of phases with their beginnings in [0, 2π)."""
+    begin = first % TWO_PI
+    return tuple(zip(begin.tolist(), (begin + (last - first)).tolist(), strict=True))
 
 
 class _Motions:

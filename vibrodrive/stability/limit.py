@@ -217,7 +217,7 @@ class Limit:
     def velocity_any_at(self, force: float) -> float:
         """Return `velocity_any` for disturbances to which any force of at most `force` is added; NaN if none is proved.
 
-        `force` is dimensionless, from 0 to `force_any`.
+        `force` is dimensionless, from 0 to `force_any`; near `force_any`, or well below it, no V > 0 may be proved.
         """
         number = real_number("force", force, "a number >= 0")
         return math.nan if self.cycle is None else velocity_beside(self.A, self.B, self.cycle, number)
