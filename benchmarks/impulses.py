@@ -15,9 +15,9 @@ import numpy as np
 
 import vibrodrive as vd
 from benchmarks.common import environment, parser, say, write
-from benchmarks.tables import ROOT, fill, number, table
+from benchmarks.tables import ROOT, number, table, write_into
 from tests.support.blows import attack, main_impacts, strike
-from vibrodrive.model.quantities import Beyond
+from vibrodrive.model.reasons import Beyond
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.main_impacts import ImpactCycle, follow_cycle
 from vibrodrive.stability.structure import reference_orbit
@@ -103,10 +103,7 @@ def main() -> None:
     if not options.draw:
         write("impulses", measure() | {"environment": environment()}, None, options.output)
     data = json.loads((options.output / "impulses.json").read_text(encoding="utf-8"))
-    text = PAGE.read_text(encoding="utf-8")
-    for name, content in markdown(data).items():
-        text = fill(text, name, content) or text
-    PAGE.write_text(text, encoding="utf-8")
+    write_into(PAGE, markdown(data))
 
 
 if __name__ == "__main__":

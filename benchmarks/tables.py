@@ -357,6 +357,11 @@ def show(page: Path, contents: Mapping[str, str], picture: Path, fig: Any) -> No
     """Save a figure as `picture`, print tables by name, and write them into a page that has their markers."""
     fig.savefig(picture)
     plt.close(fig)
+    write_into(page, contents)
+
+
+def write_into(page: Path, contents: Mapping[str, str]) -> None:
+    """Print tables by name, and write them into a page that has their markers."""
     text = page.read_text(encoding="utf-8")
     for name, content in contents.items():
         print(content, end="\n\n")

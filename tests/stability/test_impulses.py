@@ -7,7 +7,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.support.blows import attack, main_impacts, strike
-from vibrodrive.model.quantities import Beyond
+from vibrodrive.model.reasons import Beyond
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.main_impacts import follow_cycle
 from vibrodrive.stability.structure import reference_orbit

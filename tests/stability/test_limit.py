@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import vibrodrive as vd
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.model.quantities import How
+from vibrodrive.model.reasons import How
 from vibrodrive.model.spacing import geometric
 from vibrodrive.stability import evaluate, structure
 from vibrodrive.stability import limit as limits

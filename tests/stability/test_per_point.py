@@ -11,7 +11,7 @@ import pytest
 
 import vibrodrive as vd
 from vibrodrive.model.own import Own
-from vibrodrive.model.quantities import How
+from vibrodrive.model.reasons import How
 from vibrodrive.stability.failures import count_failures
 
 SHORT = {"transient": 50, "periods": 40}
@@ -97,6 +97,7 @@ def test_points_without_a_limit_have_a_status_of_their_own(arguments, status):
         ({"eta": [50.0, 60.0], "record": "impulses"}, r"eta = \[50.0, 60.0\]: must be one number"),
         ({"method": "fixed", "dtau": 0.1, "record": "impulses"}, "method = 'fixed': must be certified with record"),
         ({"record": ["impulses", "summary"]}, '"impulses" alone'),
+        ({"method": "fixed", "record": "always"}, "method = 'fixed': must be certified with record = \"always\""),
         ({"eps": 1e-4, "record": "always"}, "eps = 0.0001: must be left out, because every ε"),
         ({"record": ["failures", settling], "method": "fixed", "dtau": 0.1}, '"failures" alone'),
         ({"record": "failures"}, "method = 'certified': must be fixed or muller"),

@@ -17,7 +17,7 @@ from vibrodrive.model.above import ABOVE, above
 from vibrodrive.model.config import parse
 from vibrodrive.model.own import Own
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.quantities import How
+from vibrodrive.model.reasons import How
 from vibrodrive.model.records import RECORDS
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import look, verify

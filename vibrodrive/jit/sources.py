@@ -14,7 +14,7 @@ PACKAGE = __name__.partition(".")[0]
 
 COMPILED = (
     "jit", "kernels", "batch.prange", "explorer.density",
-    "model.choices", "model.quantities", "model.states",
+    "model.choices", "model.reasons", "model.states",
     "periodic.fixed_points", "periodic.flight", "periodic.itineraries",
     "stability.bounds", "stability.impulses", "stability.main_impacts", "stability.reach",
 )  # fmt: skip

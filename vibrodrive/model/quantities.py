@@ -9,88 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from enum import IntEnum
 from typing import Any, NamedTuple
 
 from vibrodrive.model.choices import LONGEST, UNSEEN, Status
+from vibrodrive.model.reasons import Beyond, How, Reason, Unproved
 from vibrodrive.model.states import IN_WORDS, State, states
-
-
-class How(IntEnum):
-    """How a motion loses the structure of the undisturbed orbit at k₂. Files contain the numbers."""
-
-    KEPT = 0
-    ORDER = 1
-    GAPS = 2
-    GAPS_IN_ANOTHER_ORDER = 3
-    FEWER_IMPACTS = 4
-    BUDGET = 5
-
-    @property
-    def meaning(self) -> str:
-        return {
-            How.KEPT: "no value tried is lost, so k2 is inf",
-            How.ORDER: "the main impacts come in another order",
-            How.GAPS: "other numbers of periods between the main impacts",
-            How.GAPS_IN_ANOTHER_ORDER: "the numbers of periods between the main impacts in another order",
-            How.FEWER_IMPACTS: "fewer main impacts, at the same numbers of periods",
-            How.BUDGET: "the motion exceeds the budget",
-        }[self]
-
-
-class Beyond(IntEnum):
-    """What is not proved of a structure beyond V and m (stability/impulses.py), or at all. Files have the numbers."""
-
-    PROVED = 0
-    NO_IMPACTS = 1
-    MISSED = 2
-    SHIFTED = 3
-    FALL = 4
-    HELD = 5
-    TOUCH = 6
-    DRIFT = 7
-    ORDER = 8
-
-    @property
-    def meaning(self) -> str:
-        return {
-            Beyond.PROVED: "the structure is kept",
-            Beyond.NO_IMPACTS: "there may be no impacts: none undisturbed, A <= 1 + B, or gravity >= friction (B >= 1)",
-            Beyond.MISSED: "a main impact may fail to come",
-            Beyond.SHIFTED: "a main impact may come so early or so late that the mass leaves in another period",
-            Beyond.FALL: "the mass may be falling when the force lifts it off the obstacle",
-            Beyond.HELD: "a touch in flight may hold the mass",
-            Beyond.TOUCH: "touches may be as fast as main impacts",
-            Beyond.DRIFT: "the phases of the main impacts may drift out of every interval",
-            Beyond.ORDER: "the main impacts may come in another order, or half a period early or late",
-        }[self]
-
-
-class Unproved(IntEnum):
-    """Why no larger amplitude is proved for all times (stability/always.py), or none. Files have the numbers."""
-
-    LATE = 1
-    STRAYS = 2
-    FULL = 3
-    COARSE = 4
-    DRIFT = 5
-    ORDER = 6
-    BUDGET = 7
-    NO_IMPACTS = 8
-
-    @property
-    def meaning(self) -> str:
-        return {
-            Unproved.LATE: "a main impact may fail to come when it is due",
-            Unproved.STRAYS: "an impact may be neither a touch nor a main impact",
-            Unproved.FULL: "too many intervals",
-            Unproved.COARSE: "the phases of the disturbance are too far apart",
-            Unproved.DRIFT: "the phases of the impacts drift out of every interval",
-            Unproved.ORDER: "main impacts may come in another order",
-            Unproved.BUDGET: "no proof within the budget of evaluations",
-            Unproved.NO_IMPACTS: "there are no impacts",
-        }[self]
-
 
 NUMBER, SIGNED = "number", "signed"
 PERIODS, CYCLES, CODES, STATUSES, STRUCTURE = "periods", "cycles", "codes", "statuses", "structure"
@@ -135,7 +58,7 @@ class Quantity(NamedTuple):
     special: tuple[tuple[float, str], ...] = ()
     lacking: str = "no such value"
     names: Callable[[int], str] | None = None
-    codes: type[How] | type[Beyond] | type[Unproved] | None = None
+    codes: type[Reason] | None = None
     title: str = ""
     latin: str = ""
     stored: str = ""

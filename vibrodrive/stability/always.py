@@ -23,7 +23,7 @@ import numpy as np
 
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.jit.trig import PI, TWO_PI
-from vibrodrive.model.quantities import Unproved
+from vibrodrive.model.reasons import Unproved
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.main_impacts import SHARE, ImpactCycle
 from vibrodrive.stability.reach import CLOSED, INTERVALS, LATE, reach

@@ -23,7 +23,7 @@ from vibrodrive.model.choices import Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import Plan
-from vibrodrive.model.quantities import How
+from vibrodrive.model.reasons import How
 from vibrodrive.stability.main_impacts import fastest, impact_gaps
 from vibrodrive.stability.structure import SETTLING, WATCHED, ReferenceOrbit, Structure, keeps, reference_orbit
 

@@ -35,7 +35,7 @@ import numpy as np
 from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.trig import PI, TWO_PI, sincos
 from vibrodrive.kernels.release import release_up
-from vibrodrive.model.quantities import Beyond
+from vibrodrive.model.reasons import Beyond
 from vibrodrive.stability import bounds
 from vibrodrive.stability.main_impacts import SHARE, ImpactCycle
 

@@ -31,7 +31,7 @@ from vibrodrive.model.keywords import Point, takes
 from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import Scene, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
-from vibrodrive.model.quantities import How
+from vibrodrive.model.reasons import How
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
 from vibrodrive.model.slips import names_scene, unlikely, warn

@@ -26,7 +26,7 @@ from vibrodrive.model.own import Own, told
 from vibrodrive.model.parameters import COLUMNS, bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
-from vibrodrive.model.records import ALWAYS, IMPACTS, IMPULSES, SECTION, functions
+from vibrodrive.model.records import ALWAYS, IMPACTS, LIMIT, SECTION, functions
 from vibrodrive.model.records import TAKEN as BY_RECORDS
 from vibrodrive.model.results import ATTRIBUTES, Results
 from vibrodrive.model.states import State
@@ -256,10 +256,11 @@ def load_kernels(plan: Plan) -> None:
             if one.alone:
                 one.numbers(motion)
         return
-    sought = {plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])} if plan.seeks else {}
+    searched = plan.record == (LIMIT,)
+    sought = {plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])} if searched else {}
     variables = {**plan.variables, **along(plan.sought, sought)}
     sweep.load_kernels(replace(plan, variables=variables, settings=short, record=(SECTION, IMPACTS)))
-    if plan.record == (IMPULSES,):
+    if not searched:  # proofs for all times begin with what every disturbance may be
         find_tolerated(2.0, 0.1, ImpactCycle(np.ones(1), np.zeros(1), np.ones(1)))
-    elif plan.record == (ALWAYS,):
+    if plan.record == (ALWAYS,):
         reach.prepare()

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from vibrodrive.jit.compile import array, inline, jit, part
 from vibrodrive.jit.trig import TWO_PI, sincos
-from vibrodrive.model.quantities import Unproved
+from vibrodrive.model.reasons import Unproved
 
 CLOSED = 0
 LATE, STRAYS, FULL, COARSE = map(int, (Unproved.LATE, Unproved.STRAYS, Unproved.FULL, Unproved.COARSE))
