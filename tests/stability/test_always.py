@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.figures.texts import conditions_of
 from vibrodrive.jit.slices import Halt
 from vibrodrive.stability import always
 from vibrodrive.stability.limit_search import GRIDS, search_band
 from vibrodrive.stability.main_impacts import follow_cycle
 from vibrodrive.stability.structure import reference_orbit
+from vibrodrive.store.describe import acting, comment
 
 TWO_PI = 2.0 * math.pi
 
@@ -112,6 +114,17 @@ def test_no_proof_is_no_number(monkeypatch):
     found = prove({"A": 2.6045})
     assert (math.isnan(found.k2), found.kind, found.starts, found.how != "") == (True, "", (), True)
     assert math.isnan(found.starts_width)
+
+
+@pytest.mark.jit
+def test_record_has_the_numbers_of_limits_and_names_eta(tmp_path):
+    short, eta = {"transient": 50, "periods": 50}, [5.3, 7.1]
+    r = vd.sweep(A=[1.9], eta=eta, record="always", path=tmp_path / "x.h5", **short)
+    assert r.k2_always.tolist() == [[vd.limit(1.9, eta=each, **short).k2_always for each in eta]]
+    said = conditions_of(r.select(eta=7.1))
+    assert said[:3] == ["$B = 0.1$", r"$\eta = 7.1$", "certified"], "and not ε = 0"
+    assert "eps" not in acting(r.plan)
+    assert "what is proved of it" in comment(r.plan)
 
 
 @pytest.mark.jit

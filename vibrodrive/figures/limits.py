@@ -104,7 +104,7 @@ def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
 
 def check_limits(one: Results, first: Results) -> None:
     """Raise ValueError if results are not limits over one axis, or if this is not the axis of the first results."""
-    if not one.plan.seeks:
+    if LIMIT not in one.record:
         raise ValueError(bad("record", ", ".join(one.record), f'"{LIMIT}"'))
     if len(one.axes) != 1:
         raise ValueError(bad_axes(one.axes, "one axis (limits over two axes are drawn as a map)"))

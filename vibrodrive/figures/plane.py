@@ -16,6 +16,7 @@ from matplotlib.transforms import Bbox
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import as_shown, conditions
+from vibrodrive.model import records
 from vibrodrive.model.bifurcations import BIFURCATIONS, BifurcationKind
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad
@@ -83,7 +84,7 @@ def _line(one: Any) -> Iterator[Any]:
             yield Exact(one["kind"], period, impacts, float(one["A"]), float(one["B"]))
     elif not isinstance(one, Results):
         yield one if isinstance(one, Exact) else Exact.of(one)
-    elif one.plan.seeks:
+    elif records.LIMIT in one.record:
         yield one
     else:
         raise ValueError(one.record)

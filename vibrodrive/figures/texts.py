@@ -134,7 +134,8 @@ def conditions_of(results: Any, drawn: Collection[str | None] = (), *, section: 
     rest = [name for name in results.axes if drawn and name not in drawn]
     first = [(name, results.axes[name][0], len(results.axes[name])) for name in rest]
     said = [equation(name, value) + (f" (first of {count})" if count > 1 else "") for name, value, count in first]
-    return said + conditions(of_sweep(results), results.axes, section=section) + damaged(results)
+    apart = [*results.axes, *([results.plan.sought] if results.plan.seeks else [])]
+    return said + conditions(of_sweep(results), apart, section=section) + damaged(results)
 
 
 def damaged(*several: Any) -> list[str]:

@@ -96,6 +96,7 @@ class _Impulses(Record):
 
 class _Always(_Impulses):
     quantities = rows.ALWAYS
+    seeks = True
     wave = "blocks of proofs"
     block_points = 1  # a point may take a minute
     idle = ("eps", "section_phase")

@@ -9,6 +9,7 @@ from typing import Any
 
 from vibrodrive.model.names import NAMES, SCENE
 from vibrodrive.model.plan import Plan
+from vibrodrive.model.records import ALWAYS, IMPULSES
 
 MOTION = (
     "Each point of the axes is one motion, followed for `transient` excitation periods and then recorded for `periods` "
@@ -17,6 +18,10 @@ MOTION = (
 SOUGHT = (
     "Each point of the axes is one search for a limit in {}: motions with increasing values of it are followed for "
     "`transient` excitation periods and then compared with the undisturbed orbit for `periods` more."
+)
+ORBIT = (
+    "Each point of the axes is one undisturbed orbit, on which a motion settles, and what is proved of it under "
+    "disturbances, for all times."
 )
 MODEL = (
     "Mass on a vibrating incline with Coulomb friction and an ideally plastic obstacle, dimensionless: adhesive force "
@@ -46,7 +51,8 @@ def acting(plan: Plan) -> dict[str, Any]:
 
 def comment(plan: Plan) -> str:
     """Return the description of the contents of a file, and the meanings of the values of `plain`."""
-    contents = SOUGHT.format(plan.sought) if plan.seeks else MOTION
+    proofs = plan.record in ((IMPULSES,), (ALWAYS,))
+    contents = ORBIT if proofs else SOUGHT.format(plan.sought) if plan.seeks else MOTION
     return f"{contents} {MODEL} Attributes: {'; '.join(f'{name}: {_meaning(name)}' for name in plain(plan))}."
 
 
