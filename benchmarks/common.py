@@ -31,7 +31,7 @@ from numba.core.registry import cpu_target
 
 import vibrodrive as vd
 from vibrodrive import ETA
-from vibrodrive.model.plain import plain
+from vibrodrive.cli.plain import plain
 
 TWO_PI = 2.0 * math.pi
 RESULTS = Path(__file__).parent / "results"

@@ -37,9 +37,9 @@ from benchmarks.common import TWO_PI, environment, figure, look, parser, say
 from benchmarks.switches.model import Point
 from benchmarks.tables import ROOT, number, show, table
 from vibrodrive.batch.trajectory import MAIN_IMPACT
+from vibrodrive.cli.plain import plain
 from vibrodrive.jit.slices import Halt
 from vibrodrive.model.names import ETA
-from vibrodrive.model.plain import plain
 from vibrodrive.model.plan import make_plan
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.limit import LimitSearch, plan_limits

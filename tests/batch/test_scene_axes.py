@@ -8,9 +8,9 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.batch.block import gather
 from vibrodrive.model.physical import PER_KG, UNITS
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.results import Results
 from vibrodrive.store.reader import look
 
 SAID = {"impacts": r"\((\S+) per second\)", "impact_speed_mean": r"mean impact speed (\S+) m/s"}
@@ -60,7 +60,7 @@ def test_figures_over_a_frequency_are_in_si_units():
     assert grows == [*PER_KG], "what grows with the mass is per kilogram without one"
     f = np.array([20.0, 22.0, 24.0])
     plan = make_plan({"scene": MACHINE, "frequency": f, "periods": 20, "record": ["section", "impacts", "summary"]})
-    r = Results.collect(plan, fake.run_blocks(plan))
+    r = gather(plan, fake.run_blocks(plan))
     r.status[:] = vd.Status.OK
     scenes = [vd.Scene(a0=0.8e-3, frequency=v, mu=0.6, alpha=3.4, mass=250.0) for v in f]
     assert r.select(frequency=24.0).scalars["A"] == scenes[2].A

@@ -1,5 +1,6 @@
 """Result files, tables and figures replace nothing by mistake. Unusable files and paths are refused."""
 
+import json
 import os
 import resource
 import signal
@@ -13,6 +14,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.cli.plain import plain
 from vibrodrive.errors import ConfigError
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.style import save
@@ -199,3 +201,17 @@ def test_sweep_of_one_motion_has_its_section_drawn(run, quick):
     assert sorted(ax.lines[0].get_xdata()) == pytest.approx(sorted(section[:, 0]), abs=1e-9)
     assert "3.17" in ax.get_title(loc="right")
     assert_refused(run, "plot d.h5 --kind bifurcation", "--kind", "poincare")
+
+
+def test_numbers_become_json():
+    numbers = [
+        np.float64(1.5),
+        np.int64(2),
+        np.bool_(True),
+        np.nan,
+        [np.inf, (1,)],
+        np.array([1.0, np.nan]),
+        np.array(3),
+    ]
+    assert plain(numbers) == [1.5, 2, True, None, [None, [1]], [1.0, None], 3]
+    json.dumps(plain(numbers), allow_nan=False)

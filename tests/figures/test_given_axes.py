@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.batch.block import gather
 from vibrodrive.figures.style import save
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.results import Results
 
 pytestmark = pytest.mark.jit
 
@@ -36,7 +36,7 @@ def motion():
 
 def limits():
     plan = make_plan({"record": "limit", "A": 1.5, "B": [0.1, 0.2]})
-    return Results.collect(plan, fake.run_blocks(plan))
+    return gather(plan, fake.run_blocks(plan))
 
 
 FIGURES = {

@@ -14,7 +14,9 @@ from matplotlib.colors import to_hex, to_rgba_array
 import vibrodrive as vd
 from tests.figures import made
 from tests.support import fake
+from vibrodrive.batch.block import gather
 from vibrodrive.figures.colours import APART, MANY, SHADES, paint
+from vibrodrive.figures.drawing import choose_drawing, merge_options
 from vibrodrive.figures.image import borders_of, is_geometric
 from vibrodrive.figures.looks import HATCHED, LOOKS
 from vibrodrive.figures.map import map_figure
@@ -22,13 +24,11 @@ from vibrodrive.figures.plane import Exact, joined
 from vibrodrive.figures.sections import full_range
 from vibrodrive.figures.style import save
 from vibrodrive.model.choices import UNSEEN, Status
-from vibrodrive.model.drawing import choose_drawing, merge_options
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.physical import Scene
 from vibrodrive.model.plan import make_plan
 from vibrodrive.model.quantities import QUANTITIES
 from vibrodrive.model.records import check_record, quantities
-from vibrodrive.model.results import Results
 from vibrodrive.model.states import states
 
 SCREEN = LOOKS["screen"]
@@ -376,7 +376,7 @@ def test_bifurcations_are_drawn_over_a_diagram(name, low, along):
     given = {key: value for key, value in MACHINE.given.items() if key not in away}
     given.pop("alpha")
     plan = make_plan({**given, name: np.linspace(low, 1.5 * low, 4), **along, "periods": 3})
-    swept = Results.collect(plan, fake.run_blocks(plan))
+    swept = gather(plan, fake.run_blocks(plan))
     inclines = [Scene.quiet(**MACHINE.given | {"alpha": alpha}).B for alpha in (3.4, 5.0)]
     fig = swept.plot(x=name, over=[Exact("border", 1, 1, A, B) for B in inclines for A in (2.5, 2.7)])
     for ax, alpha in zip(fig.axes, (3.4, 5.0), strict=True):
@@ -403,7 +403,7 @@ def test_bifurcations_are_drawn_over_a_diagram(name, low, along):
 def test_lines_that_do_not_fit_a_diagram_are_refused(axes, over, told):
     plan = make_plan({**axes, "periods": 3})
     with pytest.raises(ValueError, match=told):
-        Results.collect(plan, fake.run_blocks(plan)).plot("bifurcation", over=over())
+        gather(plan, fake.run_blocks(plan)).plot("bifurcation", over=over())
 
 
 def test_lines_over_a_map_of_points_need_one_machine():
@@ -416,7 +416,7 @@ def test_lines_over_a_map_of_points_need_one_machine():
         a0, mu = {"a0": [4e-4, 8e-4]}, {} if "mu" in points else {"mu": MACHINE.mu}
         given = {key: value for key, value in MACHINE.given.items() if key not in ("a0", "mu")}
         plan = make_plan({**given, **mu, **a0, "points": points, "periods": 3, "record": "summary"})
-        swept = Results.collect(plan, fake.run_blocks(plan))
+        swept = gather(plan, fake.run_blocks(plan))
         if told:
             with pytest.raises(ValueError, match=told):
                 swept.plot(over=over)
@@ -440,7 +440,7 @@ def test_structure_is_kept_if_the_gaps_equal_the_undisturbed_gaps(disturbed):
 def limits_over(k2, **parameters):
     """Return results with the record "limit" and the given k2."""
     plan = make_plan({"record": "limit", "eta": 101.0, **parameters})
-    found = Results.collect(plan, fake.run_blocks(plan))
+    found = gather(plan, fake.run_blocks(plan))
     found.k2[...], found.half_kept[...] = k2, 2.0 * np.array(k2)
     found.velocity[...] = found.k2 * 100.0
     found.status[...] = Status.OK
@@ -461,7 +461,7 @@ def test_lines_over_a_map_of_a_scene_are_in_its_units():
     """A limit over a0 is placed in mm like the map. On the level no coefficient of friction gives a bifurcation."""
     machine = {"frequency": 24.0, "mu": 0.6, "alpha": 3.4, "a0": [0.5e-3, 1e-3]}
     plan = make_plan({**machine, "eps": [1e-6, 1e-4], "eta": 101.0, "record": "summary"})
-    swept, found = Results.collect(plan, fake.run_blocks(plan)), limits_over([1e-5, 2e-5], **machine)
+    swept, found = gather(plan, fake.run_blocks(plan)), limits_over([1e-5, 2e-5], **machine)
     for x, order in (("a0", slice(None)), ("eps", slice(None, None, -1))):
         line = map_figure(swept, "gaps", x=x, over=found).axes[0].lines[-1]
         assert line.get_xydata()[:, order] == pytest.approx(np.array([[0.5, 1e-5], [1.0, 2e-5]]))

@@ -17,7 +17,7 @@ from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.sheet import drawn_on
 from vibrodrive.figures.style import FORMATS, INCHES, LETTERS, about, save
 from vibrodrive.figures.texts import equation, number
-from vibrodrive.model.drawing import WIDTHS
+from vibrodrive.model.figure import WIDTHS
 from vibrodrive.model.records import How
 
 

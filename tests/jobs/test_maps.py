@@ -9,6 +9,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.batch.block import gather
 from vibrodrive.batch.sweep import run_blocks
 from vibrodrive.errors import ConfigError
 from vibrodrive.figures.map import map_figure
@@ -16,7 +17,6 @@ from vibrodrive.figures.plane import Exact, read_lines
 from vibrodrive.jit.slices import Halt
 from vibrodrive.jobs.maps import undisturbed_gaps
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.results import Results
 from vibrodrive.stability.evaluate import Evaluator
 from vibrodrive.stability.structure import ReferenceOrbit
 
@@ -72,7 +72,7 @@ def test_structure_is_lost_at_the_limit():
 def test_nothing_is_lost_without_a_disturbance_on_axes_of_a_scene():
     scene = {"omega0": np.linspace(100.0, 160.0, 4), "a0": np.array([0.6e-3, 0.8e-3]), "mu": 0.6, "alpha": 3.4}
     plan = make_plan({**scene, "transient": 500, "periods": 64, "record": "summary"})
-    swept = Results.collect(plan, run_blocks(plan))
+    swept = gather(plan, run_blocks(plan))
     assert (undisturbed_gaps(swept) == swept.gaps).all()
     assert len(np.unique(swept.gaps)) > 2
 

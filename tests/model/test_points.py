@@ -6,11 +6,11 @@ import pytest
 import xarray as xr
 
 from tests.support import fake
+from vibrodrive.batch.block import gather
 from vibrodrive.errors import Different
 from vibrodrive.model.config import parse
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.results import Results
 from vibrodrive.model.toml import as_toml
 from vibrodrive.store.load import load
 from vibrodrive.store.reader import look, verify
@@ -42,7 +42,7 @@ def test_configuration_and_call_give_the_same_points():
     first = make_plan({"points": POINTS, "eps": [0.0, 1e-4]})
     assert list(first.axes) == ["point", "eps"], "axes must keep the order written"
     assert column(make_plan({"points": pd.DataFrame(POINTS)}), "A") == POINTS["A"].tolist()
-    r = Results.collect(called, fake.run_blocks(called))
+    r = gather(called, fake.run_blocks(called))
     assert "eps 0…0.0001 (2), point 0…4 (5) with A, xi0; section" in repr(r)
 
 

@@ -21,12 +21,12 @@ from matplotlib.figure import Figure
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.batch.block import gather
+from vibrodrive.figures.drawing import choose_configured
 from vibrodrive.figures.style import save
 from vibrodrive.model.config import parse, read
-from vibrodrive.model.drawing import choose_configured
 from vibrodrive.model.parameters import real_array
 from vibrodrive.model.plan import make_plan
-from vibrodrive.model.results import Results
 
 SHORT = dict(transient=1, periods=3)
 JUDGED = dict(transient=20, periods=10)
@@ -345,7 +345,7 @@ SENTENCES = [
 
 def recorded():
     plan = make_plan({"A": [3.0, 3.1], **SHORT})
-    return Results.collect(plan, fake.run_blocks(plan))
+    return gather(plan, fake.run_blocks(plan))
 
 
 def motion():

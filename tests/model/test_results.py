@@ -7,6 +7,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.support import fake
+from vibrodrive.batch.block import gather
 from vibrodrive.errors import TooLarge
 from vibrodrive.model import size
 from vibrodrive.model.choices import Status
@@ -20,7 +21,7 @@ def plan():
 
 
 def collected(plan):
-    return Results.collect(plan, fake.run_blocks(plan))
+    return gather(plan, fake.run_blocks(plan))
 
 
 def test_select_finds_the_exact_or_nearest_value_and_drops_the_axis(plan):
@@ -73,7 +74,7 @@ def test_repr_describes_the_contents(plan):
         "3 OK, 3 TOO_CLOSE, 2 BUDGET>"
     )
     assert repr(r.select(A=1, eps=0)) == "<Results of one point, computed: section; certified, 0 + 5 periods; 1 OK>"
-    half = Results.collect(plan, [])
+    half = gather(plan, [])
     assert (np.isnan(half.section).all(), half.computed) == (True, 0.0)
     half.status[0] = Status.OK
     assert repr(half).startswith("<Results of 4 × 2 points, 25.0 % computed: ")
@@ -84,7 +85,7 @@ def test_repr_describes_the_contents(plan):
 
 def test_arrays_and_axes_are_items():
     plan = make_plan({"points": {"A": [3.0, 3.1]}, "eps": [0.0, 1e-4], "record": ["section", "summary"], "periods": 2})
-    r = Results.collect(plan, fake.run_blocks(plan))
+    r = gather(plan, fake.run_blocks(plan))
     for name in ("section", "status", "margin", "switches", "period", "energy"):
         np.testing.assert_array_equal(r[name], getattr(r, name))
     assert (r["A"].tolist(), r["eps"].tolist()) == ([3.0, 3.1], [0.0, 1e-4])
@@ -97,5 +98,5 @@ def test_arrays_and_axes_are_items():
         assert getattr(r, name, None) is None
         with pytest.raises(ValueError, match="must be extended by"):
             getattr(r, name)
-    r = Results.collect(plan := make_plan({"A": [3.0], "record": "summary"}), fake.run_blocks(plan))
+    r = gather(plan := make_plan({"A": [3.0], "record": "summary"}), fake.run_blocks(plan))
     assert not hasattr(r, "section")

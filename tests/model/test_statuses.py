@@ -1,13 +1,11 @@
 """Statuses print as names and otherwise behave like numbers; values of NumPy become values of JSON."""
 
-import json
 import pickle
 
 import numpy as np
 import pytest
 
 from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.plain import plain
 from vibrodrive.model.states import State
 from vibrodrive.model.statuses import Statuses, count_statuses
 
@@ -84,17 +82,3 @@ def test_operations_on_statuses_return_plain_arrays(statuses):
     out = statuses.copy()
     np.add(statuses, 1, out=out)
     assert out.tolist() == [[3, 3], [3, 3]]
-
-
-def test_numbers_become_json():
-    numbers = [
-        np.float64(1.5),
-        np.int64(2),
-        np.bool_(True),
-        np.nan,
-        [np.inf, (1,)],
-        np.array([1.0, np.nan]),
-        np.array(3),
-    ]
-    assert plain(numbers) == [1.5, 2, True, None, [None, [1]], [1.0, None], 3]
-    json.dumps(plain(numbers), allow_nan=False)

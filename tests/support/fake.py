@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.block import Block
+from vibrodrive.batch.block import Block
 from vibrodrive.model.config import parse
 from vibrodrive.model.physical import measure
 from vibrodrive.model.plan import Plan

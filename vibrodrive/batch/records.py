@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibrodrive.batch.block import Block
 from vibrodrive.kernels.outputs import Errors
 from vibrodrive.kernels.summary import OUT
-from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import ERROR, IMPACTS, SUMMARY

@@ -24,6 +24,7 @@ from uuid import uuid4
 import numpy as np
 
 from vibrodrive.batch import memory
+from vibrodrive.batch.block import Block, gather
 from vibrodrive.batch.parallel import BRIEF, Pool, run
 from vibrodrive.batch.records import Arrays, Rows
 from vibrodrive.errors import Failed
@@ -36,7 +37,6 @@ from vibrodrive.kernels.lane import LANES, new_lanes
 from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.kernels.setup import fast_amplitude
 from vibrodrive.kernels.single import single
-from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Method, Status
 from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, check_count
@@ -395,7 +395,7 @@ def collect(
     if executor is not None:
         check_executor(executor)
         with closing(run_blocks(plan, executor=executor)) as blocks:  # `closing` cancels tasks that have not started
-            return Results.collect(plan, _counted(blocks, tell))
+            return gather(plan, _counted(blocks, tell))
     if result_bytes(plan) > LARGE:
         refuse_large_results(plan)
         load_kernels(plan)  # they take memory too, before the results do

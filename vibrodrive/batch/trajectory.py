@@ -21,7 +21,7 @@ from vibrodrive.kernels.single import single
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.described import counted
-from vibrodrive.model.drawing import documented
+from vibrodrive.model.figure import documented
 from vibrodrive.model.keywords import Point, takes
 from vibrodrive.model.parameters import COLUMNS, check_count, unknown, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from vibrodrive.model.drawing import Style, Width
+    from vibrodrive.model.figure import Style, Width
 
 LONG = 100_000  # from this number of periods on, progress is shown, because the computation may take more than a second
 

@@ -71,7 +71,7 @@ def read(config: Path, overrides: tuple[str, ...] = ()) -> Config:
 
 def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Path | None, Path | None]:
     """Return (path of the table, path of the figure) of `-o`, each None if it is not wanted. Raises ConfigError."""
-    from vibrodrive.model.drawing import FORMATS
+    from vibrodrive.model.figure import FORMATS
     from vibrodrive.store.place import check_replaced
     from vibrodrive.store.tables import ENDING
 

@@ -9,7 +9,7 @@ import click
 
 from vibrodrive.cli.common import FILE, say
 from vibrodrive.cli.plot import left_out
-from vibrodrive.model.drawing import DIMENSIONLESS
+from vibrodrive.model.figure import DIMENSIONLESS
 
 
 @click.command()
@@ -53,7 +53,7 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
     if as_json:
         import json
 
-        from vibrodrive.model.plain import plain
+        from vibrodrive.cli.plain import plain
 
         about = {"file": str(file), "title": title, "computed": found.share, **found.facts(), "versions": versions}
         about |= {"damaged": faults, "bytes": size, "written": written}

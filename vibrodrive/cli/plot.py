@@ -12,8 +12,8 @@ import click
 
 from vibrodrive.cli.common import FILE, in_one_line, say
 from vibrodrive.errors import ConfigError
-from vibrodrive.model import drawing
-from vibrodrive.model.drawing import LOOK
+from vibrodrive.figures.drawing import choose_configured
+from vibrodrive.model.figure import BANDS, FIGURE_KINDS, FIGURE_UNITS, LOOK, MAP_QUANTITIES, STYLES, WIDTHS
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.place import check_figure
 
@@ -21,15 +21,13 @@ from vibrodrive.store.place import check_figure
 @click.command()
 @click.argument("files", metavar="FILE...", type=FILE, nargs=-1, required=True)
 @click.option("-o", "--output", type=FILE, help="Figure: .png, .pdf or .svg (default: FILE with .png).")
-@click.option(
-    "--kind", type=click.Choice(drawing.FIGURE_KINDS), help="Kind of diagram (default: depends on the contents)."
-)
+@click.option("--kind", type=click.Choice(FIGURE_KINDS), help="Kind of diagram (default: depends on the contents).")
 @click.option(
     "--quantity",
     metavar="NAME",
     help="Quantity to draw (default: depends on the contents). "
     "Section: dxi or xi. Main impacts: impact_phase or impact_speed. "
-    "Map: " + ", ".join(drawing.MAP_QUANTITIES) + " (the page of maps explains them), or a number of a "
+    "Map: " + ", ".join(MAP_QUANTITIES) + " (the page of maps explains them), or a number of a "
     "function of your own.",
 )
 @click.option(
@@ -39,15 +37,11 @@ from vibrodrive.store.place import check_figure
     help="Also draw on a map the limits of a result file, or the bifurcations of a table of `orbits` (.csv); "
     "may be repeated.",
 )
-@click.option(
-    "--units", type=click.Choice(drawing.FIGURE_UNITS), help="Units of the quantities of a scene (default: SI)."
-)
-@click.option(
-    "--style", type=click.Choice(drawing.STYLES), help="screen: colours (default); print: black ink for a journal."
-)
+@click.option("--units", type=click.Choice(FIGURE_UNITS), help="Units of the quantities of a scene (default: SI).")
+@click.option("--style", type=click.Choice(STYLES), help="screen: colours (default); print: black ink for a journal.")
 @click.option(
     "--width",
-    type=click.Choice(drawing.WIDTHS),
+    type=click.Choice(WIDTHS),
     help="double: 174 mm, two columns (default); single: 84 mm, one column.",
 )
 @click.option("--cmap", metavar="NAME", help="Colour map of Matplotlib for a map or a diagram, such as magma.")
@@ -101,13 +95,13 @@ def draw(
             for file, one in zip(files, [results, *others], strict=True):
                 with in_one_line(f"{file}: "):
                     check_limits(one, results)
-            options = {"kind": drawing.BANDS}
+            options = {"kind": BANDS}
         cmap = options.get("cmap")
         with in_one_line("--"):
             lines = read_lines(over)
             LOOKS["screen"].with_map(cmap)
         with in_one_line(), drawn_on(**look, cmap=cmap) as sheet:
-            shown, results = drawing.choose_configured(results, configured, options)
+            shown, results = choose_configured(results, configured, options)
             figure = diagrams.draw(sheet, shown, [results, *others], lines)
         share = min(one.computed for one in (results, *others))
     save(figure, target, dpi)

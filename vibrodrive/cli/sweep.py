@@ -12,8 +12,8 @@ import click
 from vibrodrive.cli import common
 from vibrodrive.cli.common import FILE, SET
 from vibrodrive.cli.plot import draw
+from vibrodrive.figures.drawing import choose_configured
 from vibrodrive.model.choices import Method, used_by
-from vibrodrive.model.drawing import choose_configured
 from vibrodrive.store.place import check_output
 
 if TYPE_CHECKING:

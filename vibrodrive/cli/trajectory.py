@@ -9,7 +9,7 @@ import click
 
 from vibrodrive.cli import common
 from vibrodrive.cli.common import FILE, SET, judge_idle, judge_slip, read, refuse_axes, say, working
-from vibrodrive.model import drawing
+from vibrodrive.model.figure import DIMENSIONLESS
 
 
 @click.command()
@@ -46,7 +46,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
 
     with working(config.stem):
         motion = follow(plan)
-        if settings.figure.get("units") == drawing.DIMENSIONLESS:
+        if settings.figure.get("units") == DIMENSIONLESS:
             motion = motion.dimensionless()
         shown = None if told else FIRST
         figure = trajectory_figure(motion, **drawn, shown=shown, **settings.look) if picture else None

@@ -13,7 +13,7 @@ import vibrodrive as vd
 from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS
 
 from vibrodrive.explorer.view import View, read_address  # isort: skip
-from vibrodrive.model import choices, drawing, names, physical, records
+from vibrodrive.model import choices, figure, names, physical, records
 
 QUANTITIES = records.QUANTITIES
 MAIN, MORE = "main", "more"  # controls in view, and controls behind "More"
@@ -133,7 +133,7 @@ CONTROLS = (
     _choice("x", "Across", "The parameter along the horizontal axis.", _PARAMETERS),
     _choice("scale", "spaced", "Equal steps, or equal ratios, along the horizontal axis.", _SCALES),
     _choice("quantity", "Upwards", "One dot for each section point or impact.",
-            {q: symbol(q) for q in drawing.DIAGRAM_QUANTITIES}, only=DIAGRAM),
+            {q: symbol(q) for q in figure.DIAGRAM_QUANTITIES}, only=DIAGRAM),
     _choice("y", "Upwards", "The parameter along the vertical axis of the map.", _PARAMETERS, only=MAP),
     _choice("y_scale", "spaced", "Equal steps, or equal ratios, along the vertical axis.", _SCALES, only=MAP),
     _choice("shade", "Colour", "The quantity that the colours of the map show.",
@@ -212,7 +212,7 @@ def known() -> dict[str, Any]:
     """Return what the scripts of the page know, as values for JSON."""
     allowed = {name: (row.low, min(row.high, 1e300)) for name, row in names.PARAMETERS.items()}
     allowed |= dict.fromkeys(names.SCENE, (1e-9, 1e9)) | {"alpha": (0.0, 89.9)}
-    shown = (*RANGES, *drawing.DIAGRAM_QUANTITIES, *OF_MAPS)
+    shown = (*RANGES, *figure.DIAGRAM_QUANTITIES, *OF_MAPS)
     return {
         "controls": [control._asdict() for control in CONTROLS],
         "allowed": allowed,

@@ -17,11 +17,12 @@ from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 
-from vibrodrive.model import choices, config, drawing, names, parameters, records
+from vibrodrive.figures import drawing
+from vibrodrive.model import choices, config, figure, names, parameters, records
 from vibrodrive.model.plan import Plan
 
-DIAGRAM, MAP = "diagram", drawing.MAP  # modes, with one and with two parameters
-OF_MAPS = (*(q.name for q in (*records.SUMMARY.quantities, records.IMPACT_POWER)), *drawing.OF_EVERY_SWEEP)
+DIAGRAM, MAP = "diagram", figure.MAP  # modes, with one and with two parameters
+OF_MAPS = (*(q.name for q in (*records.SUMMARY.quantities, records.IMPACT_POWER)), *figure.OF_EVERY_SWEEP)
 COMPARISONS = ALONE, DIFFERENCE = "alone", "difference"  # without the certified motions, or coloured by method
 UNITLESS, SI = "dimensionless", "SI"
 METHODS = tuple(m.name.lower() for m in choices.Method)
@@ -99,7 +100,7 @@ class View(_Numbers):
     high: float = _set(RANGES["A"][1], _number)
     scale: str = _set(RANGES["A"][2], _choice, known=(names.LINEAR, names.LOG))
     columns: int | None = _set(None, _count, low=2, high=MOST_COLUMNS)
-    quantity: str = _set("dxi", _choice, known=drawing.DIAGRAM_QUANTITIES)
+    quantity: str = _set("dxi", _choice, known=figure.DIAGRAM_QUANTITIES)
     bottom: float = _set(NOWHERE, _number)
     top: float = _set(NOWHERE, _number)
     y: str = _set("B", _choice, known=tuple(RANGES))
@@ -295,7 +296,7 @@ class View(_Numbers):
         limits = [f"limits = [{self.bottom!r}, {self.top!r}]"] if self.limits else []
         if self.mode == MAP:
             return [f'kind = "{MAP}"', f'quantity = "{self.shade}"', f'x = "{self.x}"', f'y = "{self.y}"', *limits]
-        lines = [f'kind = "{drawing.BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
+        lines = [f'kind = "{figure.BIFURCATION}"', f'quantity = "{self.quantity}"', f'x = "{self.x}"']
         return [*lines, *limits]
 
 
@@ -343,7 +344,7 @@ def view_of(settings: config.Config) -> View:
         y = settings.figure.get("y", along[1])
         values |= {"mode": MAP, "y": y} | dict(zip(("y_low", "y_high", "rows", "y_scale"), _span(plan, y), strict=True))
     quantity = settings.figure.get("quantity")
-    shows = {"quantity": drawing.DIAGRAM_QUANTITIES, "shade": OF_MAPS}
+    shows = {"quantity": figure.DIAGRAM_QUANTITIES, "shade": OF_MAPS}
     values |= {key: quantity for key, known in shows.items() if quantity in known}
     return View.read(values)
 

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from vibrodrive.figures.sections import COORDINATES, as_motions, check_titles, coordinates, measures
 from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import shared_by
-from vibrodrive.model.drawing import CURVES, Style, Width, check_curves, documented
+from vibrodrive.model.figure import CURVES, Style, Width, check_curves, documented
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.states import State
 

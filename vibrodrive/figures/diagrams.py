@@ -7,12 +7,13 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from vibrodrive.figures.drawing import Drawing, check_kind, choose_drawing
 from vibrodrive.figures.limits import draw_bands
 from vibrodrive.figures.map import draw_map, map_figure
 from vibrodrive.figures.plane import read_lines
 from vibrodrive.figures.sections import bifurcation, draw_bifurcation, draw_sections, poincare
 from vibrodrive.figures.sheet import Sheet, drawn_on
-from vibrodrive.model.drawing import BANDS, BIFURCATION, MAP, Drawing, check_kind, choose_drawing
+from vibrodrive.model.figure import BANDS, BIFURCATION, MAP
 
 __all__ = ["bifurcation", "draw", "from_results", "map_figure", "poincare"]
 

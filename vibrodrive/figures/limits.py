@@ -18,7 +18,7 @@ from vibrodrive.figures.image import is_geometric, keep_range
 from vibrodrive.figures.sheet import LETTER, Sheet, as_list, drawn_on, length
 from vibrodrive.figures.texts import as_shown, conditions, damaged, of_sweep
 from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.drawing import Style, Width, documented
+from vibrodrive.model.figure import Style, Width, documented
 from vibrodrive.model.parameters import bad, bad_axes
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.results import Results

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex
 
-from vibrodrive.model.drawing import Style
+from vibrodrive.model.figure import Style
 from vibrodrive.model.parameters import bad, did_you_mean
 
 INK = "black"
@@ -27,7 +27,7 @@ class Look(NamedTuple):
     support: str  # auxiliary lines: a zero, the excitation, impacts
     lines: tuple[tuple[str, str], ...]  # colour and line style of the first, second, … curve
     bands: tuple[str, ...]  # areas of the first, second, … curve
-    coloured: bool  # bifurcations have their `colour` (model/bifurcations.py) if True, and their `ink` there if False
+    coloured: bool  # bifurcations have their `colour` (figures/bifurcations.py) if True, and their `ink` there if False
     density: Colormap  # darkness of a cell of an image, from 0 to 1 (ink.py)
     classes: tuple[str, ...]  # classes of a map, each darker than the previous one; the last two are "other" and "none"
     shades: Colormap  # continuous quantity of a map

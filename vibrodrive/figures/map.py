@@ -20,6 +20,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator
 
 from vibrodrive.figures.colours import SHADES, Painted, paint
+from vibrodrive.figures.drawing import Drawing, check_swept, choose_drawing
 from vibrodrive.figures.image import RarestImage, draw_cells, is_geometric, keep_range
 from vibrodrive.figures.ink import SAME, range_around
 from vibrodrive.figures.looks import HATCHED
@@ -29,7 +30,7 @@ from vibrodrive.figures.texts import as_shown, conditions_of, number, place_of, 
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import UNSEEN
 from vibrodrive.model.described import counted
-from vibrodrive.model.drawing import MAP, Drawing, Style, Width, check_swept, choose_drawing, documented
+from vibrodrive.model.figure import MAP, Style, Width, documented
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity

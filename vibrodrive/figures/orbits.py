@@ -15,13 +15,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from vibrodrive.figures.bifurcations import BIFURCATIONS
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.sections import full_range
 from vibrodrive.figures.sheet import drawn_on
 from vibrodrive.figures.texts import as_shown, conditions, equation, of_sweep
-from vibrodrive.model.bifurcations import BIFURCATIONS
 from vibrodrive.model.described import counted
-from vibrodrive.model.drawing import Style, Width, documented
+from vibrodrive.model.figure import Style, Width, documented
 from vibrodrive.model.keywords import takes
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene, amplitude_axis, measure

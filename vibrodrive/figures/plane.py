@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path as LinePath
 from matplotlib.transforms import Bbox
 
+from vibrodrive.figures.bifurcations import BIFURCATIONS, BifurcationKind
 from vibrodrive.figures.looks import INK
 from vibrodrive.figures.sheet import Sheet, drawn_on
 from vibrodrive.figures.texts import as_shown, conditions
 from vibrodrive.model import records
-from vibrodrive.model.bifurcations import BIFURCATIONS, BifurcationKind
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import AMPLITUDES, INCLINES, amplitude_axis, incline_axis, with_A_and_B

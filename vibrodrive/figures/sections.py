@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
+from vibrodrive.figures.drawing import Drawing, check_swept, choose_drawing
 from vibrodrive.figures.image import density
 from vibrodrive.figures.ink import FAINTEST, range_around
 from vibrodrive.figures.plane import NUMBERED, draw_lines, read_lines, upright
@@ -30,7 +31,7 @@ from vibrodrive.figures.texts import (
     symbol,
 )
 from vibrodrive.model.choices import Status
-from vibrodrive.model.drawing import BIFURCATION, Drawing, Style, Width, check_swept, choose_drawing, documented
+from vibrodrive.model.figure import BIFURCATION, Style, Width, documented
 from vibrodrive.model.parameters import bad, bad_axes, real_array
 from vibrodrive.model.physical import Measure
 from vibrodrive.model.quantities import SECTIONS

@@ -26,7 +26,7 @@ from matplotlib.lines import Line2D
 from vibrodrive.figures.looks import LOOKS, ramp
 from vibrodrive.figures.style import INCHES, LETTERS, ShownFigure, drawn_as, save
 from vibrodrive.figures.texts import SYMBOLS, UNITS, equation, name_of, symbol
-from vibrodrive.model.drawing import STYLES, WIDTHS, Style, Width
+from vibrodrive.model.figure import STYLES, WIDTHS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Measure
 

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from vibrodrive.figures.looks import LOOKS
 from vibrodrive.figures.texts import plain
-from vibrodrive.model.drawing import FORMATS, Style, Width
+from vibrodrive.model.figure import FORMATS, Style, Width
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import drafted
 

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any, Unpack
 
+from vibrodrive.batch.block import Block, gather
 from vibrodrive.jobs.progress import Tally, make_display, shown
-from vibrodrive.model.block import Block
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import Axis, Point, Points, takes
@@ -175,7 +175,7 @@ def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> 
 
         raised: list[str] = []
         with contextlib.closing(run_blocks(plan, threads=threads, executor=executor)) as blocks:
-            results = Results.collect(plan, _noted(blocks, tally, raised))
+            results = gather(plan, _noted(blocks, tally, raised))
     _warn_of_raised(raised)
     return results
 

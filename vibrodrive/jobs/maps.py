@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vibrodrive.batch.block import gather
 from vibrodrive.jobs.progress import under_way
 from vibrodrive.model.choices import Method
 from vibrodrive.model.names import Settings
@@ -27,5 +28,5 @@ def undisturbed_gaps(results: Results) -> np.ndarray:
     settings = Settings(int(Method.CERTIFIED), max(SETTLING, s.transient), WATCHED, s.budget)
     plan = Plan({**results.plan.variables, **constants(NONE)}, settings, record=(SUMMARY,))
     with under_way("undisturbed motions"):
-        gaps = Results.collect(plan, run_blocks(plan)).gaps.astype(np.int64)
+        gaps = gather(plan, run_blocks(plan)).gaps.astype(np.int64)
     return gaps.reshape([len(values) if name in plan.axes else 1 for name, values in results.axes.items()])

@@ -21,7 +21,7 @@ from vibrodrive.figures.plane import plane_figure
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import Config
 from vibrodrive.model.described import counted
-from vibrodrive.model.drawing import DIMENSIONLESS
+from vibrodrive.model.figure import DIMENSIONLESS
 from vibrodrive.model.names import SCENE
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import INCLINES, UNITS, column, has_units

@@ -35,7 +35,7 @@ import numpy as np
 
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import ACTS_ON
-from vibrodrive.model.drawing import (
+from vibrodrive.model.figure import (
     DIAGRAM_QUANTITIES,
     FIGURE_KINDS,
     FIGURE_UNITS,

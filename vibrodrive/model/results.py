@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import functools
 import textwrap
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vibrodrive.model.above import above
-from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.described import counted, html_table, numbers, share_computed, span
-from vibrodrive.model.drawing import documented
+from vibrodrive.model.figure import documented
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import as_number, bad, did_you_mean, real_number, unknown, with_sentences
 from vibrodrive.model.physical import Measure, measure, with_A_and_B
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
-    from vibrodrive.model.drawing import Style, Width
+    from vibrodrive.model.figure import Style, Width
 
 Index = tuple[Any, ...]  # for each axis an int (one value) or slice(None) (all values)
 
@@ -144,22 +143,6 @@ class Results:
         return self.__dict__ | {"record": bare, "_plan": replace(self._plan, record=bare)}
 
     @classmethod
-    def collect(cls, plan: Plan, blocks: Iterable[Block]) -> Results:
-        """Collect all blocks of a plan in memory. Raises TooLarge (a ValueError) if they do not fit."""
-        results = cls.uncomputed(plan)
-        section, status, margin, switches = results.rows(0, plan.n_points)
-        for b in blocks:
-            if section is not None:
-                section[b.start : b.stop] = b.section
-            results.put(b.start, b.stop, b.records)
-            status[b.start : b.stop] = b.status
-            margin[b.start : b.stop] = b.margin
-            switches[b.start : b.stop] = b.switches
-        if section is not None:
-            section[status == int(Status.NOT_COMPUTED)] = np.nan
-        return results
-
-    @classmethod
     def uncomputed(cls, plan: Plan) -> Results:
         """Return `new` results without any point. The sections are not initialised."""
         results = cls.new(plan)
@@ -202,13 +185,6 @@ class Results:
         for name, values in records.items():
             array = self._arrays[name]
             array.reshape(-1, *array.shape[len(self.axes) :])[start:stop] = values
-
-    def block(self, index: int, start: int, stop: int) -> Block:
-        """Return the points `start` to `stop` - 1 as the block with the number `index`, to be written to a file."""
-        section, status, margin, switches = self.rows(start, stop)
-        arrays = {q.name: self._array(q.name) for q in self.quantities}
-        records = {name: a.reshape(-1, *a.shape[len(self.axes) :])[start:stop] for name, a in arrays.items()}
-        return Block(index, start, stop, section, status, margin, switches, records)
 
     def __getattr__(self, name: str) -> np.ndarray:
         if not name.startswith("_") and name in (q.name for q in self.quantities):

@@ -15,11 +15,11 @@ from pickle import PicklingError
 import numpy as np
 
 from vibrodrive.batch import sweep
+from vibrodrive.batch.block import Block
 from vibrodrive.batch.parallel import Pool
 from vibrodrive.batch.trajectory import Trajectory, follow
 from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.above import above
-from vibrodrive.model.block import Block
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.own import Own, told

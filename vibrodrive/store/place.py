@@ -11,7 +11,7 @@ from itertools import combinations
 from pathlib import Path
 
 from vibrodrive.errors import ConfigError, Damaged, NoResult
-from vibrodrive.model.drawing import FORMATS
+from vibrodrive.model.figure import FORMATS
 from vibrodrive.model.parameters import bad
 from vibrodrive.store.draft import draft_of
 

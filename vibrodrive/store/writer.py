@@ -36,7 +36,7 @@ from vibrodrive.store.lock import WRITING, Lock
 from vibrodrive.store.place import refuse_foreign
 
 if TYPE_CHECKING:
-    from vibrodrive.model.block import Block
+    from vibrodrive.batch.block import Block
 
 
 class Writer:

@@ -1,47 +1,28 @@
-"""Kinds of figures of a sweep, and quantities that can be drawn, depending on the records of the sweep."""
+"""What a figure of a sweep shows: chosen from the axes and the records of the sweep, a configuration and a call."""
 
-import inspect
-import math
-from collections.abc import Callable, Sequence
-from numbers import Real
-from typing import Any, Literal, NamedTuple, NoReturn, TypeVar, cast, get_args
+from collections.abc import Sequence
+from typing import Any, NamedTuple, NoReturn
 
-from vibrodrive.model.parameters import bad, did_you_mean, placed, with_sentences
+from vibrodrive.model.figure import (
+    BANDS,
+    BIFURCATION,
+    DIAGRAM_QUANTITIES,
+    DIMENSIONLESS,
+    FIGURE_KINDS,
+    LOOK,
+    MAP,
+    MAP_QUANTITIES,
+    OF_EVERY_SWEEP,
+    POINCARE,
+    SI,
+    check_limits,
+)
+from vibrodrive.model.parameters import bad, did_you_mean, placed
 from vibrodrive.model.physical import has_units
 from vibrodrive.model.quantities import IMPACT_POWER, QUANTITIES, Quantity
 from vibrodrive.model.records import RECORDS, SECTION
 
-_F = TypeVar("_F", bound=Callable[..., Any])
-
-BIFURCATION, POINCARE, MAP, BANDS = "bifurcation", "poincare", "map", "bands"
-
-FIGURE_KINDS = (BIFURCATION, POINCARE, MAP, BANDS)
-
-Style = Literal["screen", "print"]
-"""Colours that are distinct for colour-blind readers, or the black and white of a journal."""
-
-Width = Literal["double", "single"]  # width of a figure in columns of a page
-
-STYLES: tuple[Style, ...] = get_args(Style)
-WIDTHS: tuple[Width, ...] = get_args(Width)
-
-FIGURE_UNITS = SI, DIMENSIONLESS = "SI", "dimensionless"  # units of quantities in figures of a scene
-
-LOOK = ("style", "width")  # keys of [figure] for any figure
-
-FORMATS = (".png", ".pdf", ".svg")
-
-OF_EVERY_SWEEP = ("status", "margin")
-
 STARTS = ("xi0", "dxi0", "tau0")  # coordinates of the start
-
-DIAGRAM_QUANTITIES = tuple(name for one in RECORDS.values() for name in one.diagrams)
-MAP_QUANTITIES = (*(name for one in RECORDS.values() for name in one.maps), *OF_EVERY_SWEEP)
-"""Quantities of maps over two axes, and of lines over one axis. The numbers of a function of the user are others."""
-
-
-CURVES = {"phase": ("xi", "dxi"), "time": ("tau", "xi"), "velocity": ("tau", "dxi"), "section": ("xi", "dxi")}
-"""Curves of a motion, each with its quantities to the right and upwards."""
 
 OPTIONS = {
     BIFURCATION: ("quantity", "x", "limits", "cmap", "over"), POINCARE: (),
@@ -51,25 +32,6 @@ OPTIONS = {
 
 SUITS = {BIFURCATION: DIAGRAM_QUANTITIES, POINCARE: (), MAP: MAP_QUANTITIES, BANDS: ()}
 """Quantities that each kind of figure can show."""
-
-
-def check_curves(key: str, curves: Any) -> Any:
-    """Return names of curves. Raises ValueError with one sentence."""
-    names = [] if isinstance(curves, str | dict) or not hasattr(curves, "__iter__") else [*curves]
-    if not names or any(name not in [*CURVES] for name in names):
-        _refuse(key, curves, "a list of one or more of " + ", ".join(CURVES))
-    return curves
-
-
-def check_limits(key: str, limits: Any) -> tuple[float, float]:
-    """Return a range as two floats. Raises ValueError with one sentence."""
-    try:
-        low, high = limits
-        if isinstance(low, Real) and isinstance(high, Real) and -math.inf < float(low) < float(high) < math.inf:
-            return float(low), float(high)
-    except (OverflowError, TypeError, ValueError):
-        pass
-    _refuse(key, limits, "two numbers in ascending order")
 
 
 def check_range(key: str, limits: tuple[float, float] | None, row: Quantity) -> None:
@@ -260,41 +222,3 @@ def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]
     if merged.get("quantity") != wanted.get("quantity") or merged.get("units", SI) != wanted.get("units", SI):
         merged.pop("limits", None)
     return merged
-
-
-SHARED_PARAMETERS = """\
-ax : Axes or sequence of Axes, optional
-    your Matplotlib axes, one for each panel; by default those of a new figure. They keep their style: the data have the
-    next colour of their cycle, and nothing is written but missing labels and the colour bar of a map. A second result
-    in the same axes has another colour, and a key then names the difference.
-style : "screen" or "print", optional
-    "screen" has colours that colour-blind readers can distinguish; "print" is black and white, for a journal. The
-    default is "screen" or, with `ax`, the colours of the axes.
-width : "double" or "single", optional
-    width of a new figure, left out with `ax`. "double" is two columns of a page, at most 174 mm; "single" is one
-    column, 84 mm. The default is "double".
-notes : bool, optional
-    True writes the settings of the motions, the names of the panels and a key, in `ax` as a legend. The default is True
-    for a new figure, and False with `ax`."""
-
-SHARED_RETURNS = """\
-Returns
--------
-Figure
-    Matplotlib figure. A notebook displays it, its method `show` opens a window, and `savefig` writes it to a file. With
-    `ax`, it is the figure of these axes."""
-
-SHARED_RAISES = """\
-ValueError
-    if the style or the width is unknown, if `ax` does not have one Axes for each panel, or if these axes show other
-    quantities or a result that would be hidden."""
-
-
-def documented(function: _F) -> _F:
-    """Add SHARED_PARAMETERS, SHARED_RETURNS and SHARED_RAISES to the docstring of a drawing function, and refuse wrong
-    arguments in a sentence."""
-    described, heading, examples = (inspect.getdoc(function) or "").partition("\n\nExamples\n")
-    parameters, _, raises = described.partition("\n\nRaises\n------\n")
-    raises = "\n".join(["Raises\n------", *filter(None, [raises]), SHARED_RAISES])
-    function.__doc__ = f"{parameters}\n{SHARED_PARAMETERS}\n\n{SHARED_RETURNS}\n\n{raises}{heading}{examples}"
-    return cast(_F, with_sentences(function))

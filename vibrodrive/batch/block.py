@@ -1,10 +1,14 @@
-"""A finished block of a sweep."""
+"""A finished block of a sweep, and blocks as results."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
+
+from vibrodrive.model.choices import Status
+from vibrodrive.model.plan import Plan
+from vibrodrive.model.results import Results
 
 
 class Block(NamedTuple):
@@ -28,3 +32,19 @@ class Block(NamedTuple):
     switches: np.ndarray
     records: Mapping[str, np.ndarray] = MappingProxyType({})
     raised: tuple[str, ...] = ()
+
+
+def gather(plan: Plan, blocks: Iterable[Block]) -> Results:
+    """Return all blocks of a plan as results in memory. Raises TooLarge (a ValueError) if they do not fit."""
+    results = Results.uncomputed(plan)
+    section, status, margin, switches = results.rows(0, plan.n_points)
+    for b in blocks:
+        if section is not None:
+            section[b.start : b.stop] = b.section
+        results.put(b.start, b.stop, b.records)
+        status[b.start : b.stop] = b.status
+        margin[b.start : b.stop] = b.margin
+        switches[b.start : b.stop] = b.switches
+    if section is not None:
+        section[status == int(Status.NOT_COMPUTED)] = np.nan
+    return results
