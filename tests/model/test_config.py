@@ -28,7 +28,7 @@ def test_every_form_of_an_axis():
         "A = {start = 3.0, stop = 3.25, num = 6}\n"
         "eps = [0, 2e-4]\n"
         'dtau = {start = 1e-3, stop = 0.1, num = 3, scale = "log"}\n'
-        "B = 0.2\n"
+        'B = 0.2\n[switching]\nmethod = "fixed"\n'
     ).plan()
     assert list(plan.axes) == ["A", "eps", "dtau"]  # in the order written
     np.testing.assert_allclose(plan.axes["A"], [3.0, 3.05, 3.1, 3.15, 3.2, 3.25])
@@ -71,10 +71,10 @@ def test_options_override_the_file():
     text = "[model]\nB = 0.2\neps = 1e-4\n[sweep]\nA = {start = 1, stop = 2, num = 5}\n[run]\nperiods = 9\n"
     plan = parse(
         text,
-        ["run.periods=4", "eps=[0, 1e-3]", "A.num=3", "method=fixed", "dtau=0.1", "tol=1e-3", "tol=1e-4"],
+        ["run.periods=4", "eps=[0, 1e-3]", "A.num=3", "method=muller", "dtau=0.1", "tol=1e-3", "tol=1e-4"],
     ).plan()
     assert plan.settings.periods == 4
-    assert plan.settings.method == Method.FIXED
+    assert plan.settings.method == Method.MULLER
     assert plan.axes["A"].tolist() == [1.0, 1.5, 2.0]
     assert plan.axes["eps"].tolist() == [0.0, 1e-3]  # the number in [model] is replaced
     assert plan.scalars["tol"] == 1e-4
@@ -98,17 +98,14 @@ def test_options_move_a_quantity_of_a_scene_between_the_tables():
     assert parse(over.replace("omega0", "frequency"), ["omega0=[150]"]).plan().axes["omega0"].tolist() == [150.0]
 
 
-@pytest.mark.parametrize("options", list(itertools.permutations(["method=certified", "dtau=0.1", "tol=1e-3"])))
+@pytest.mark.parametrize("options", list(itertools.permutations(["method=fixed", "dtau=0.1", "periods=3"])))
 def test_order_of_options_for_different_keys_does_not_matter(options):
-    """The method removes dtau and tol of the file, never those of another option, which a sweep then refuses."""
+    """The method removes dtau and tol of the file, never those of another option."""
     text = MINIMAL + '[switching]\nmethod = "muller"\ndtau = 0.01\ntol = 1e-9\n'
-    found = parse(text, options).arguments
-    assert {name: found[name] for name in ("method", "dtau", "tol")} == {
-        "method": "certified",
-        "dtau": 0.1,
-        "tol": 1e-3,
-    }
+    assert parse(text, options).arguments == {"A": 3.04, "method": "fixed", "dtau": 0.1, "periods": 3}
     assert parse(text, ["method=certified"]).arguments.keys() == {"A", "method"}
+    with pytest.raises(ConfigError, match=r"^tol = 0\.001: must be left out with method = 'fixed'"):
+        parse(text, [*options, "tol=1e-3"])
 
 
 def test_byte_order_mark_is_ignored(tmp_path):

@@ -325,7 +325,7 @@ CALLS = [
     (lambda: vd.Scene(**SCENE, frequency=24), "frequency = 24: must be left out if omega0 is given"),
     (lambda: vd.sweep(scene=IN_SI, A=3.0), f"A = 3.0: {FROM_SCENE}"),
     (lambda: vd.sweep(scene=IN_SI, B=0.1), f"B = 0.1: {FROM_SCENE}"),
-    (lambda: vd.sweep(scene=IN_SI, points={"B": [0.1]}), f"B = array([0.1]): {FROM_SCENE}"),
+    (lambda: vd.sweep(scene=IN_SI, points={"B": [0.1]}), f"B = [0.1]: {FROM_SCENE}"),
     (lambda: vd.sweep(scene=3, A=3.0), "scene = 3: must be a Scene"),
     (lambda: vd.sweep(a0=1e-3, mu=0.6, alpha=3), "omega0 is missing: must be given, because a scene needs …"),
     (lambda: vd.sweep(scene=IN_SI, omega0=1, frequency=[1]), "frequency = [1.0]: must be left out if omega0 is given"),

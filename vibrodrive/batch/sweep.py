@@ -99,8 +99,7 @@ def compute_wave(
                 give(arrays.block(span, at))
 
     fill(plan.settings, points, threads, halt, arrays, look)
-    for span, at in left.items():
-        give(arrays.block(span, at))
+    look()
 
 
 def compute_points(plan: Plan, which: np.ndarray, threads: int, halt: Halt) -> Block:

@@ -25,7 +25,7 @@ from vibrodrive.model.figure import documented
 from vibrodrive.model.keywords import Point, takes
 from vibrodrive.model.parameters import COLUMNS, check_count, unknown, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
-from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
+from vibrodrive.model.plan import Plan, make_plan, refuse_axes
 from vibrodrive.model.quantities import row_of
 from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
 from vibrodrive.model.slips import names_scene, unlikely, warn
@@ -433,7 +433,6 @@ def simulate(
            [ 1.2155, -2.8904]])
     """
     plan = make_plan(written)
-    refuse_idle(plan, written)
     refuse_axes(plan.axes, " (for an axis use `sweep`)")
     warn(unlikely(plan, names_scene(written, plan)))
     if plan.settings.transient + plan.settings.periods < LONG:

@@ -99,14 +99,6 @@ def refuse_axes(plan: Plan) -> None:
             raise ConfigError(f"sweep.{name} = {several}: must be one number (--set {name}={values[0]:g})")
 
 
-def judge_idle(settings: Config) -> None:
-    """Refuse a parameter that the method does not use."""
-    from vibrodrive.model.plan import refuse_idle
-
-    with in_one_line():
-        refuse_idle(settings.plan(), settings.arguments)
-
-
 def judge_slip(settings: Config, always: bool = False) -> None:
     """Print a warning of likely mistakes, and of tables for other commands.
 

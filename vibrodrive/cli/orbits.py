@@ -27,7 +27,6 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     with -o FILE.csv, a table of all orbits and bifurcations. With [physical] speeds are in m/s.
     """
     settings = common.read(config, overrides)
-    common.judge_idle(settings)
     common.judge_slip(settings, always=True)
     table, picture = common.targets(outputs, Path(config.stem + ".png"), config)
     if picture:

@@ -88,7 +88,6 @@ def sweep(
 
     settings = common.read(config, (*overrides, f"switching.method={method}") if method else overrides)
     plan = settings.plan()
-    common.judge_idle(settings)
     common.judge_slip(settings)
     path = output or Path(config.stem + ".h5")
     if picture == Path():

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from vibrodrive.cli import common
-from vibrodrive.cli.common import FILE, SET, judge_idle, judge_slip, read, refuse_axes, say, working
+from vibrodrive.cli.common import FILE, SET, judge_slip, read, refuse_axes, say, working
 from vibrodrive.model.figure import DIMENSIONLESS
 
 
@@ -31,7 +31,6 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     settings = read(config, overrides)
     drawn = dict(settings.trajectory)
     plan = settings.plan()
-    judge_idle(settings)
     judge_slip(settings)
     refuse_axes(plan)
     told = "periods" in drawn

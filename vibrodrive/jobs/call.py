@@ -18,7 +18,7 @@ from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.described import counted
 from vibrodrive.model.keywords import Axis, Point, Points, takes
 from vibrodrive.model.parameters import bad
-from vibrodrive.model.plan import Plan, make_plan, refuse_idle
+from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.records import functions
 from vibrodrive.model.results import Results
 from vibrodrive.model.slips import names_scene, unlikely, warn
@@ -149,7 +149,6 @@ def sweep(
     plan = make_plan({name: value for name, value in written.items() if name not in OWN})
     if not isinstance(overwrite, bool):
         raise TypeError(bad("overwrite", overwrite, "True or False"))
-    refuse_idle(plan, written)
     if plan.per_point:
         from vibrodrive.stability.per_point import with_names
 

@@ -7,7 +7,7 @@ import functools
 import inspect
 import keyword
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 from unicodedata import normalize
 
@@ -99,7 +99,7 @@ class Own(OfMotion):
     @classmethod
     def from_function(cls, function: Callable[[Any], Any]) -> Own:
         """Return the record of a function whose numbers are not known yet."""
-        name = _named(function)
+        name = _name_of(function)
         return cls(name if name.isidentifier() else "function", function=function)  # "<lambda>"
 
     def with_rows(self, rows: Mapping[str, Row]) -> Own:
@@ -110,11 +110,24 @@ class Own(OfMotion):
         """Return the same record without its function, as a file contains it."""
         return Own(str(self), self.returned, self.version, None, self.rows)
 
-    def returning(self, names: Sequence[str], taken: Collection[str]) -> Own:
-        """Return the same record with the names of its numbers.
+    def returning(self, motions: Iterable[tuple[str, Any]], taken: Collection[str]) -> Own:
+        """Return the same record with the names of its numbers, from the first of the motions at which the function
+        does not raise. Each motion has its place in words.
 
-        Raises ValueError for a name that results or files could not have, or that is taken.
+        Raises ValueError for a name that results or files could not have, or that is taken, and if the function raises
+        at all places, with the first exception.
         """
+        raised: list[tuple[str, Exception]] = []
+        for at, motion in motions:
+            found = self.numbers(motion)
+            if not isinstance(found, Exception):
+                return self._named(list(found), taken)
+            raised.append((at, found))
+        (first, why), n = raised[0], len(raised)
+        where = f" at all {n} points, first at {first}" if n > 1 else ""
+        raise ValueError(f"{self} raised{where}: {told(why)}") from why
+
+    def _named(self, names: Sequence[str], taken: Collection[str]) -> Own:
         for name in self.rows.keys() - {"", *names}:
             raise ValueError(unknown(f"name in the units and labels of {self}", name, names))
         for name in names:
@@ -206,7 +219,7 @@ def own(
     return Own(str(Own.from_function(function)), version=version, function=function, rows=rows)
 
 
-def _named(function: Callable[..., Any]) -> str:
+def _name_of(function: Callable[..., Any]) -> str:
     """Return the name of a function: without wrappers, and that of the class of an instance."""
     plain = inspect.unwrap(function)
     while isinstance(plain, functools.partial):

@@ -16,7 +16,8 @@ from contextlib import contextmanager
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from vibrodrive.model.names import AXES, NAMES, PARAMETERS, SCENE, SETTINGS
+from vibrodrive.model.choices import Method, used_by
+from vibrodrive.model.names import AXES, IDLE, NAMES, PARAMETERS, SCENE, SETTINGS, Settings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -286,7 +287,21 @@ def cast_arguments(arguments: Mapping[str, Any]) -> dict[str, Any]:
             raise TypeError(bad(key, value, PARAMETERS[key].allowed))
         elif value is not None:
             values[key] = _cast_points(value, arguments) if key == "points" else cast_axis(key, value)
+    _refuse_idle(arguments, values)
     return values
+
+
+def _refuse_idle(arguments: Mapping[str, Any], values: Mapping[str, Any]) -> None:
+    """Refuse a parameter that the method does not use, and one that follows from the scene. Raises ValueError."""
+    given = {**values, **values["points"]} if "points" in values else values
+    method = given.get("method", Settings.method)
+    idle = [(name, f" with method = {Method(method).name.lower()!r}, because it is used by {used_by(name)} only")
+            for name in IDLE[method] if name in given]  # fmt: skip
+    idle += [(name, ", because it follows from the scene")
+             for name, source in (("A", "a0"), ("B", "alpha")) if name in given and source in given]  # fmt: skip
+    for name, why in idle:
+        value = given[name] if arguments.get(name) is None else arguments[name]
+        raise ValueError(bad(name, value.tolist() if hasattr(value, "tolist") else value, f"left out{why}"))
 
 
 def _cast_points(points: Any, arguments: Mapping[str, object]) -> dict[str, np.ndarray]:

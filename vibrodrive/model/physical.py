@@ -430,12 +430,11 @@ def with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in scene.given.items() if name not in replaced} | others
 
 
-def follow_scene(varied: Mapping[str, Any], scalars: dict[str, float], written: Mapping[str, Any]) -> None:
+def follow_scene(varied: Mapping[str, Any], scalars: dict[str, float]) -> None:
     """Refuse an incomplete scene, or one whose A or B is too large. Add A or B to the scalars if it is the same at all
     points. Raises ValueError.
 
-    `varied` contains the values of all that varies, `written` the arguments of the call, in which a scene replaces A
-    and B.
+    `varied` contains the values of all that varies.
     """
     scalars.setdefault("g", Scene.g)
     values = {**scalars, **varied}
@@ -443,9 +442,6 @@ def follow_scene(varied: Mapping[str, Any], scalars: dict[str, float], written: 
     if values.keys() >= PACES:
         frequency = varied["frequency"].tolist() if "frequency" in varied else scalars["frequency"]
         raise ValueError(bad("frequency", frequency, "left out if omega0 is given"))
-    for name, source in (("A", "a0"), ("B", "alpha")):
-        if source in values and written.get(name) is not None:
-            raise ValueError(bad(name, written[name], "left out, because it follows from the scene"))
     # A and B are largest where friction is least
     ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in varied.items() if name in SCENE}
     extreme = Scene.quiet(**{name: value for name, value in scalars.items() if name in SCENE} | ends)

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from vibrodrive.model.choices import Method, used_by
+from vibrodrive.model.choices import Method
 from vibrodrive.model.names import PARAMETERS, SCENE, SETTINGS, Settings
-from vibrodrive.model.parameters import COLUMNS, bad, cast_arguments, missing
+from vibrodrive.model.parameters import COLUMNS, cast_arguments, missing
 from vibrodrive.model.physical import follow_scene, with_A_and_B, with_scene
 from vibrodrive.model.quantities import Quantity
 from vibrodrive.model.records import SECTION, Records, check_record, quantities
@@ -290,19 +290,6 @@ class Plan:
         ]
 
 
-def refuse_idle(plan: Plan, written: Mapping[str, object]) -> None:
-    """Refuse a given parameter or an axis that the method of the plan does not use. Raises ValueError."""
-    for name in plan.settings.idle:
-        value = written.get(name)
-        if value is None and plan.variables[name].dimension:
-            value = plan.variables[name].values
-        if value is not None:
-            value = value.tolist() if isinstance(value, np.ndarray) else value
-            method = plan.settings.method_name
-            allowed = f"left out with method = {method!r}, because it is used by {used_by(name)} only"
-            raise ValueError(bad(name, value, allowed))
-
-
 def make_plan(arguments: Mapping[str, object]) -> Plan:
     """Check all arguments of a sweep and return its plan.
 
@@ -310,8 +297,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     may replace A and B, or only B if `a0` is missing. Raises TypeError or ValueError with a message that gives the
     argument, its value and the allowed values (`bad`).
     """
-    arguments = with_scene(arguments)
-    values = cast_arguments(arguments)
+    values = cast_arguments(with_scene(arguments))
     record = check_record(values.pop("record")) if "record" in values else (SECTION,)
     settings = {name: values.pop(name) for name in SETTINGS if name in values}
     for one in record:
@@ -328,7 +314,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     plan = Plan(defaults | variables, Settings(**settings), record=record)
     if not SCENE.keys().isdisjoint(plan.variables):
         scalars = dict(plan.scalars)
-        follow_scene(plan.varied, scalars, {**arguments, **plan.together})
+        follow_scene(plan.varied, scalars)
         plan = replace(plan, variables=constants(scalars) | {name: variables[name] for name in varied})
     if plan.variables.keys().isdisjoint(("A", "a0")):
         raise TypeError(missing("A", f", {PARAMETERS['A'].allowed}"))

@@ -30,7 +30,7 @@ from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.keywords import Point, takes
 from vibrodrive.model.parameters import bad, real_number
 from vibrodrive.model.physical import Scene, scene_of
-from vibrodrive.model.plan import Plan, make_plan, refuse_axes, refuse_idle
+from vibrodrive.model.plan import Plan, make_plan, refuse_axes
 from vibrodrive.model.reasons import How
 from vibrodrive.model.records import LIMIT
 from vibrodrive.model.size import fitting_rows
@@ -317,7 +317,6 @@ def limit(
     own = ("disturbance", "method", "threads")
     plan = plan_limits({name: value for name, value in written.items() if name not in own}, disturbance, method)
     refuse_axes(plan.axes, ' (for axes use `sweep` with record = "limit")')
-    refuse_idle(plan, written)
     search = LimitSearch(plan, check_threads(threads))
     warn(unlikely(plan, names_scene(written, plan)))
     with above("the progress of a call")("limit"):

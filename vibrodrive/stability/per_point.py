@@ -218,24 +218,11 @@ def with_names(plan: Plan) -> Plan:
     taken, record = {*TAKEN, *plan.axes, *plan.together}, []
     for one in plan.record:
         if isinstance(one, Own):
-            one = one.returning(_first_names(plan, one), taken)
+            motions = ((place(plan, at), motion_at(plan, at)) for at in range(plan.n_points))
+            one = one.returning(motions, taken)
             taken.update(one.returned)
         record.append(one)
     return replace(plan, record=tuple(record))
-
-
-def _first_names(plan: Plan, own: Own) -> list[str]:
-    """Return the names of the numbers of a function, from the first point at which it does not raise."""
-    first: tuple[int, Exception] | None = None
-    for at in range(plan.n_points):
-        found = own.numbers(motion_at(plan, at))
-        if not isinstance(found, Exception):
-            return list(found)
-        first = first or (at, found)
-    assert first is not None, "a plan has points"
-    at, why = first
-    where = f" at all {plan.n_points} points, first at {place(plan, at)}" if plan.n_points > 1 else ""
-    raise ValueError(f"{own} raised{where}: {told(why)}") from why
 
 
 def place(plan: Plan, at: int) -> str:

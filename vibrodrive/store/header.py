@@ -19,7 +19,7 @@ import numpy as np
 
 from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.choices import Method
-from vibrodrive.model.names import AXES, NAMES, Settings
+from vibrodrive.model.names import AXES, IDLE, NAMES, Settings
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import Refusal, check, check_count, has_control
 from vibrodrive.model.plan import Plan, make_plan
@@ -256,7 +256,8 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
     for name, sha in layout.digests(values).items():
         if sha != (axes | points)[name]:
             raise damaged(file.filename, f"axis {name}: changed after it was written")
-    given = dict(outline["scalars"])
+    method = Method(outline["settings"]["method"])
+    given = {name: value for name, value in outline["scalars"].items() if name not in IDLE[method]}
     follows = [name for name, of in (("A", "a0"), ("B", "alpha")) if name in given and of in {*given, *values}]
     exact = {name: check(name, given.pop(name)) for name in follows}  # as on the machine that wrote the file
     if unknown := [name for name, value in given.items() if value is None and name != "dtau"]:
@@ -264,8 +265,7 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
     given |= {name: array for name, array in values.items() if name not in (POINT, *points)}
     arguments = {"points" if name == POINT else name: given.get(name) for name in [*axes, *given]}
     arguments |= {"points": {name: values[name] for name in points}} if points else {}
-    settings = outline["settings"] | {"method": Method(outline["settings"]["method"])}
-    plan = make_plan(arguments | settings | {"record": record})
+    plan = make_plan(arguments | outline["settings"] | {"method": method, "record": record})
     tiling = tuple(check_count("tiling", n, 1) for n in outline["tiling"]) if axes else ()
     cut = next((k for k, n in enumerate(tiling) if n > 1), len(tiling) - 1)
     whole = all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True)))
