@@ -236,6 +236,10 @@ class Plan:
         return tuple(chunk)
 
     @property
+    def n_blocks(self) -> int:
+        return math.prod(-(-n // k) for n, k in zip(self.shape, self.chunk, strict=True))
+
+    @property
     def wave_points(self) -> int:
         """Largest number of points of a wave of several blocks."""
         most = min(WAVE_POINTS, WAVE_BYTES // self.point_bytes)

@@ -28,6 +28,7 @@ class Record(str):
     block_points : largest number of points of a block.
     wave : key in above.py of the function that computes several blocks point by point.
     diagrams, maps : names of the quantities that diagrams and maps can show; the first ones are their defaults.
+    rows : units and labels of numbers that a user has named (own.py).
     """
 
     quantities: tuple[Quantity, ...] = ()
@@ -40,6 +41,7 @@ class Record(str):
     block_points: ClassVar[int] = BLOCK_POINTS
     wave: ClassVar[str] = "blocks of points"
     diagrams: ClassVar[tuple[str, ...]] = ()
+    rows: Mapping[str, tuple[str, str, str]] = {}
 
     @property
     def maps(self) -> tuple[str, ...]:

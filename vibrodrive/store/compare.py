@@ -8,7 +8,6 @@ import numpy as np
 from vibrodrive.errors import Different
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import functions
-from vibrodrive.store.describe import settings_in_words
 
 
 def joined(path: Path, stored: Plan, plan: Plan) -> Plan:
@@ -46,7 +45,7 @@ def compare(stored: Plan, plan: Plan) -> list[str]:
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
     scalars = {name: np.asarray(value) for name, value in plan.scalars.items()}
     together = {f"points.{name}": values for name, values in plan.together.items()}
-    settings = settings_in_words(plan) | {"record": ", ".join(one.outline for one in plan.record)}
+    settings = plan.settings.words | {"record": ", ".join(one.outline for one in plan.record)}
     return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings.items()}
 
 

@@ -34,12 +34,7 @@ def plain(plan: Plan) -> dict[str, Any]:
     """Return the values common to all motions of a plan, by name: parameters that are not an axis, and settings."""
     left = [plan.sought] if plan.seeks else []
     scalars = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
-    return scalars | settings_in_words(plan)
-
-
-def settings_in_words(plan: Plan) -> dict[str, Any]:
-    """Return the settings of a plan by name. The method and the record are texts."""
-    return plan.settings.words | {"record": ", ".join(one.text(plan.sought) for one in plan.record)}
+    return scalars | plan.settings.words | {"record": ", ".join(one.text(plan.sought) for one in plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:

@@ -340,10 +340,9 @@ def offsets(file: h5py.File, plan: Plan) -> dict[Quantity, list[int | None]]:
     Raises NoResult if one cannot be read.
     """
     places: dict[Quantity, list[int | None]] = {}
-    blocks = (len(plan.blocks()),)
     for v in variables_of(plan):
         shape = layout.shape_of(v, plan)
-        for name, dtype, wanted in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", blocks)):
+        for name, dtype, wanted in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", (plan.n_blocks,))):
             data = variable(file, name)
             if data.dtype != np.dtype(dtype) or data.shape != wanted:
                 raise damaged(file.filename, f"{name}: wrong shape or data type")

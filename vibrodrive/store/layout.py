@@ -27,7 +27,7 @@ from vibrodrive.model.config import Config, parse
 from vibrodrive.model.names import AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import POINTS, STATUS, SWITCHES, Quantity, length_along
-from vibrodrive.model.records import SECTION, functions
+from vibrodrive.model.records import SECTION
 from vibrodrive.model.states import State
 from vibrodrive.model.variables import POINT
 from vibrodrive.store import netcdf
@@ -131,7 +131,7 @@ def lay_out(file: h5py.File, plan: Plan, origin: Origin) -> None:
     All points have the status NOT_COMPUTED. Other values are 0 until they are written.
     """
     variables, flags, attributes = variables_of(plan), flags_of(plan), _attributes(plan, origin)
-    points, numbers = (*axes_of(plan),), np.arange(len(plan.blocks()))
+    points, numbers = (*axes_of(plan),), np.arange(plan.n_blocks)
     for name, values in coordinates(plan).items():
         netcdf.dimension(file, name, values, *meaning_of(name))
     for name, values in plan.together.items():
@@ -193,7 +193,7 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     parts["tiling"] = plan.chunk
     if plan.record != (SECTION,):
         parts["record"] = [one.outline for one in plan.record]
-    if rows := {one: one.rows for one in functions(plan.record) if one.rows}:
+    if rows := {one: one.rows for one in plan.record if one.rows}:
         parts["rows"] = rows
     if plan.quantities:
         parts["quantities"] = {q.name: q.dtype for q in plan.quantities}
