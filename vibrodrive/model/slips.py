@@ -54,37 +54,41 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
         if len(axis) > 1 and (rising[1:] == rising[:-1]).any():  # `unique` alone takes 5 % of a short sweep
             values, counts = np.unique(axis, return_counts=True)
             said.append(f"{name} = {values[counts.argmax()]:g}: this value is more than once on the axis")
-    given = plan.values
-    (eps, most), (slowest, eta) = _ends(given["eps"]), _ends(given["eta"])
+    low, high = _ends(plan)
+    eps, most, slowest, eta = low["eps"], high["eps"], low["eta"], high["eta"]
     if of_scene:
-        said += slip(plan.ends(), given)
-    elif given.keys() >= {"A", "B"} and _ends(given["xi0"]) == _ends(given["dxi0"]) == (0.0, 0.0):
-        said += slip([(_ends(given["A"])[1], _ends(given["B"])[0], most, eta)])
-    phase, (_, step) = max(_ends(given["section_phase"]), key=abs), _ends(given["dtau"])
+        said += slip(plan.ends(), plan.values)
+    elif low.keys() >= {"A", "B"} and low["xi0"] == low["dxi0"] == high["xi0"] == high["dxi0"] == 0.0:
+        said += slip([(high["A"], low["B"], most, eta)])
+    phase = max(low["section_phase"], high["section_phase"], key=abs)
     if abs(phase) > 2.0 * TURN:
         said.append(f"section_phase = {phase:g}: a phase is in radians, usually below 2π (is it in degrees?)")
-    start = max(_ends(given["tau0"]), key=abs)
+    start = max(low["tau0"], high["tau0"], key=abs)
     if 2.0 * TURN < abs(start) <= 360.0 and start % 15.0 == 0.0:  # other times are the ends of motions
         said.append(f"tau0 = {start:g}: a time τ is in radians of the excitation (is it in degrees?)")
-    if step > TURN:
-        said.append(f"dtau = {step:g}: the step of the grid is longer than the excitation period, 2π")
+    if high["dtau"] > TURN:
+        said.append(f"dtau = {high['dtau']:g}: the step of the grid is longer than the excitation period, 2π")
     if eps > 1.0:
         said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
     if most == 0.0 and slowest < eta and not plan.seeks:
-        said.append(
-            f"eta = {_span(given['eta'])}: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)"
-        )
+        values = _span(plan.values["eta"])
+        said.append(f"eta = {values}: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)")
     return said
 
 
-def _ends(values: Any) -> tuple[float, float]:
-    """Return the smallest and the largest of the values of a parameter, fast if there is one."""
-    return (values, values) if isinstance(values, float | int) else (values.min(), values.max())
+def _ends(plan: Any) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Return the smallest and the largest of the values of each parameter of a Plan, fast without an axis."""
+    varied = plan.varied.items() if plan.axes else ()
+    return (
+        plan.scalars | {name: values.min() for name, values in varied},
+        plan.scalars | {name: values.max() for name, values in varied},
+    )
 
 
 def _span(values: Any) -> str:
     """Return the values of a parameter in words, such as "3" or "3 to 5"."""
-    return " to ".join(dict.fromkeys(f"{end:g}" for end in _ends(values)))
+    ends = (values,) if isinstance(values, float | int) else (values.min(), values.max())
+    return " to ".join(dict.fromkeys(f"{end:g}" for end in ends))
 
 
 def warn(said: Iterable[str]) -> None:
