@@ -14,8 +14,9 @@ import vibrodrive as vd
 from tests.exact.reference import mp, reference
 from tests.support.mp_flight import next_impact, orbit_phase, slope
 from vibrodrive.periodic import search as orbit_search
-from vibrodrive.periodic.fixed_points import force_between
+from vibrodrive.periodic.fixed_points import force_between, slope_between
 from vibrodrive.periodic.impact_map import impact_map
+from vibrodrive.periodic.itineraries import FLYING, flights
 from vibrodrive.periodic.search import orbits
 
 SOMEWHERE = [(1.2, 0.1), (2.2, 0.1), (2.61, 0.1), (2.655, 0.1), (2.93, 0.1), (3.07, 0.1), (3.1893, 0.1),
@@ -235,3 +236,21 @@ def test_too_long_a_period_is_refused(monkeypatch):
     with pytest.raises(ValueError, match="max_period = 9: must be smaller, because more than 222 sequences of states"):
         orbits(5.0, max_period=9)
     assert len(orbits(3.04, max_period=9)) == 2
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_slopes_between_two_launches_are_within_their_bounds(n):
+    """The slope of the map itself equals the difference quotient of 50 digits (test_impact_map.py)."""
+    rng, slides, checked = np.random.default_rng(n), np.empty((2, 200, 3)), 0
+    for A, B in [(1.5, 0.1), (3.04, 0.1), (3.3, 0.5), (5.0, 0.1), (2.5, 1.0)]:
+        for low in rng.uniform(*impact_map(A, B).window, 40):
+            high = low + 10.0 ** rng.uniform(-4, -0.5)
+            ends = [flights(end, n, A, B, 64, rows) for end, rows in zip((low, high), slides, strict=True)]
+            if ends[0][0] != ends[1][0] or {end[5] for end in ends} != {FLYING}:
+                continue
+            least, most = slope_between(*slides, ends[0][6], A, B)
+            between = [abs(flights(psi, n, A, B, 64, slides[0])[3]) for psi in np.linspace(low, high, 12)]
+            assert least <= min(between)
+            assert max(between) <= most
+            checked += 1
+    assert checked > 40

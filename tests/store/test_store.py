@@ -2,9 +2,11 @@
 
 import errno
 import hashlib
+import itertools
 import json
 import os
 import pickle
+import signal
 import weakref
 from dataclasses import replace
 from importlib import metadata
@@ -30,7 +32,7 @@ from vibrodrive.store import writer as writer_module
 from vibrodrive.store.compare import compare
 from vibrodrive.store.layout import Origin, variables_of
 from vibrodrive.store.load import load
-from vibrodrive.store.lock import Lock
+from vibrodrive.store.lock import Content, Lock
 from vibrodrive.store.reader import look, verify
 from vibrodrive.store.writer import Writer, open_writer
 from vibrodrive.version import __version__
@@ -463,6 +465,21 @@ FAILING = {
     "write of the header": (os, "pwrite", ""),
     "flush": (os, "fsync", "later"),
 }
+
+
+@pytest.mark.parametrize(("method", "call"), [("truncate", 1), ("write", 10), ("seek", 10)])
+def test_ctrl_c_while_hdf5_lays_a_file_out_is_not_lost(method, call, tmp_path, monkeypatch):
+    act, calls = getattr(Content, method), itertools.count(1)
+
+    def interrupted(*arguments):
+        if next(calls) == call:
+            signal.raise_signal(signal.SIGINT)
+        return act(*arguments)
+
+    monkeypatch.setattr(Content, method, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        open_writer(tmp_path / "x.h5", make_plan({"A": [3.0, 3.1]}), Origin(""))
+    assert [*tmp_path.iterdir()] == []
 
 
 @pytest.mark.parametrize("what", FAILING)

@@ -71,8 +71,8 @@ def unlikely(plan: Any, of_scene: bool = False) -> list[str]:
     if eps > 1.0:
         said.append(f"eps = {eps:g}: ε is a share of the excitation (is it in per cent?)")
     if most == 0.0 and slowest < eta and not plan.seeks:
-        values = _span(plan.values["eta"])
-        said.append(f"eta = {values}: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)")
+        varies = _span(plan.values["eta"])
+        said.append(f"eta = {varies}: no motion depends on it, because eps is 0 everywhere (is eps forgotten?)")
     return said
 
 
