@@ -22,7 +22,7 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import NAMES
-from vibrodrive.model.own import Own, told
+from vibrodrive.model.own import Own, message_of
 from vibrodrive.model.parameters import COLUMNS, bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
@@ -202,7 +202,7 @@ def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
             found = one.numbers(motion)
             if isinstance(found, Exception):
                 block.status[at] = Status.RAISED
-                return f"{one} at {place(plan, block.start + at)}: {told(found)}"
+                return f"{one} at {place(plan, block.start + at)}: {message_of(found)}"
             for name, value in found.items():
                 block.records[name][at] = value
     return None
