@@ -106,7 +106,7 @@ def unknown(key: str, name: object, names: Iterable[str]) -> Refusal:
 
 def did_you_mean(name: object, names: Iterable[str]) -> str:
     """Return ". Did you mean NAME?" for the known name that is most similar or has this word, "" without one."""
-    folded, slip = {known.lower(): known for known in names}, name.lower() if isinstance(name, str) else ""
+    folded, slip = {allowed.lower(): allowed for allowed in names}, name.lower() if isinstance(name, str) else ""
     near = difflib.get_close_matches(slip, [key for key in folded if key == slip or len(key) > 2], 1, 0.65)
     near = near or [key for key in folded if slip in key.split("_") or (len(slip) > 2 and key.startswith(slip))]
     return f". Did you mean {folded[near[0]]}?" if near else ""

@@ -157,7 +157,7 @@ def check_record(record: object) -> Records:
         raise ValueError(bad("record", ", ".join(own), different))
     if len({*named, *own}) < len(items):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
-    ordered = [known for known in RECORDS.values() if known in named]
+    ordered = [entry for entry in RECORDS.values() if entry in named]
     for name in ordered:
         if name.alone and len(items) > 1:
             raise ValueError(bad("record", record, f'"{name}" alone, because it is computed from motions of its own'))
