@@ -98,10 +98,10 @@ class Description(str):
 
     @classmethod
     def of(
-        cls, lines: Sequence[str], rows: Mapping[str, Mapping[str, float]], given: Mapping[str, float]
+        cls, lines: Sequence[str], rows: Mapping[str, Mapping[str, float]], scene: Mapping[str, float]
     ) -> Description:
         """Return the text of these lines and of a table, in the units of a scene by its quantities."""
-        units = [measure(column.row, given) for column in COLUMNS]
+        units = [measure(column.row, scene) for column in COLUMNS]
         table = [["", *(column.heading for column in COLUMNS)]]
         table.append(["", *(column.shown or unit.shown for column, unit in zip(COLUMNS, units, strict=True))])
         for name, row in rows.items():
@@ -151,30 +151,31 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
         return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, {})
     pull = a["A"] * (1.0 + a["eps"] * a["eta"] * a["eta"])  # largest excitation
     leaves = "the mass leaves the obstacle" if pull > 1.0 + a["B"] else "the mass rests at the obstacle"
-    told = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
-    given = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in told.items())
+    quantities = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
+    machine = (f"{SCENE[n].symbol} = {v * SCENE[n].scale:.5g} {SCENE[n].shown}".strip() for n, v in quantities.items())
     scenes = {"machine": scene} | beside(scene)
     A, B = (np.array([getattr(s, name) for s in scenes.values()]) for name in ("A", "B"))
     A[0], B[0] = a["A"], a["B"]  # those of the motion, also if a0 was computed from A
-    found, speeds = _summaries(_with(long, A=A, B=B)), conveying(long, A, B)
+    summaries, speeds = _summaries(_with(long, A=A, B=B)), conveying(long, A, B)
     rows = {}
     for k, (name, s) in enumerate(scenes.items()):
-        at = {key: values[k].item() for key, values in found.items()} | {"conveying": float(speeds[k])}
+        at = {key: values[k].item() for key, values in summaries.items()} | {"conveying": float(speeds[k])}
         at["period"] = TURN * at["period"] if at["period"] > 0 else math.nan
         rows[name] = {row.name: measure(row, s.given).of(at[row.source or row.name]) for row, *_ in COLUMNS}
-    first = {key: values[0].item() for key, values in found.items()}
-    lines = [", ".join(given), f"{place}: {leaves}", *sentences(status, margin, first, plan)]
+    first = {key: values[0].item() for key, values in summaries.items()}
+    lines = [", ".join(machine), f"{place}: {leaves}", *sentences(status, margin, first, plan)]
     return Description.of(lines, rows, scene.given)
 
 
 def beside(scene: Scene) -> dict[str, Scene]:
     """Return the scenes with one quantity changed by STEP, by names such as "a0 −1 %"."""
-    given, found = scene.given, {}
-    for name in (n for n in given if n not in ("mass", "g")):
+    quantities, scenes = scene.given, {}
+    for name in (n for n in quantities if n not in ("mass", "g")):
         for sign, by in (("−", 1.0 - STEP), ("+", 1.0 + STEP)):
-            value = given[name] * by
-            found[f"{name} {sign}1 %"] = Scene.quiet(**given | {name: min(value, 89.9) if name == "alpha" else value})
-    return found
+            value = quantities[name] * by
+            value = min(value, 89.9) if name == "alpha" else value
+            scenes[f"{name} {sign}1 %"] = Scene.quiet(**quantities | {name: value})
+    return scenes
 
 
 def _with(plan: Plan, **together: np.ndarray) -> Plan:
@@ -192,23 +193,23 @@ def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     transient = max(plan.settings.transient, math.ceil(min(SETTLING * A.max(), LONGEST_TRANSIENT)))
     # the velocity down never exceeds 2 A (1 + ε η), so that a mass at this gap does not reach the obstacle
     far = 1.0 + 2.0 * A * (1.0 + eps * eta) * TURN * (transient + n)
-    known = (B <= 1.0) & (far <= PARAMETERS["xi0"].high)
+    computed = (B <= 1.0) & (far <= PARAMETERS["xi0"].high)
     level = np.array([sincos(0.25 * TURN * min(b, 1.0))[0] for b in B.tolist()])
-    start = np.where(known, [A, far, -A * (level + 1.0 + eps * eta)], 0.0)
+    start = np.where(computed, [A, far, -A * (level + 1.0 + eps * eta)], 0.0)
     free = _with(plan, B=B, tau0=0.0 * B, **dict(zip(("A", "xi0", "dxi0"), start, strict=True)))
     settings = Settings(transient=transient, periods=n, budget=plan.settings.budget)
     section = compute(replace(free, settings=settings, record=(SECTION,)), 0, len(A), check_threads(None)).section
     assert section is not None
     gap, half = section[..., 0], n // 2
     early, late, mean = ((gap[:, k] - gap[:, k - m]) / (TURN * m) for k, m in ((half, half), (-1, half), (-1, n - 1)))
-    settled = known & (np.abs(early - late) <= SETTLED[eps > 0.0] * A)
+    settled = computed & (np.abs(early - late) <= SETTLED[eps > 0.0] * A)
     return np.where(B > 1.0, -math.inf, np.where(settled, mean, math.nan))
 
 
-def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Plan) -> list[str]:
+def sentences(status: Status, margin: float, summary: Mapping[str, Any], plan: Plan) -> list[str]:
     """Return the lines of the description: status, margin, period, impacts, cycle of states, impact speeds.
 
-    `found` is the result of `summary_of`. With a scene, times and speeds are in SI units.
+    `summary` is the result of `summary_of`. With a scene, times and speeds are in SI units.
     """
     scene, advice = scene_of(plan.scalars), status.advice
     if status == Status.OK and plan.settings.method == Method.FIXED:
@@ -219,28 +220,28 @@ def sentences(status: Status, margin: float, found: Mapping[str, Any], plan: Pla
     closest = f"margin {margin:.3g}: smallest distance of a decision from the opposite decision, in H, ξ or ξ'"
     closest = "no decision" if math.isinf(margin) else closest
     plain = advice == Status.OK.advice  # it need not be said again of each motion
-    said = [f"OK, {closest}"] if plain else [f"{status.name}: {advice}", closest]
+    lines = [f"OK, {closest}"] if plain else [f"{status.name}: {advice}", closest]
     if status != Status.OK:
-        return said
-    period, impacts = found["period"], found["impacts"]
+        return lines
+    period, impacts = summary["period"], summary["impacts"]
     cycle = period_words(period)
     if scene is not None and period > 0:
         cycle += f" ({1e3 * period / scene.frequency:.4g} ms)"
     if math.isnan(impacts):
-        return [*said, f"{cycle}; the record is too short for means, which need two main impacts"]
+        return [*lines, f"{cycle}; the record is too short for means, which need two main impacts"]
     rate = "" if scene is None else f" ({impacts * scene.frequency:.4g} per second)"
     over = "" if period > 0 else f", a mean of {_long(plan).settings.periods} periods, between main impacts"
-    said.append(f"{cycle}; impacts per excitation period: {impacts:.4g}{rate}{over}")
-    if found["sequence"] > 0:
-        cycle = " ".join(states(found["sequence"]))
+    lines.append(f"{cycle}; impacts per excitation period: {impacts:.4g}{rate}{over}")
+    if summary["sequence"] > 0:
+        cycle = " ".join(states(summary["sequence"]))
         long = f"a cycle of more than {PLAIN_STATES}"  # its number is no text for a reader
-        said.append("states: " + (long if cycle[0].isdigit() else f"{cycle} ({IN_WORDS})"))
-    mean, most = found["impact_speed_mean"], found["impact_speed_max"]
+        lines.append("states: " + (long if cycle[0].isdigit() else f"{cycle} ({IN_WORDS})"))
+    mean, largest = summary["impact_speed_mean"], summary["impact_speed_max"]
     if scene is None:
-        said.append(f"mean impact speed {mean:.6g}, largest {most:.6g}")
+        lines.append(f"mean impact speed {mean:.6g}, largest {largest:.6g}")
     else:
-        said.append(f"mean impact speed {scene.velocity(mean):.4g} m/s, largest {scene.velocity(most):.4g} m/s")
-    if math.isfinite(found["lyapunov"]):
+        lines.append(f"mean impact speed {scene.velocity(mean):.4g} m/s, largest {scene.velocity(largest):.4g} m/s")
+    if math.isfinite(summary["lyapunov"]):
         a_unit, per = (1.0, "excitation period") if scene is None else (scene.frequency, "second")
-        said.append(f"Lyapunov exponent {a_unit * found['lyapunov']:.4g} per {per}")
-    return said
+        lines.append(f"Lyapunov exponent {a_unit * summary['lyapunov']:.4g} per {per}")
+    return lines

@@ -27,15 +27,15 @@ def columns(
         raise ValueError(bad("of", of, "one of " + ", ".join(arrays)))
     rows = arrays[of]
     if of == "section":
-        found = {"tau": _section_times(arguments), "xi": rows[:, 0], "dxi": rows[:, 1]}
+        fields = {"tau": _section_times(arguments), "xi": rows[:, 0], "dxi": rows[:, 1]}
     else:
-        found = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names or ()}
+        fields = {"tau": 2.0 * math.pi * rows["period"] + rows["phase"]} | {n: rows[n] for n in rows.dtype.names or ()}
     states = np.array([str(s) for s in State])
-    found |= {name: states[found[name]] for name in ("before", "after") if name in found}
-    scales = {name: measure(name) for name in found}
+    fields |= {name: states[fields[name]] for name in ("before", "after") if name in fields}
+    scales = {name: measure(name) for name in fields}
     names = {name: column(name, scale.si) for name, scale in scales.items()}
     units = {names[name]: scale.si for name, scale in scales.items() if scale.si != "1"}
-    return {names[name]: scales[name].of(values) for name, values in found.items()}, units
+    return {names[name]: scales[name].of(values) for name, values in fields.items()}, units
 
 
 def frame(
@@ -46,13 +46,13 @@ def frame(
     measure: Callable[[str], Measure],
 ) -> pandas.DataFrame:
     """Return the table that `Trajectory.to_dataframe` returns for `of`."""
-    known, units = columns(arrays, of, arguments, measure)
-    told = {name: value for name, value in arguments.items() if value == value}
-    told |= {"method": Method(arguments["method"]).name.lower(), "status": str(status), "units": units}
-    found = made_of(known, told)
-    for name in {"before", "after"} & known.keys():
-        found[name] = found[name].astype("category").cat.set_categories([str(s) for s in State])
-    return found
+    data, units = columns(arrays, of, arguments, measure)
+    attrs = {name: value for name, value in arguments.items() if value == value}
+    attrs |= {"method": Method(arguments["method"]).name.lower(), "status": str(status), "units": units}
+    table = made_of(data, attrs)
+    for name in {"before", "after"} & data.keys():
+        table[name] = table[name].astype("category").cat.set_categories([str(s) for s in State])
+    return table
 
 
 def made_of(columns: Mapping[str, np.ndarray], attrs: Mapping[str, Any]) -> pandas.DataFrame:
@@ -61,9 +61,9 @@ def made_of(columns: Mapping[str, np.ndarray], attrs: Mapping[str, Any]) -> pand
         import pandas
     except ImportError:
         raise ImportError("to_dataframe needs the extra `data`: pip install 'vibrodrive[data]'") from None
-    found = pandas.DataFrame(columns)
-    found.attrs = dict(attrs)
-    return found
+    table = pandas.DataFrame(columns)
+    table.attrs = dict(attrs)
+    return table
 
 
 def _section_times(a: Mapping[str, Any]) -> np.ndarray:

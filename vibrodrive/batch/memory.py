@@ -37,12 +37,12 @@ def take(periods: int, rows: int) -> Arguments:
     Each number of periods must have only few numbers of rows, because all are kept.
     """
     try:
-        found = _idle[periods, rows].pop()
+        arguments = _idle[periods, rows].pop()
     except IndexError:
         return Described.of(new(periods, rows, np.zeros(1, np.int64)))
-    clear(found.lanes_w, found.lanes_k, 1)
-    found.counter[0] = 0
-    return found
+    clear(arguments.lanes_w, arguments.lanes_k, 1)
+    arguments.counter[0] = 0
+    return arguments
 
 
 def give_back(arguments: Arguments) -> None:

@@ -192,19 +192,19 @@ def _run_in_workers(kernels: Sequence[Any], addresses: np.ndarray, halt: Halt) -
         for kernel, address in zip(kernels, addresses[:, thread].tolist(), strict=False):
             kernel(address)
 
-    others: list[_Worker] = []
+    workers: list[_Worker] = []
     try:
         with suppress(RuntimeError):  # no more threads can be started: the others take all points from the counter
             for thread in range(1, addresses.shape[1]):
-                others.append(_take(partial(call, thread)))
+                workers.append(_take(partial(call, thread)))
         call(0)
     except BaseException:
         halt.call()
         raise
     finally:
-        for worker in others:  # the arrays behind the addresses must exist until all kernels have ended
+        for worker in workers:  # the arrays behind the addresses must exist until all kernels have ended
             worker.ended.acquire()
-    for worker in others:
+    for worker in workers:
         _give_back(worker)
 
 

@@ -48,10 +48,10 @@ class Arrays(NamedTuple):
 
     def quantities(self, part: slice = slice(None)) -> dict[str, np.ndarray]:
         """Return the rows `part` of all other arrays by the names in model/records.py."""
-        found: dict[str, np.ndarray] = {}
+        arrays: dict[str, np.ndarray] = {}
         if self.summary is not None:
             for column, q in enumerate(SUMMARY.quantities):
-                found[q.name] = self.summary[part, column].astype(q.dtype)
+                arrays[q.name] = self.summary[part, column].astype(q.dtype)
         if self.impacts is not None:
             impacts = self.impacts[part]
             missing = np.isnan(impacts[..., 0])
@@ -59,11 +59,11 @@ class Arrays(NamedTuple):
             for q, column in zip(IMPACTS.quantities, (*np.moveaxis(impacts[..., :3], -1, 0), between), strict=True):
                 if np.dtype(q.dtype).kind == "i":
                     column = np.where(missing | np.isnan(column), q.fill, column)
-                found[q.name] = column.astype(q.dtype)
+                arrays[q.name] = column.astype(q.dtype)
         if self.errors is not None:
             columns = *self.errors.section[part, 0].T, self.errors.until[part]
-            found.update(zip((q.name for q in ERROR.quantities), columns, strict=True))
-        return found
+            arrays.update(zip((q.name for q in ERROR.quantities), columns, strict=True))
+        return arrays
 
 
 def new_errors(method: int, points: int, instants: int) -> Errors:

@@ -66,9 +66,9 @@ Wave = Callable[[Plan, Sequence[Span], int, Halt, Callable[[Block], None]], None
 
 def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | None = None) -> Block:
     """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
-    found: list[Block] = []
-    compute_wave(plan, [(0, start, stop)], threads, halt or Halt(), found.append)
-    return found[0]
+    blocks: list[Block] = []
+    compute_wave(plan, [(0, start, stop)], threads, halt or Halt(), blocks.append)
+    return blocks[0]
 
 
 def compute_wave(
@@ -87,26 +87,26 @@ def compute_wave(
     points = np.concatenate([plan.points(start, stop) for _, start, stop in blocks])
     arrays = Arrays.new(plan, len(points), rows)
     arrays.status[:] = UNFINISHED
-    left, at = {}, 0
+    unfinished, at = {}, 0
     for span in blocks:
-        left[span] = at
+        unfinished[span] = at
         at += span[2] - span[1]
 
     def look() -> None:
-        for span, at in [*left.items()]:
+        for span, at in [*unfinished.items()]:
             if (arrays.status[at : at + span[2] - span[1]] != UNFINISHED).all():
-                del left[span]
+                del unfinished[span]
                 give(arrays.block(span, at))
 
     fill(plan.settings, points, threads, halt, arrays, look)
     look()
 
 
-def compute_points(plan: Plan, which: np.ndarray, threads: int, halt: Halt) -> Block:
-    """Compute the points with the numbers `which`, int64 (n,), of a plan, and return them as one block."""
-    arrays = Arrays.new(plan, len(which))
-    fill(plan.settings, plan.rows(which), threads, halt, arrays)
-    return arrays.block((0, 0, len(which)), 0)
+def compute_points(plan: Plan, numbers: np.ndarray, threads: int, halt: Halt) -> Block:
+    """Compute the points with these numbers, int64 (n,), of a plan, and return them as one block."""
+    arrays = Arrays.new(plan, len(numbers))
+    fill(plan.settings, plan.rows(numbers), threads, halt, arrays)
+    return arrays.block((0, 0, len(numbers)), 0)
 
 
 def fill(
@@ -147,7 +147,7 @@ def fill(
     history, totals = new_history(threads, summary is not None) if recorded else (none, none)
     results = status, margin, counts, np.empty(n)
     main, sums = np.empty((n, 0, 4)) if impacts is None else impacts, np.empty((n, 0)) if summary is None else summary
-    more = (
+    extra = (
         (np.empty(0, SWITCH), np.zeros(1, np.int64), np.empty((0, 3)), *(errors[:2] if errors else ())) if alone else ()
     )
 
@@ -155,10 +155,10 @@ def fill(
         """Return one set of arguments for each thread. The threads have separate memory and share one counter."""
         lanes = min(LANES, max(REGISTER, -(-len(order) // threads)))  # all threads have work, even for few points
         shared = points, order, np.zeros(1, np.int64), numbers_of(s, lanes)
-        own = zip(w, k, sections, history, totals, strict=True)
+        memories = zip(w, k, sections, history, totals, strict=True)
         return [
-            Arguments(lanes_w, lanes_k, halt.flag, *shared, rows, *results, main, kept, total, sums, *more)
-            for lanes_w, lanes_k, rows, kept, total in own
+            Arguments(lanes_w, lanes_k, halt.flag, *shared, rows, *results, main, past, total, sums, *extra)
+            for lanes_w, lanes_k, rows, past, total in memories
         ]
 
     if alone:
@@ -230,9 +230,9 @@ def _threads_of_numba() -> tuple[int, int]:
 @cache
 def _cores() -> int:
     """Return NUMBA_NUM_THREADS or, if it is not set, the number of processors that this process may use."""
-    wanted = os.environ.get("NUMBA_NUM_THREADS", "")
-    if wanted.isdecimal() and int(wanted):
-        return int(wanted)
+    setting = os.environ.get("NUMBA_NUM_THREADS", "")
+    if setting.isdecimal() and int(setting):
+        return int(setting)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -270,19 +270,19 @@ def run_blocks(
         return
     count = check_threads(threads)
     waves, halt = list(_waves(plan, todo)), Halt()
-    found: SimpleQueue[Block | Future[None]] = SimpleQueue()  # the blocks of each wave, and then the wave itself
+    results: SimpleQueue[Block | Future[None]] = SimpleQueue()  # the blocks of each wave, and then the wave itself
     with Pool(1, thread_name_prefix="compute") as pool:
-        now: Future[None] | None = None
+        running: Future[None] | None = None
         try:
-            for some in [*waves, None]:
-                ahead = pool.submit(wave, plan, some, count, halt, found.put) if some is not None else None
+            for blocks in [*waves, None]:
+                ahead = pool.submit(wave, plan, blocks, count, halt, results.put) if blocks is not None else None
                 if ahead is not None:
-                    ahead.add_done_callback(found.put)
-                while now is not None and not isinstance(item := found.get(), Future):
+                    ahead.add_done_callback(results.put)
+                while running is not None and not isinstance(item := results.get(), Future):
                     yield item
-                if now is not None:
-                    now.result()
-                now = ahead
+                if running is not None:
+                    running.result()
+                running = ahead
         finally:
             halt.call()
 
@@ -295,14 +295,14 @@ def spans(plan: Plan) -> list[Span]:
 def _waves(plan: Plan, todo: list[Span]) -> Iterator[list[Span]]:
     most = plan.wave_points if len(todo) > 1 else 0
     wave: list[Span] = []
-    held = 0
+    points = 0
     for block in todo:
         size = block[2] - block[1]
-        if wave and held + size > most:
+        if wave and points + size > most:
             yield wave
-            wave, held = [], 0
+            wave, points = [], 0
         wave.append(block)
-        held += size
+        points += size
     if wave:
         yield wave
 
@@ -312,12 +312,12 @@ def compute_some(plan: Plan, blocks: Sequence[Span], halt: Halt, wave: Wave = co
 
     The task ends before a block if TASK_SECONDS have passed; another task then computes the rest.
     """
-    found: list[Block] = []
+    finished: list[Block] = []
     began, at, n = monotonic(), 0, 1
     while at < len(blocks) and (at == 0 or monotonic() - began < TASK_SECONDS):
-        wave(plan, blocks[at : at + n], 1, halt, found.append)
+        wave(plan, blocks[at : at + n], 1, halt, finished.append)
         at, n = at + n, 2 * n
-    return found
+    return finished
 
 
 def _run_task(made_by: str, wave: Wave, plan: Plan, blocks: Sequence[Span], halt: Halt) -> list[Block]:
@@ -326,8 +326,8 @@ def _run_task(made_by: str, wave: Wave, plan: Plan, blocks: Sequence[Span], halt
     Raises Failed if this process has other sources than those in `made_by`, the `build` of the caller.
     """
     if made_by != build():
-        here = f"a worker on {platform.node()} computes with {build()}, the caller with {made_by}"
-        raise Failed(f"{here}: must be the same; install one of them on all machines")
+        versions = f"a worker on {platform.node()} computes with {build()}, the caller with {made_by}"
+        raise Failed(f"{versions}: must be the same; install one of them on all machines")
     return compute_some(plan, blocks, halt, wave)
 
 
@@ -371,8 +371,8 @@ def _run_remote(plan: Plan, todo: Sequence[Span], executor: Executor, wave: Wave
                         raise
                     launch(blocks, tries + 1)
                 else:
-                    found = {block.index for block in results}
-                    queue.extendleft(span for span in reversed(blocks) if span[0] not in found)
+                    finished = {block.index for block in results}
+                    queue.extendleft(span for span in reversed(blocks) if span[0] not in finished)
                     yield from results
     finally:
         halt.call_across([future for future in flying if not future.cancel()])

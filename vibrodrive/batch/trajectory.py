@@ -64,19 +64,19 @@ def main_impacts(written: np.ndarray) -> np.ndarray:
     `written` is a float64 array of shape (2 × periods, 4). The rows after the last main impact are NaN.
     """
     last = int(np.searchsorted(written[:, 0], np.nan))  # rows >= last are NaN
-    known = written[:last]
-    rows = np.empty(len(known), MAIN_IMPACT)
+    impacts = written[:last]
+    rows = np.empty(len(impacts), MAIN_IMPACT)
     for column, name in enumerate(MAIN_IMPACT.names or ()):
-        rows[name] = known[:, column]
+        rows[name] = impacts[:, column]
     return rows
 
 
-def same_array(one: Any, other: Any) -> bool:
+def same_array(a: Any, b: Any) -> bool:
     """Return True if two arrays, plain or structured, are equal. NaN counts as equal to NaN."""
-    one, other = np.asarray(one), np.asarray(other)
-    if one.dtype.names is not None:
-        return one.dtype == other.dtype and all(same_array(one[name], other[name]) for name in one.dtype.names)
-    return np.array_equal(one, other, equal_nan=True)
+    a, b = np.asarray(a), np.asarray(b)
+    if a.dtype.names is not None:
+        return a.dtype == b.dtype and all(same_array(a[name], b[name]) for name in a.dtype.names)
+    return np.array_equal(a, b, equal_nan=True)
 
 
 class Sample(NamedTuple):
@@ -372,8 +372,8 @@ class Trajectory:
         tau = self.arguments["tau0"] + TWO_PI * (settings.transient + np.arange(total) / count)
         if self.status == Status.BUDGET:
             last = rows[-1]
-            known = tau <= TWO_PI * last["period"] + last["phase"]
-            out[~known] = np.nan
+            recorded = tau <= TWO_PI * last["period"] + last["phase"]
+            out[~recorded] = np.nan
         return Sample(tau, out[:, 0], out[:, 1], state, out[:, 2])
 
 
@@ -447,11 +447,11 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     point = [plan.variables[name].values for name in COLUMNS]
     A, B, eps, eta, dtau, *_ = point
     brief = s.work(A, B, eps, eta, dtau, bounded=True) <= BRIEF
-    kept = brief and s.periods <= memory.FEW
+    reused = brief and s.periods <= memory.FEW
     capacity = fitting_rows(s.periods, 64 + s.periods * (8 if eps == 0.0 else 128))
     bounded = s.method != Method.FIXED
     while True:
-        a: Any = memory.take(s.periods, capacity) if kept else memory.new(s.periods, capacity, halt.flag)
+        a: Any = memory.take(s.periods, capacity) if reused else memory.new(s.periods, capacity, halt.flag)
         a.points[0], a.numbers[:] = point, numbers_of(s, 1)
         a.bounds[:], a.until[:] = (0.0, 0.0) if bounded else (np.nan, np.nan)
         run([(single(s.method, False, bounded), [a])], halt, brief=brief)
@@ -459,11 +459,11 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         if n <= capacity:
             break
         refuse_many_rows(s.periods, n)
-        if kept:
+        if reused:
             memory.give_back(a)
-        kept, capacity = False, n  # there are more switches than estimated: repeat the computation with enough rows
+        reused, capacity = False, n  # there are more switches than estimated: repeat the computation with enough rows
     rows, off, section, bounds = a.rows, a.off, a.section[0], a.bounds[0]
-    if kept:
+    if reused:
         rows, off, section, bounds = rows[:n].copy(), off[:n].copy(), section.copy(), bounds.copy()
     else:
         for array in (rows, off):
@@ -471,11 +471,11 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     if not bounded:
         off[:] = np.nan
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
-    known = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
-    found = Trajectory(
+    arguments = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
+    trajectory = Trajectory(
         rows[1:].view(Rows), section, main_impacts(a.impacts[0]), Status(int(a.status[0])), float(a.margin[0]), bounds,
-        switch_errors, float(a.until[0]), int(a.work[0]), known, plan, rows[:1],
+        switch_errors, float(a.until[0]), int(a.work[0]), arguments, plan, rows[:1],
     )  # fmt: skip
-    if kept:
+    if reused:
         memory.give_back(a)
-    return found
+    return trajectory

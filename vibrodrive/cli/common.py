@@ -75,16 +75,16 @@ def targets(outputs: tuple[Path, ...], default: Path, config: Path) -> tuple[Pat
     from vibrodrive.store.place import check_replaced
     from vibrodrive.store.tables import ENDING
 
-    found: dict[str, Path] = {}
+    paths: dict[str, Path] = {}
     for path in outputs or (default,):
         ending = path.suffix.lower()
         kind = "table" if ending == ENDING else "figure" if ending in FORMATS else ""
-        if not kind or kind in found:
+        if not kind or kind in paths:
             allowed = f"a table ({ENDING}) or a figure ({', '.join(FORMATS)}), at most one of each"
             raise ConfigError(bad("--output", str(path), allowed))
         check_replaced(kind, path, {"configuration": config})
-        found[kind] = path
-    return found.get("table"), found.get("figure")
+        paths[kind] = path
+    return paths.get("table"), paths.get("figure")
 
 
 def refuse_axes(plan: Plan) -> None:
@@ -109,10 +109,10 @@ def judge_slip(settings: Config, always: bool = False) -> None:
     plan, command = settings.plan(), click.get_current_context().command.name
     unread = [t for t in ("trajectory", "orbits") if getattr(settings, t) and t != command]
     of_scene = not SCENE.keys().isdisjoint((*settings.arguments, *plan.varied))
-    said = unlikely(plan, always or of_scene)
-    said += [f"[{table}] is not read by `vibrodrive {command}`" for table in unread]
-    if said:
-        say(f"warning: {'; '.join(said)}")
+    sentences = unlikely(plan, always or of_scene)
+    sentences += [f"[{table}] is not read by `vibrodrive {command}`" for table in unread]
+    if sentences:
+        say(f"warning: {'; '.join(sentences)}")
 
 
 def say(message: str) -> None:

@@ -40,28 +40,28 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
 
     show = Show(sys.stderr, file.name)
     try:
-        found = (
+        report = (
             verify(file, lambda done, total: show.update(lambda: f"block {done} of {total}")) if check else look(file)
         )
     finally:
         show.clear()
-    size, versions = file.stat().st_size, found.header.versions
+    size, versions = file.stat().st_size, report.header.versions
     written = f"{np.datetime64(int(file.stat().st_mtime), 's')}+00:00"  # also in the year 10000
-    title, faults = found.header.origin.title, found.complaints()
+    title, faults = report.header.origin.title, report.complaints()
     if check:
-        faults += contradictions(found.header)
+        faults += contradictions(report.header)
     if as_json:
         import json
 
         from vibrodrive.cli.plain import plain
 
-        about = {"file": str(file), "title": title, "computed": found.share, **found.facts(), "versions": versions}
+        about = {"file": str(file), "title": title, "computed": report.share, **report.facts(), "versions": versions}
         about |= {"damaged": faults, "bytes": size, "written": written}
         click.echo(json.dumps(plain(about), indent=1, allow_nan=False))  # ASCII, in any locale; NaN and ∞ as null
     else:
         lines = [
-            ("computed", f"{100 * found.share:.1f} %"),
-            *found.lines(),
+            ("computed", f"{100 * report.share:.1f} %"),
+            *report.lines(),
             ("size", human(size)),
             ("made by", ", ".join(f"{name} {version}" for name, version in versions.items())),
             ("written", written),
@@ -75,7 +75,7 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
     if check:
         if faults:
             raise click.exceptions.Exit(1)
-        say("complete and undamaged" if found.complete else "incomplete; the computed part is undamaged")
+        say("complete and undamaged" if report.complete else "incomplete; the computed part is undamaged")
 
 
 def _print_table(file: Path) -> None:
@@ -92,7 +92,7 @@ def _print_table(file: Path) -> None:
     write_lines(sys.stdout, columns, rows_of(columns))
     if share < 1:
         say(f"{file}: {100 * share:.1f} % computed")
-    for what in damaged:
-        say(what)
+    for message in damaged:
+        say(message)
     if damaged:
         raise click.exceptions.Exit(1)

@@ -20,14 +20,14 @@ def init(name: str | None) -> None:
     from vibrodrive.model.packaged import configurations, titles
     from vibrodrive.model.parameters import bad, unknown
 
-    known, name = titles(), name and name.removesuffix(".toml")
+    supplied, name = titles(), name and name.removesuffix(".toml")
     if name is None:
-        wide = max(map(len, known))
-        for each, title in known.items():
+        wide = max(map(len, supplied))
+        for each, title in supplied.items():
             click.echo(f"{each:<{wide}}  {title}")
         return
-    if name not in known:
-        raise click.ClickException(unknown("name", name, known))
+    if name not in supplied:
+        raise click.ClickException(unknown("name", name, supplied))
     target = Path(f"{name}.toml")
     text = (configurations() / f"{name}.toml").read_text(encoding="utf-8")
     # comments contain the paths of configurations in a checkout

@@ -36,11 +36,11 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     from vibrodrive.store.tables import write_table
 
     with common.working(config.stem):
-        found = find(*check(settings))
-        figure = drawn(found, **settings.look) if picture else None
-    click.echo(printed(found))
+        result = find(*check(settings))
+        figure = drawn(result, **settings.look) if picture else None
+    click.echo(printed(result))
     if table:
-        write_table(table, columns(found), rows(found))
+        write_table(table, columns(result), rows(result))
         common.say(f"{table} written")
     if figure and picture:
         save(figure, picture)

@@ -59,7 +59,7 @@ def plot(
     options = {name: value for name, value in chosen.items() if value is not None}
     target = output or files[0].with_suffix(".png")
     sources = {f"result file {i}" if i else "result file": file for i, file in enumerate(dict.fromkeys(files))}
-    check_figure(target, sources | {f"--over[{i}]": one for i, one in enumerate(dict.fromkeys(over))})
+    check_figure(target, sources | {f"--over[{i}]": file for i, file in enumerate(dict.fromkeys(over))})
     draw(files, target, options, dpi, over)
 
 
@@ -84,17 +84,17 @@ def draw(
 
     damaged: list[str] = []
     with left_out(damaged):
-        results, others = load(files[0]), [load(file) for file in files[1:]]
+        results, further = load(files[0]), [load(file) for file in files[1:]]
         configured = results._origin.figure
         look = {name: (configured | options).get(name) for name in LOOK}
         options = {name: value for name, value in options.items() if name not in LOOK}
         options |= {"over": ", ".join(map(str, over))} if over else {}
-        if others:
+        if further:
             for name, value in options.items():
                 raise ConfigError(bad(f"--{name}", value, "left out for several files, which must contain limits"))
-            for file, one in zip(files, [results, *others], strict=True):
+            for file, limits in zip(files, [results, *further], strict=True):
                 with in_one_line(f"{file}: "):
-                    check_limits(one, results)
+                    check_limits(limits, results)
             options = {"kind": BANDS}
         cmap = options.get("cmap")
         with in_one_line("--"):
@@ -102,14 +102,14 @@ def draw(
             LOOKS["screen"].with_map(cmap)
         with in_one_line(), drawn_on(**look, cmap=cmap) as sheet:
             shown, results = choose_configured(results, configured, options)
-            figure = diagrams.draw(sheet, shown, [results, *others], lines)
-        share = min(one.computed for one in (results, *others))
+            figure = diagrams.draw(sheet, shown, [results, *further], lines)
+        share = min(part.computed for part in (results, *further))
     save(figure, target, dpi)
     if share < 1:
         say(f"{files[0]}: {100 * share:.1f} % computed")
     say(f"{target} drawn")
-    for what in damaged:
-        say(what)
+    for message in damaged:
+        say(message)
     if damaged:
         raise click.exceptions.Exit(1)
 

@@ -139,8 +139,7 @@ def _dry_run(plan: Plan, path: Path, threads: int | None, remote: bool) -> None:
         click.echo(f"time     unknown, because {why} for the record {', '.join(plan.record)}")
         return
     with common.working(path.name):
-        found = estimate(plan, threads)
-    computing, least, most, loading = map(duration, found)
+        computing, least, most, loading = map(duration, estimate(plan, threads))
     click.echo(f"time     about {computing} ({least} to {most}) on idle cores, plus {loading} to load the kernels")
 
 

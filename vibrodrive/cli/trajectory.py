@@ -33,7 +33,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
     plan = settings.plan()
     judge_slip(settings)
     refuse_axes(plan)
-    told = "periods" in drawn
+    has_periods = "periods" in drawn
     plan = replace(plan.single(0), settings=replace(plan.settings, periods=drawn.pop("periods", plan.settings.periods)))
     # CONFIG.png is the diagram of a sweep
     table, picture = common.targets(outputs, Path(config.stem + "_trajectory.png"), config)
@@ -47,7 +47,7 @@ def trajectory(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ..
         motion = follow(plan)
         if settings.figure.get("units") == DIMENSIONLESS:
             motion = motion.dimensionless()
-        shown = None if told else FIRST
+        shown = None if has_periods else FIRST
         figure = trajectory_figure(motion, **drawn, shown=shown, **settings.look) if picture else None
         words = motion.describe()
     click.echo(words)

@@ -62,8 +62,8 @@ class Painted(NamedTuple):
     def phrases(self) -> list[str]:
         """Return the number of points in each group outside the scale, except those that their status counts."""
         groups = zip(self.apart, self.counts[self.first_apart :].tolist(), strict=True)
-        said = ((name.partition(":")[0], count) for (name, _), count in groups if name != RESTS)
-        return [f"{name} at {counted(count, 'point')}" for name, count in said]
+        named = ((name.partition(":")[0], count) for (name, _), count in groups if name != RESTS)
+        return [f"{name} at {counted(count, 'point')}" for name, count in named]
 
 
 def paint(
@@ -91,8 +91,8 @@ def paint(
     none = done & (kind < 0)
     if none.any():
         if row is STATUS:  # those of few motions share a colour
-            others = map(as_status, np.unique(values[none]).tolist())
-            lacking = " or ".join(one.words if isinstance(one, Status) else one for one in others)
+            statuses = map(as_status, np.unique(values[none]).tolist())
+            lacking = " or ".join(s.words if isinstance(s, Status) else s for s in statuses)
         apart.append((lacking, look.lacking))
         kind = np.where(none, len(colours), kind)
         colours = [*colours, look.lacking]
@@ -116,19 +116,19 @@ def _cycles(values: np.ndarray, done: np.ndarray, row: Quantity, look: Look) -> 
 
     The most frequent value has the first class. `row.names` gives the name of the class of a value.
     """
-    found, counts = np.unique(values[done & (values > 0)], return_counts=True)
-    *own, other, none = look.classes
-    order = np.argsort(-counts, kind="stable")[: len(own)]
-    shown = found[order]
-    place = np.full(len(found), len(shown))
+    cycles, counts = np.unique(values[done & (values > 0)], return_counts=True)
+    *frequent, other, none = look.classes
+    order = np.argsort(-counts, kind="stable")[: len(frequent)]
+    shown = cycles[order]
+    place = np.full(len(cycles), len(shown))
     place[order] = np.arange(len(shown))
-    labels, colours = [row.names(v) if row.names else str(v) for v in shown.tolist()], own[: len(shown)]
-    if len(found) > len(shown):
+    labels, colours = [row.names(v) if row.names else str(v) for v in shown.tolist()], frequent[: len(shown)]
+    if len(cycles) > len(shown):
         labels.append("other")
         colours.append(other)
     kind = np.full(values.shape, -1)
-    some = values > 0
-    kind[some & done] = place[np.searchsorted(found, values[some & done])]
+    positive = values > 0
+    kind[positive & done] = place[np.searchsorted(cycles, values[positive & done])]
     kind[values == 0] = len(labels)
     return kind, [*labels, "none"], [*colours, none]
 

@@ -106,7 +106,7 @@ def phase_curve(
             check_titles(titles, len(motions))
         shared = shared_by(motions)
         grid: dict[str, Any] = {"height": height, "sharex": True, "sharey": True, **options}
-        fig, axes = sheet.new(rows, cols, shows=[("xi", "dxi")] * len(motions), said=shared, **grid)
+        fig, axes = sheet.new(rows, cols, shows=[("xi", "dxi")] * len(motions), phrases=shared, **grid)
         for k, (motion, ax) in enumerate(zip(motions, axes.ravel(), strict=True)):
             draw_phase(sheet, ax, motion)
             sheet.letter(ax, None if alone else k, titles[k] if titles else "", asked=titles is not None)
@@ -148,8 +148,8 @@ def _shown(motion: Trajectory, drawn: Curve) -> Curve:
 def first(drawn: Curve, periods: int) -> Curve:
     """Return the first `periods` periods of a curve."""
     end = drawn.tau[0] + 2 * math.pi * periods + 1e-9
-    kept = drawn.tau <= end
-    return Curve(drawn.tau[kept], drawn.xi[kept], drawn.dxi[kept], drawn.jumps[drawn.jumps[:, 0, 0] <= end])
+    inside = drawn.tau <= end
+    return Curve(drawn.tau[inside], drawn.xi[inside], drawn.dxi[inside], drawn.jumps[drawn.jumps[:, 0, 0] <= end])
 
 
 def draw_time(sheet: Sheet, ax: Axes, motion: Trajectory, quantity: str, shown: int | None) -> None:
@@ -197,7 +197,7 @@ def trajectory_figure(
     shows = [CURVES[name] for name in curves]
     with drawn_on(ax, style, width, notes) as sheet:
         fig, axes = sheet.new(
-            len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall, shows=shows, said=common
+            len(curves), 1, height=0.5 + 2.2 * sum(tall), height_ratios=tall, shows=shows, phrases=common
         )
         periods = len(trajectory.section)
         for k, (name, ax) in enumerate(zip(curves, axes[:, 0], strict=True)):
@@ -235,17 +235,17 @@ def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def periods_ticks(sheet: Sheet, ax: Axes, low: float, high: float) -> None:
     """Set a τ axis from `low` to `high`, with ticks that count excitation periods 2π from the first period shown."""
-    mine = not sheet.given
-    if not mine:
+    own_axes = not sheet.given
+    if not own_axes:
         low, high = ax.dataLim.intervalx  # of all motions in the user's axes, whose first periods may differ
     first = math.floor(low / (2 * math.pi) + 1e-9)
     count = max(1, round((high - low) / (2 * math.pi)))
-    origin = first if mine else 0
-    round_numbers = MaxNLocator(nbins=12 if mine and not sheet.narrow else 6, steps=[1, 2, 5, 10], integer=True)
+    origin = first if own_axes else 0
+    round_numbers = MaxNLocator(nbins=12 if own_axes and not sheet.narrow else 6, steps=[1, 2, 5, 10], integer=True)
     shown = np.asarray(round_numbers.tick_values(first - origin, first - origin + count))
     shown = shown[(shown >= first - origin) & (shown <= first - origin + count)]
     ax.set_xticks((origin + shown) * 2 * math.pi, [f"{k:.0f}" for k in shown])
-    if mine:
+    if own_axes:
         ax.set_xlim(low, high)
     start = rf" - {origin}" if origin else ""
     sheet.label(ax, rf"$\tau/2\pi{start}$", None)

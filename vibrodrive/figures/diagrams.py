@@ -20,12 +20,12 @@ __all__ = ["bifurcation", "draw", "from_results", "map_figure", "poincare"]
 
 def from_results(
     results: Any, kind: str | None = None, quantity: str | None = None, *, over: Any = None, cmap: Any = None,
-    ax: Any = None, style: Any = None, width: Any = None, notes: bool | None = None, **others: Any,
+    ax: Any = None, style: Any = None, width: Any = None, notes: bool | None = None, **options: Any,
 ) -> Figure:  # fmt: skip
-    """Draw a sweep. The arguments are those of `Results.plot`; `others` are x, y and limits."""
+    """Draw a sweep. The arguments are those of `Results.plot`; `options` are x, y and limits."""
     check_kind(kind)
     lines = read_lines(over)
-    drawing = choose_drawing(results, kind, quantity, cmap=cmap, over=lines or None, **others)
+    drawing = choose_drawing(results, kind, quantity, cmap=cmap, over=lines or None, **options)
     with drawn_on(ax, style, width, notes, cmap) as sheet:
         return draw(sheet, drawing, [results], lines)
 

@@ -66,7 +66,7 @@ class Drawing(NamedTuple):
     limits: tuple[float, float] | None = None
 
 
-def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None, **others: Any) -> Drawing:
+def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None, **options: Any) -> Drawing:
     """Return what a figure of a sweep shows, the kind, quantity and axes that are None chosen by this function.
 
     A quantity of maps (MAP_QUANTITIES) or an ordinate `y` selects a map, a quantity of the impacts a bifurcation
@@ -79,16 +79,16 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     * With numbers for each point: a map of the period, of k₂, of missed switches or of the first number of a function.
     * With impacts: a diagram of their phases.
 
-    `swept` is a Plan or Results. `others` contains `x`, `y`, `limits`, `cmap` and `over`, which must have an effect on
+    `swept` is a Plan or Results. `options` contains `x`, `y`, `limits`, `cmap` and `over`, which must have an effect on
     the figure. Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
     """
-    given = {name: value for name, value in {"quantity": quantity, **others}.items() if value is not None}
+    arguments = {name: value for name, value in {"quantity": quantity, **options}.items() if value is not None}
     if not swept.axes and kind not in (None, POINCARE):
         _refuse("kind", kind, f"{POINCARE} for one motion, which has no axis")
-    free = kind is None and quantity is not None and others.get("y") is None  # then the quantity selects the kind
+    free = kind is None and quantity is not None and options.get("y") is None  # then the quantity selects the kind
     if kind is None:
-        kind, quantity = _default(swept, quantity, others.get("y"))
-    for name, value in given.items():
+        kind, quantity = _default(swept, quantity, options.get("y"))
+    for name, value in arguments.items():
         if name not in OPTIONS[kind]:
             why = f"a figure of kind {kind}" if swept.axes else "one motion, which has no axis"
             _refuse(name, value, f"left out for {why}")
@@ -96,18 +96,18 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
         _refuse("kind", BANDS, 'left out, because bands need record = "limit" over one axis')
     diagrams, maps = _diagrams(swept), [*_maps(swept), *OF_EVERY_SWEEP]
     sections = [name for name in diagrams if name in SECTION.diagrams]
-    known = {BIFURCATION: diagrams, POINCARE: sections}.get(kind, maps)
-    if not known and not swept.axes:
+    names = {BIFURCATION: diagrams, POINCARE: sections}.get(kind, maps)
+    if not names and not swept.axes:
         _refuse("record", ", ".join(swept.record), f'extended by "{SECTION}" to draw one motion')
-    if not known and not free:
+    if not names and not free:
         _refuse("kind", kind, f"{f'{MAP} or {BIFURCATION}' if diagrams else MAP}, because {_recorded(swept)}")
-    name = _known(swept, known[0] if quantity is None else quantity, [*diagrams, *maps] if free else known)
+    name = _known(swept, names[0] if quantity is None else quantity, [*diagrams, *maps] if free else names)
     row = next(q for q in (*swept.quantities, *QUANTITIES.values()) if q.name == name)
-    check_range("limits", others.get("limits"), row)
-    x, y = _plane(swept, kind, others.get("x"), others.get("y"))
-    if kind == MAP and y is None and "cmap" in given:
-        _refuse("cmap", given["cmap"], "left out over one axis, where all points have one colour")
-    return Drawing(kind, row, x, y, others.get("limits"))
+    check_range("limits", options.get("limits"), row)
+    x, y = _plane(swept, kind, options.get("x"), options.get("y"))
+    if kind == MAP and y is None and "cmap" in arguments:
+        _refuse("cmap", arguments["cmap"], "left out over one axis, where all points have one colour")
+    return Drawing(kind, row, x, y, options.get("limits"))
 
 
 def _default(swept: Any, quantity: str | None, y: str | None) -> tuple[str, str | None]:
@@ -133,8 +133,8 @@ def _plane(swept: Any, kind: str, x: str | None, y: str | None) -> tuple[str, st
         return "", None
     names = list(swept.axes)
     for key, name in (("x", x), ("y", y)):
-        if name is not None and name not in (known := names if kind == MAP else [*names, *swept.varied]):
-            _refuse(key, name, "one of the axes " + ", ".join(dict.fromkeys(known)))
+        if name is not None and name not in (allowed := names if kind == MAP else [*names, *swept.varied]):
+            _refuse(key, name, "one of the axes " + ", ".join(dict.fromkeys(allowed)))
     if x is not None and x == y:
         _refuse("y", y, f"another axis than x = {x!r}")
     if y is not None and len(names) == 1:
@@ -143,47 +143,47 @@ def _plane(swept: Any, kind: str, x: str | None, y: str | None) -> tuple[str, st
     if kind == BIFURCATION:
         return x or free[0], None
     needed = free[: min(2, len(names)) - (x is not None) - (y is not None)]
-    rest = iter([n for n in names if n in needed])
-    return x or next(rest), y or next(rest, None)
+    in_order = iter([n for n in names if n in needed])
+    return x or next(in_order), y or next(in_order, None)
 
 
 def _has_bands(swept: Any) -> bool:
-    return any(one.bands(len(swept.axes)) for one in swept.record)
+    return any(record.bands(len(swept.axes)) for record in swept.record)
 
 
 def _diagrams(swept: Any) -> list[str]:
     """Return the quantities of diagrams that a sweep has recorded."""
-    return [name for one in swept.record for name in one.diagrams]
+    return [name for record in swept.record for name in record.diagrams]
 
 
 def _maps(swept: Any) -> list[str]:
     """Return the quantities of maps that a sweep has recorded, apart from those of every sweep, the default first."""
-    there = {q.name for q in swept.quantities} | {name for name, q in QUANTITIES.items() if q.source}
+    recorded = {q.name for q in swept.quantities} | {name for name, q in QUANTITIES.items() if q.source}
     if not has_units({**swept.scalars, **swept.varied}):
-        there.discard(IMPACT_POWER.name)
-    last = sorted(swept.record, key=lambda one: SECTION in (one,))  # a map of last points is the least telling one
-    return [name for one in last for name in one.maps if name in there]
+        recorded.discard(IMPACT_POWER.name)
+    last = sorted(swept.record, key=lambda record: SECTION in (record,))  # a map of last points tells least
+    return [name for record in last for name in record.maps if name in recorded]
 
 
-def _known(swept: Any, quantity: str, known: Sequence[str]) -> str:
+def _known(swept: Any, quantity: str, names: Sequence[str]) -> str:
     """Return a quantity if it is one of the known ones. Raises ValueError, also with the record that it needs."""
-    if quantity in known:
+    if quantity in names:
         return quantity
-    of = next((one for one in RECORDS.values() if quantity in (*one.maps, *one.diagrams)), None)
+    of = next((record for record in RECORDS.values() if quantity in (*record.maps, *record.diagrams)), None)
     if of in swept.record and quantity == IMPACT_POWER.name:
         _refuse("quantity", quantity, f"energy, because {quantity} needs a scene in SI units")
     needs = "" if of is None or of in swept.record else f', and {quantity} needs record = "{of}"'
-    meant = () if of else [*known, *DIAGRAM_QUANTITIES, *MAP_QUANTITIES]
-    _refuse("quantity", quantity, f"one of {', '.join(known)}, because {_recorded(swept)}{needs}", meant)
+    similar = () if of else [*names, *DIAGRAM_QUANTITIES, *MAP_QUANTITIES]
+    _refuse("quantity", quantity, f"one of {', '.join(names)}, because {_recorded(swept)}{needs}", similar)
 
 
 def _recorded(swept: Any) -> str:
     return "this sweep recorded " + ", ".join(swept.record)
 
 
-def _refuse(key: str, value: object, allowed: str, meant: Sequence[str] = ()) -> NoReturn:
-    """Raise ValueError with the sentence of `bad` and, if one is similar, the name that was `meant`."""
-    raise ValueError(bad(key, value, allowed) + did_you_mean(value, meant))
+def _refuse(key: str, value: object, allowed: str, names: Sequence[str] = ()) -> NoReturn:
+    """Raise ValueError with the sentence of `bad` and, if one of the `names` is similar to the value, this name."""
+    raise ValueError(bad(key, value, allowed) + did_you_mean(value, names))
 
 
 def choose_configured(swept: Any, figure: dict[str, Any], options: dict[str, Any]) -> tuple[Drawing, Any]:
@@ -194,31 +194,31 @@ def choose_configured(swept: Any, figure: dict[str, Any], options: dict[str, Any
     does, with the place of the argument.
     """
     configured = {key: value for key, value in figure.items() if swept.axes and key not in LOOK}
-    wanted = merge_options(configured, options)
-    if wanted.get("units") == SI and not has_units({**swept.scalars, **swept.varied}):
+    merged = merge_options(configured, options)
+    if merged.get("units") == SI and not has_units({**swept.scalars, **swept.varied}):
         key = "--units" if "units" in options else "figure.units"
         _refuse(key, SI, "left out, because this sweep has no scene in SI units")
-    if wanted.pop("units", SI) == DIMENSIONLESS and hasattr(swept, "dimensionless"):
+    if merged.pop("units", SI) == DIMENSIONLESS and hasattr(swept, "dimensionless"):
         swept = swept.dimensionless()
     with placed(lambda name: ("--" if name in options else "figure." if name in configured else "") + name):
-        return choose_drawing(swept, **wanted), swept
+        return choose_drawing(swept, **merged), swept
 
 
-def merge_options(wanted: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
-    """Return the drawing options of a configuration (`wanted`), replaced by the kind and quantity of the call (`now`).
+def merge_options(configured: dict[str, Any], options: dict[str, Any]) -> dict[str, Any]:
+    """Return the drawing options of a configuration, replaced by the kind and quantity in the `options` of the call.
 
     If the call gives a kind, or a quantity and thereby a kind, options of the configuration without effect on this kind
     are left out. A range that belongs to another quantity or to other units is left out, too.
     """
-    kind = now.get("kind")
-    if kind is None and "quantity" in now:
-        kind = MAP if now["quantity"] in MAP_QUANTITIES else BIFURCATION
-    kept = dict(wanted)
+    kind = options.get("kind")
+    if kind is None and "quantity" in options:
+        kind = MAP if options["quantity"] in MAP_QUANTITIES else BIFURCATION
+    kept = dict(configured)
     if kind is not None:
         acts = (*OPTIONS[kind], "units")
-        acting = {key: value for key, value in wanted.items() if key in acts or (key, value) == ("kind", kind)}
+        acting = {key: value for key, value in configured.items() if key in acts or (key, value) == ("kind", kind)}
         kept = {key: value for key, value in acting.items() if key != "quantity" or value in SUITS[kind]}
-    merged = kept | now
-    if merged.get("quantity") != wanted.get("quantity") or merged.get("units", SI) != wanted.get("units", SI):
+    merged = kept | options
+    if merged.get("quantity") != configured.get("quantity") or merged.get("units", SI) != configured.get("units", SI):
         merged.pop("limits", None)
     return merged

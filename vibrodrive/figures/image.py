@@ -49,11 +49,11 @@ def density(ax: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, fl
     column = np.rint((u - start) / step).astype(int)
     image = np.zeros((len(pixel), PANEL_ROWS))
     for first in range(0, len(u), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        ink, own = _ink(values[some], low, high), column[some]
-        begins = np.flatnonzero(np.diff(own, prepend=-1))
-        there = own[begins]
-        image[there] = np.maximum(image[there], np.maximum.reduceat(ink, begins))
+        part = slice(first, first + AT_ONCE)
+        ink, columns = _ink(values[part], low, high), column[part]
+        begins = np.flatnonzero(np.diff(columns, prepend=-1))
+        filled = columns[begins]
+        image[filled] = np.maximum(image[filled], np.maximum.reduceat(ink, begins))
     nearest = np.searchsorted((u[1:] + u[:-1]) / 2, pixel)
     shown = column[nearest]
     shown[column] = column
@@ -99,17 +99,17 @@ class FullestImage(AxesImage):
         super().__init__(ax, extent=extent, transform=ax.transLimits + ax.transAxes, **how)
 
     def make_image(self, renderer: Any, magnification: float = 1.0, unsampled: bool = False) -> Any:
-        whole: Any = self.get_array()
+        image: Any = self.get_array()
         box = self.get_window_extent(renderer)
         try:
-            self.set_data(self.reduced(whole, (int(box.height * magnification), int(box.width * magnification))))
+            self.set_data(self.reduced(image, (int(box.height * magnification), int(box.width * magnification))))
             return super().make_image(renderer, magnification, unsampled)
         finally:
-            self.set_data(whole)
+            self.set_data(image)
 
-    def reduced(self, whole: Any, shape: tuple[int, int]) -> np.ndarray:
+    def reduced(self, image: Any, shape: tuple[int, int]) -> np.ndarray:
         """Return an image, a masked array, with at most this number of rows and columns."""
-        return np.ma.masked_equal(pooled(whole.filled(0.0), shape), 0.0)
+        return np.ma.masked_equal(pooled(image.filled(0.0), shape), 0.0)
 
 
 def pooled(image: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -159,10 +159,10 @@ class RarestImage(FullestImage):
         rank = np.argsort(np.argsort(-painted.counts, kind="stable")) + 1
         self.rank = np.append(rank, 0)  # cells not computed have the lowest rank, so any other cell hides them
 
-    def reduced(self, whole: Any, shape: tuple[int, int]) -> np.ndarray:
+    def reduced(self, image: Any, shape: tuple[int, int]) -> np.ndarray:
         size = self.kind.size
         cell = pooled(self.rank[self.kind] * size + np.arange(size).reshape(self.kind.shape), shape) % size
-        values, kind = whole.reshape(-1)[cell], self.kind.reshape(-1)[cell]
+        values, kind = image.reshape(-1)[cell], self.kind.reshape(-1)[cell]
         shown = self.to_rgba(values, bytes=True)
         apart = np.ma.getmaskarray(values) & (kind >= 0)
         shown[apart] = self.colours[kind[apart]]

@@ -69,8 +69,8 @@ def limits_figure(
     ('$A$', 'limit as a velocity $V$')
     """
     several = as_list("results", results, "plan", "Results, or a sequence of them")
-    for one in several:
-        check_limits(one, several[0])
+    for item in several:
+        check_limits(item, several[0])
     with drawn_on(ax, style, width, notes) as sheet:
         return draw_bands(sheet, several)
 
@@ -78,47 +78,47 @@ def limits_figure(
 def draw_bands(sheet: Sheet, several: Sequence[Results]) -> Figure:
     """Draw limits over one axis, which all results have."""
     ((x, values),) = several[0].axes.items()
-    if len({one.measure("velocity").si for one in several}) > 1:
-        several = [one.dimensionless() for one in several]
+    if len({results.measure("velocity").si for results in several}) > 1:
+        several = [results.dimensionless() for results in several]
     unit = several[0].measure("velocity")
     fig, axes = sheet.new(height=4.2)
     ax = axes[0, 0]
     ax.set(xscale="log" if is_geometric(np.sort(values)) else "linear", yscale="log")
     order = np.argsort(values)
     along = as_shown(x, values[order])
-    for number, one in enumerate(several):
-        first, last = (one.measure("velocity").shown_of(values)[order] for values in _ends(one))
-        name = f"{NAMES[one.plan.sought]}, {METHODS[Method(one.settings.method)]}"
+    for number, results in enumerate(several):
+        first, last = (results.measure("velocity").shown_of(values)[order] for values in _ends(results))
+        name = f"{NAMES[results.plan.sought]}, {METHODS[Method(results.settings.method)]}"
         _draw(sheet, ax, along, (first, last), number, name)
     ax.margins(x=0.0)
     keep_range(ax, along)
-    rows = _name_periods(ax, along, np.max([one.orbit_period for one in several], axis=0)[order])
+    rows = _name_periods(ax, along, np.max([results.orbit_period for results in several], axis=0)[order])
     apart = {x, "eps", "dtau", "method"}
-    known = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
-    said = [*conditions(known, apart, section=False), _gaps(several), *damaged(*several)]
+    common = {name: value for name, value in of_sweep(several[0]).items() if name not in apart}
+    phrases = [*conditions(common, apart, section=False), _gaps(several), *damaged(*several)]
     sheet.name(ax, x, None)
     sheet.label(ax, None, unit.label("limit as a velocity $V$"))
-    sheet.note(ax, said, above=rows)
+    sheet.note(ax, phrases, above=rows)
     return fig
 
 
-def check_limits(one: Results, first: Results) -> None:
+def check_limits(results: Results, first: Results) -> None:
     """Raise ValueError if results are not limits over one axis, or if this is not the axis of the first results."""
-    if LIMIT not in one.record:
-        raise ValueError(bad("record", ", ".join(one.record), f'"{LIMIT}"'))
-    if len(one.axes) != 1:
-        raise ValueError(bad_axes(one.axes, "one axis (limits over two axes are drawn as a map)"))
+    if LIMIT not in results.record:
+        raise ValueError(bad("record", ", ".join(results.record), f'"{LIMIT}"'))
+    if len(results.axes) != 1:
+        raise ValueError(bad_axes(results.axes, "one axis (limits over two axes are drawn as a map)"))
     (x,) = first.axes
-    if list(one.axes) != [x] or not np.array_equal(one.axes[x], first.axes[x]):
-        raise ValueError(bad_axes(one.axes, f"{x} with the same values in all results"))
+    if list(results.axes) != [x] or not np.array_equal(results.axes[x], first.axes[x]):
+        raise ValueError(bad_axes(results.axes, f"{x} with the same values in all results"))
 
 
-def _ends(one: Results) -> list[np.ndarray]:
+def _ends(results: Results) -> list[np.ndarray]:
     """Return the first loss and `half_kept` as velocities, NaN where no limit > 0 was found."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = np.isfinite(one.k2) & (one.k2 > 0.0)
-        scale = np.where(found, one.velocity / one.k2, np.nan)
-        return [scale * one.k2, scale * np.maximum(one.k2, one.half_kept)]
+        positive = np.isfinite(results.k2) & (results.k2 > 0.0)
+        scale = np.where(positive, results.velocity / results.k2, np.nan)
+        return [scale * results.k2, scale * np.maximum(results.k2, results.half_kept)]
 
 
 def _draw(sheet: Sheet, ax: Axes, x: np.ndarray, ends: tuple[np.ndarray, np.ndarray], number: int, name: str) -> None:
@@ -134,10 +134,10 @@ def _draw(sheet: Sheet, ax: Axes, x: np.ndarray, ends: tuple[np.ndarray, np.ndar
 
 def _gaps(several: Sequence[Results]) -> str:
     """Return a phrase with the reasons why points are not drawn, and their numbers."""
-    counts = {s.words: sum(int((one.status == s).sum()) for one in several) for s in MISSING}
-    counts["no limit found"] = sum(int(np.isposinf(one.k2).sum()) for one in several)
-    there = [f"{text} ({count})" for text, count in counts.items() if count]
-    return f"missing points: {', '.join(there)}" if there else ""
+    counts = {s.words: sum(int((results.status == s).sum()) for results in several) for s in MISSING}
+    counts["no limit found"] = sum(int(np.isposinf(results.k2).sum()) for results in several)
+    texts = [f"{text} ({count})" for text, count in counts.items() if count]
+    return f"missing points: {', '.join(texts)}" if texts else ""
 
 
 def _name_periods(ax: Axes, x: np.ndarray, n: np.ndarray) -> int:

@@ -45,14 +45,15 @@ class Look(NamedTuple):
         if not isinstance(cmap, Colormap) and not (isinstance(cmap, str) and cmap in colormaps):
             allowed = "a Colormap of Matplotlib, or the name of one such as magma"
             raise ValueError(bad("cmap", cmap, allowed) + did_you_mean(cmap, colormaps))
-        own: Any = colormaps[cmap] if isinstance(cmap, str) else cmap
-        beyond = self.beyond if isinstance(cmap, str) else (to_hex(own.get_under(), True), to_hex(own.get_over(), True))
+        shades: Any = colormaps[cmap] if isinstance(cmap, str) else cmap
+        ends = to_hex(shades.get_under(), True), to_hex(shades.get_over(), True)
+        beyond = self.beyond if isinstance(cmap, str) else ends
 
-        def spread(known: tuple[str, ...]) -> Any:
-            return tuple(to_hex(colour, True) for colour in own(np.linspace(0.0, 1.0, len(known))))
+        def spread(colours: tuple[str, ...]) -> Any:
+            return tuple(to_hex(colour, True) for colour in shades(np.linspace(0.0, 1.0, len(colours))))
 
         shown = {name: spread(getattr(self, name)) for name in ("classes", "kept", "statuses")}
-        return self._replace(density=own, shades=own, signed=own, beyond=beyond, **shown)
+        return self._replace(density=shades, shades=shades, signed=shades, beyond=beyond, **shown)
 
 
 def ramp(*colours: Any) -> Colormap:

@@ -129,22 +129,22 @@ def draw_map(
     values = (_kept(results, undisturbed) if row is KEPT else unit.shown_of(recorded(results, row)))[index]
     status = np.asarray(results.status)[index]  # after the values, which show what is damaged
     painted = paint(row, values, status, unit.ends(limits), sheet.look)
-    said = conditions_of(results, (x, y), section=row in LAST)
-    more = rest_phrases(values, status) if row is LAST[1] else []
-    more += [] if row.classes else _extremes(results, values, painted, [n for n in names if n in (x, y)])
-    more += [*(painted.phrases() if y is None or (row.classes and row.special) else []), *status_phrases(status)]
+    phrases = conditions_of(results, (x, y), section=row in LAST)
+    further = rest_phrases(values, status) if row is LAST[1] else []
+    further += [] if row.classes else _extremes(results, values, painted, [n for n in names if n in (x, y)])
+    further += [*(painted.phrases() if y is None or (row.classes and row.special) else []), *status_phrases(status)]
     lines = placed(over, results.plan, x, y)
     numbered = any(line.period for line in lines)
     alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
     shows = None if alone else (x, row.name)
-    fig, panels = sheet.new(width=WIDTH, height=3.7 + (TALLER if numbered else 0.0), shows=[shows], said=said)
+    fig, panels = sheet.new(width=WIDTH, height=3.7 + (TALLER if numbered else 0.0), shows=[shows], phrases=phrases)
     ax, label = panels[0, 0], unit.label(label_of(results, row))
     across = as_shown(x, results.axes[x])
     if y is None:
         _draw_line(sheet, ax, painted, values, across, label)
     else:
         cells = [values, painted.cells.filled(-1)]
-        cells = [one.T for one in cells] if names.index(x) < names.index(y) else cells
+        cells = [cell.T for cell in cells] if names.index(x) < names.index(y) else cells
         drawn = draw_cells(ax, painted, across, as_shown(y, results.axes[y]), *cells)
         if painted.blank:
             ax.add_patch(Rectangle((0, 0), 1, 1, transform=ax.transAxes, zorder=-1, **HATCHED))
@@ -152,7 +152,7 @@ def draw_map(
             ax.tick_params(which="both", direction="out", top=False, right=False)  # ticks inside would be invisible
         _add_bar(fig, drawn, painted, label)
     sheet.name(ax, x, y)
-    sheet.note(ax, [*said, *more, *([NUMBERED] if numbered else [])], side="left" if y else "right")
+    sheet.note(ax, [*phrases, *further, *([NUMBERED] if numbered else [])], side="left" if y else "right")
     draw_lines(sheet, ax, lines)
     outside = [Patch(fc=colour, ec="0.4", lw=0.5, label=name) for name, colour in painted.apart if colour != "none"]
     blank = [Patch(**HATCHED, label=painted.blank)] if painted.blank else []
@@ -164,14 +164,14 @@ def _extremes(results: Any, values: np.ndarray, painted: Painted, names: Sequenc
     """Return the least and the largest value on the scale and beyond it as phrases, each with its point of the axes
     `names` or, if several points have it, with their number."""
     kind = painted.cells.filled(-1)
-    points, said = np.argwhere((kind >= 0) & (kind < painted.first_apart)), []
+    points, phrases = np.argwhere((kind >= 0) & (kind < painted.first_apart)), []
     shown = values[tuple(points.T)]
     for word, value in (("least", shown.min()), ("largest", shown.max())) if shown.size else ():
         alike = points[np.isclose(shown, value, SAME, 0.0)]
         place = place_of(results, dict(zip(names, alike[0].tolist(), strict=True)))
         place = place if len(alike) == 1 else counted(len(alike), "point")
-        said += [f"{word} ${number(float(f'{value:.4g}'))}$ at {place}"] * (len(alike) < len(shown))
-    return said
+        phrases += [f"{word} ${number(float(f'{value:.4g}'))}$ at {place}"] * (len(alike) < len(shown))
+    return phrases
 
 
 def recorded(results: Any, row: Quantity) -> np.ndarray:
@@ -188,12 +188,12 @@ def _kept(results: Any, undisturbed: np.ndarray | None) -> np.ndarray:
     undisturbed motion has no gaps, or if a record is too short to show the gaps."""
     if undisturbed is None:
         undisturbed = above("the gaps of undisturbed motions")(results)
-    gaps, there = np.asarray(results.gaps), np.asarray(undisturbed)
-    alike = there.ndim == gaps.ndim and all(n in (1, m) for n, m in zip(there.shape, gaps.shape, strict=True))
-    if there.dtype.kind != "i" or not alike:
+    gaps, reference = np.asarray(results.gaps), np.asarray(undisturbed)
+    alike = reference.ndim == gaps.ndim and all(n in (1, m) for n, m in zip(reference.shape, gaps.shape, strict=True))
+    if reference.dtype.kind != "i" or not alike:
         allowed = f"the gaps of the undisturbed motions for {KEPT.name}, as of vd.sweep(…, eps=[0.0], …).gaps"
         raise ValueError(bad("undisturbed", undisturbed, allowed))
-    return np.where((there > 0) & (gaps != UNSEEN), (gaps == there).astype(np.int64), -1)
+    return np.where((reference > 0) & (gaps != UNSEEN), (gaps == reference).astype(np.int64), -1)
 
 
 def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: np.ndarray, label: str) -> None:
@@ -216,16 +216,16 @@ def _draw_line(sheet: Sheet, ax: Axes, painted: Painted, values: np.ndarray, x: 
     beyond: Any = (("bottom", "v", "below", painted.norm.vmin), ("top", "^", "above", painted.norm.vmax))
     for k, (end, mark, side, value) in enumerate(beyond if not levels else (), SHADES):
         if (kind == k).any():
-            there, name = np.where(kind == k, value, np.nan), f"{side} the range"
-            ax.plot(x, there, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
+            edge, name = np.where(kind == k, value, np.nan), f"{side} the range"
+            ax.plot(x, edge, mark, ms=4, mew=0, color=sheet.look.other, clip_on=False, label=name)
             ax.set_ylim(**{end: value})
     for k, (name, _) in enumerate(painted.apart if not levels else (), SHADES + len(beyond)):
-        there = kind == k
-        low = bool((values[there] <= 0).all())
-        mark = "v" if low else "^" if np.isposinf(values[there]).all() else "x"
+        outside = kind == k
+        low = bool((values[outside] <= 0).all())
+        mark = "v" if low else "^" if np.isposinf(values[outside]).all() else "x"
         thin: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": sheet.look.support, "mfc": "none", "label": name}
-        at = np.full(there.sum(), 0.025 if low else 0.975)
-        ax.plot(x[there], at, mark, transform=ax.get_xaxis_transform(), **thin)
+        at = np.full(outside.sum(), 0.025 if low else 0.975)
+        ax.plot(x[outside], at, mark, transform=ax.get_xaxis_transform(), **thin)
     if is_geometric(x):
         ax.set_xscale("log")
     keep_range(ax, x)

@@ -35,7 +35,7 @@ from vibrodrive.periodic.search import Orbit
 CURVE_POINTS = 400
 
 
-def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
+def bifurcation_diagram(family: Family, brute: Results, **look: Any) -> Figure:
     """Draw ξ' at the section for every orbit, stable ones as solid and unstable ones as dashed lines, with the
     bifurcations as marks. The simulated motions `brute` are grey points below them: a sweep over an axis that gives A,
     which is the abscissa. They give the phase of the section, and the units."""
@@ -46,8 +46,8 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
         return as_shown(x, amplitude_axis(x, A, brute.scalars))
 
     def values(orbit: Orbit) -> np.ndarray:
-        known = {**brute.scalars, x: amplitude_axis(x, orbit.A, brute.scalars)}
-        return measure(QUANTITIES["dxi"], known, unit.si == "1").shown_of(section(orbit, phase)[:, 1])
+        scalars = {**brute.scalars, x: amplitude_axis(x, orbit.A, brute.scalars)}
+        return measure(QUANTITIES["dxi"], scalars, unit.si == "1").shown_of(section(orbit, phase)[:, 1])
 
     with drawn_on(**look) as sheet:
         fig, axes = sheet.new(height=4.5)
@@ -56,23 +56,23 @@ def bifurcation_diagram(found: Family, brute: Results, **look: Any) -> Figure:
         dots: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0, "color": sheet.look.support}
         across = np.repeat(as_shown(x, swept), seen[0].shape[-1])
         ax.plot(across, seen[0].reshape(-1), ms=1.8, rasterized=True, zorder=1, **dots)
-        for branch in found.denser().branches():
+        for branch in family.denser().branches():
             drawn: dict[str, Any] = {"color": sheet.look.main, "ls": "-", "lw": 1.1, "label": "stable orbit"}
             if branch.unstable:
                 drawn = {"color": sheet.look.other, "ls": (0, (4, 2)), "lw": 0.6, "label": "unstable orbit"}
             seen.append(traces(branch, values))
             ax.plot(place(branch.A), seen[-1], zorder=2, **drawn)
         for name, kind in BIFURCATIONS.items():
-            there = [b for b in found.bifurcations if b.kind == name and len(b.orbit.phases)]
-            points = [(place(b.A), y) for b in there for y in values(b.orbit)]
+            bifurcations = [b for b in family.bifurcations if b.kind == name and len(b.orbit.phases)]
+            points = [(place(b.A), y) for b in bifurcations for y in values(b.orbit)]
             mark: dict[str, Any] = {"ms": 3.8, "mfc": INK if kind.marker == "|" else "white", "mew": 0.7}
             if points:
                 ax.plot(*zip(*points, strict=True), kind.marker, **mark, mec=INK, label=kind.label, zorder=3)
-        ax.set(xlim=place(found.A[[0, -1]]), ylim=full_range(seen, 0.05))
+        ax.set(xlim=place(family.A[[0, -1]]), ylim=full_range(seen, 0.05))
         sheet.name(ax, x, None)
         sheet.name_quantities(ax, None, unit)
-        known = {n: value for n, value in of_sweep(brute).items() if n not in (x, "eps", "method")}
-        sheet.note(ax, [f"orbits up to {counted(found.max_period, 'period')}", *conditions(known)])
+        common = {n: value for n, value in of_sweep(brute).items() if n not in (x, "eps", "method")}
+        sheet.note(ax, [f"orbits up to {counted(family.max_period, 'period')}", *conditions(common)])
         sheet.keys.append(Line2D([], [], ms=5, label="simulated", **dots))
         return fig
 

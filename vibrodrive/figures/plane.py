@@ -48,8 +48,8 @@ class Exact(NamedTuple):
     B: float
 
     @classmethod
-    def of(cls, found: Bifurcation) -> Exact:
-        return cls(found.kind, found.orbit.period, found.orbit.impacts, found.A, found.B)
+    def of(cls, bifurcation: Bifurcation) -> Exact:
+        return cls(bifurcation.kind, bifurcation.orbit.period, bifurcation.orbit.impacts, bifurcation.A, bifurcation.B)
 
 
 OVER = (
@@ -62,32 +62,32 @@ def read_lines(over: Any) -> list[Any]:
     """Return the limits (Results) and bifurcations (Exact) to be drawn over a map. Raises ValueError with one sentence
     for anything else than OVER."""
     if over is None or (isinstance(over, list | tuple) and not isinstance(over, Exact)):
-        return [line for one in over or () for line in read_lines(one)]
+        return [line for item in over or () for line in read_lines(item)]
     if isinstance(over, str | os.PathLike):
         from vibrodrive.store.load import check_path, load  # needs HDF5
 
         path = check_path(over)
-        there: Any = read_table(path) if path.suffix.lower() == ENDING else [load(path)]
+        items: Any = read_table(path) if path.suffix.lower() == ENDING else [load(path)]
         over = str(path)
     else:
-        there = over.to_dict("records") if hasattr(over, "to_dict") else [over]
+        items = over.to_dict("records") if hasattr(over, "to_dict") else [over]
     try:
-        return [line for one in there for line in _line(one)]
+        return [line for item in items for line in _line(item)]
     except (AttributeError, KeyError, TypeError, ValueError):
         raise ValueError(bad("over", over, OVER)) from None
 
 
-def _line(one: Any) -> Iterator[Any]:
-    if isinstance(one, Mapping):  # a row of a table, which also has the orbits
-        if one["kind"] in BIFURCATIONS:
-            period, impacts = int(one["period"]), int(one["impacts"])
-            yield Exact(one["kind"], period, impacts, float(one["A"]), float(one["B"]))
-    elif not isinstance(one, Results):
-        yield one if isinstance(one, Exact) else Exact.of(one)
-    elif records.LIMIT in one.record:
-        yield one
+def _line(item: Any) -> Iterator[Any]:
+    if isinstance(item, Mapping):  # a row of a table, which also has the orbits
+        if item["kind"] in BIFURCATIONS:
+            period, impacts = int(item["period"]), int(item["impacts"])
+            yield Exact(item["kind"], period, impacts, float(item["A"]), float(item["B"]))
+    elif not isinstance(item, Results):
+        yield item if isinstance(item, Exact) else Exact.of(item)
+    elif records.LIMIT in item.record:
+        yield item
     else:
-        raise ValueError(one.record)
+        raise ValueError(item.record)
 
 
 class Line(NamedTuple):
@@ -102,7 +102,7 @@ class Line(NamedTuple):
 
 def draw_lines(sheet: Sheet, ax: Axes, lines: Sequence[Line]) -> None:
     """Draw lines over a plane whose limits are set, bifurcations with the period of their orbit."""
-    known: set[str] = set()
+    labelled: set[str] = set()
     view: dict[str, Any] = {"xlim": ax.get_xlim(), "ylim": ax.get_ylim()}
     for k, line in enumerate(lines):
         kind = BIFURCATIONS.get(line.kind, LIMIT)
@@ -110,11 +110,11 @@ def draw_lines(sheet: Sheet, ax: Axes, lines: Sequence[Line]) -> None:
         # draw all halos first, so that no halo hides a line
         halo: dict[str, Any] = {"alpha": 0.7, "solid_capstyle": "butt"} if line.kind else {}
         ax.plot(line.across, line.up, "-", lw=kind.width + 2 * HALO, color="white", zorder=4, **halo)
-        shown = line.kind not in known and (not line.kind or _in_view(ax, line))
+        shown = line.kind not in labelled and (not line.kind or _in_view(ax, line))
         style: dict[str, Any] = {"ls": kind.dashes, "lw": kind.width, "color": colour}
         ax.plot(line.across, line.up, **style, zorder=5, label=kind.label if shown else "_")
         if shown:
-            known.add(line.kind)
+            labelled.add(line.kind)
         ax.set(**view)
         if line.period and line.kind != "onset":
             points = np.column_stack([line.across, line.up])
@@ -139,10 +139,10 @@ def _write_period(ax: Axes, period: int, points: np.ndarray, share: float, color
     ax.text(left, up, str(period), color=color, fontsize=7, ha="center", va="center", zorder=6, bbox=box)
 
 
-def plane_figure(found: Sequence[Bifurcation], plan: Plan, max_period: int, **look: Any) -> Figure:
+def plane_figure(bifurcations: Sequence[Bifurcation], plan: Plan, max_period: int, **look: Any) -> Figure:
     """Draw bifurcations over the two axes of a plan as lines, each with the period of its orbit."""
     x, y = sorted(plan.axes, key=lambda name: name in INCLINES)
-    lines = placed([Exact.of(one) for one in found], plan, x, y)
+    lines = placed([Exact.of(b) for b in bifurcations], plan, x, y)
     with drawn_on(**look) as sheet:
         fig, axes = sheet.new(height=4.6)
         ax = axes[0, 0]
@@ -165,12 +165,12 @@ def placed(over: Sequence[Any], plan: Plan, x: str, y: str | None) -> list[Line]
     axis of the map determines A, if there are no bifurcations at a constant B, and for limits of other axes, of another
     method or with another parameter.
     """
-    found = [one for one in over if isinstance(one, Exact)]
-    lines = _placed(found, plan, x, y) if found else []
-    return lines + [_limit(one, plan, x, y) for one in over if not isinstance(one, Exact)]
+    exact = [item for item in over if isinstance(item, Exact)]
+    lines = _placed(exact, plan, x, y) if exact else []
+    return lines + [_limit(item, plan, x, y) for item in over if not isinstance(item, Exact)]
 
 
-def _placed(found: Sequence[Exact], plan: Plan, x: str, y: str | None) -> list[Line]:
+def _placed(exact: Sequence[Exact], plan: Plan, x: str, y: str | None) -> list[Line]:
     up = next((name for name in (y, x) if name in AMPLITUDES), None)
     if y is None or up is None or (POINT in (x, y) and not {*plan.together}.isdisjoint(("B", *AMPLITUDES, *SCENE))):
         axes = ", ".join(name for name in (x, y) if name)
@@ -178,37 +178,35 @@ def _placed(found: Sequence[Exact], plan: Plan, x: str, y: str | None) -> list[L
             f"over = bifurcations: must be left out, because A is not given by the axes of this map, {axes}"
         )
     along = x if up == y else y
-    known, values = _shared(plan, x, y), plan.axes[along]
+    shared, values = _shared(plan, x, y), plan.axes[along]
     if along in INCLINES:
-        lines = joined([one for one in found if one.B > 0.0 or along != "mu"])  # at B = 0, μ is infinite
-        places = [(line[0], *np.array([(one.A, one.B) for one in line]).T) for line in lines]
-        pieces = [(one, A, incline_axis(along, B, known)) for one, A, B in places]
+        lines = joined([b for b in exact if b.B > 0.0 or along != "mu"])  # at B = 0, μ is infinite
+        places = [(line[0], *np.array([(b.A, b.B) for b in line]).T) for line in lines]
+        pieces = [(b, A, incline_axis(along, B, shared)) for b, A, B in places]
     else:
         ends = np.linspace(values.min(), values.max(), POINTS)
-        pieces = [(one, np.full(POINTS, one.A), ends) for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)]
+        pieces = [(b, np.full(POINTS, b.A), ends) for b in exact if math.isclose(b.B, shared["B"], rel_tol=SAME)]
     shown = []
-    for one, A, values in pieces:
-        drawn = {up: as_shown(up, amplitude_axis(up, A, known | {along: values})), along: as_shown(along, values)}
-        shown.append(Line(one.kind, one.period, drawn[x], drawn[y]))
-    return shown if shown or along in INCLINES else _refuse_other(known["B"])
+    for b, A, values in pieces:
+        drawn = {up: as_shown(up, amplitude_axis(up, A, shared | {along: values})), along: as_shown(along, values)}
+        shown.append(Line(b.kind, b.period, drawn[x], drawn[y]))
+    return shown if shown or along in INCLINES else _refuse_other(shared["B"])
 
 
-def upright(
-    found: Sequence[Any], plan: Plan, x: str, index: Mapping[str, int], ends: tuple[float, float]
-) -> list[Line]:
+def upright(over: Sequence[Any], plan: Plan, x: str, index: Mapping[str, int], ends: tuple[float, float]) -> list[Line]:
     """Return the bifurcations of one panel of a diagram over the axis x as upright lines, in the units of figures.
 
     `index` gives the value of each other axis in the panel, `ends` are the ends of the ordinate. Raises ValueError if x
     does not determine A, or if there are no bifurcations at the B of the panel.
     """
-    if any(isinstance(one, Results) for one in found):
+    if any(isinstance(b, Results) for b in over):
         raise ValueError("over = limits: must be left out for a diagram, because limits are drawn over a map")
     if x not in AMPLITUDES or x not in plan.axes:
         raise ValueError(f"over = bifurcations: must be left out, because A is not given by the axis {x} alone")
-    known = _at(plan, index)
-    here, heights = [one for one in found if math.isclose(one.B, known["B"], rel_tol=SAME)], np.linspace(*ends, POINTS)
-    places = [(one, np.full(POINTS, as_shown(x, amplitude_axis(x, one.A, known)))) for one in here]
-    return [Line(one.kind, one.period, across, heights) for one, across in places] or _refuse_other(known["B"])
+    shared = _at(plan, index)
+    exact, heights = [b for b in over if math.isclose(b.B, shared["B"], rel_tol=SAME)], np.linspace(*ends, POINTS)
+    places = [(b, np.full(POINTS, as_shown(x, amplitude_axis(x, b.A, shared)))) for b in exact]
+    return [Line(b.kind, b.period, across, heights) for b, across in places] or _refuse_other(shared["B"])
 
 
 def _shared(plan: Plan, x: str, y: str | None) -> dict[str, Any]:
@@ -226,54 +224,52 @@ def _refuse_other(B: float) -> NoReturn:
     raise ValueError(f"over = bifurcations: must contain B = {B:.17g}, the value of the figure, but do not")
 
 
-def joined(found: Sequence[Exact]) -> list[list[Exact]]:
+def joined(bifurcations: Sequence[Exact]) -> list[list[Exact]]:
     """Join bifurcations of one kind of one orbit at neighbouring values of B to lines.
 
     Two bifurcations are joined if each is the nearest to the other in A, and if A changes at most STEEPEST times as
     much as B. A curve that turns in B has two branches, which end where they meet.
     """
     rows: dict[float, list[Exact]] = {}
-    for one in found:
-        rows.setdefault(one.B, []).append(one)
+    for b in bifurcations:
+        rows.setdefault(b.B, []).append(b)
     lines: list[list[Exact]] = []
     open_lines: list[list[Exact]] = []
     for B in sorted(rows):
         going = []
-        for one in rows[B]:
-            alike = [line for line in open_lines if _same(line[-1], one)]
-            line = min(alike, key=lambda line: abs(line[-1].A - one.A), default=[])
-            if not (
-                line and one is _nearest(line[-1], rows[B]) and abs(line[-1].A - one.A) <= STEEPEST * (B - line[-1].B)
-            ):
+        for b in rows[B]:
+            alike = [line for line in open_lines if _same(line[-1], b)]
+            line = min(alike, key=lambda line: abs(line[-1].A - b.A), default=[])
+            if not (line and b is _nearest(line[-1], rows[B]) and abs(line[-1].A - b.A) <= STEEPEST * (B - line[-1].B)):
                 line = []
                 lines.append(line)
-            line.append(one)
+            line.append(b)
             going.append(line)
         open_lines = going
     return lines
 
 
 def _nearest(last: Exact, row: Sequence[Exact]) -> Exact:
-    return min((one for one in row if _same(last, one)), key=lambda one: abs(last.A - one.A))
+    return min((b for b in row if _same(last, b)), key=lambda b: abs(last.A - b.A))
 
 
-def _same(one: Exact, other: Exact) -> bool:
-    return one[:3] == other[:3]
+def _same(a: Exact, b: Exact) -> bool:
+    return a[:3] == b[:3]
 
 
-def _limit(found: Results, plan: Plan, x: str, y: str | None) -> Line:
-    (other,) = found.axes if len(found.axes) == 1 else ("",)
-    disturbance = found.plan.sought
-    if y is None or {other, disturbance} != {x, y} or found.settings.method != plan.settings.method:
-        has = f"over {', '.join(found.axes)} in {disturbance} ({found.settings.method_name})"
+def _limit(limits: Results, plan: Plan, x: str, y: str | None) -> Line:
+    (axis,) = limits.axes if len(limits.axes) == 1 else ("",)
+    disturbance = limits.plan.sought
+    if y is None or {axis, disturbance} != {x, y} or limits.settings.method != plan.settings.method:
+        has = f"over {', '.join(limits.axes)} in {disturbance} ({limits.settings.method_name})"
         needed = f"over one axis and in one disturbance, and these must be the axes of the map, {x} and {y}"
         raise ValueError(f"limits = {has}: must be {needed}, with the same method")
     shared = _shared(plan, x, y)
-    for name, value in found.scalars.items():
+    for name, value in limits.scalars.items():
         if name in shared and name != disturbance and not np.isclose(value, shared[name], SAME, 0.0, equal_nan=True):
             raise ValueError(
                 f"limits for {name} = {value:g}: must be for {name} = {shared[name]:g}, the value of the map"
             )
-    k2 = np.where(np.isfinite(found.k2) & (found.k2 > 0), found.k2, np.nan)
-    along = as_shown(other, found.axes[other])
-    return Line("", 0, *((along, k2) if x == other else (k2, along)))
+    k2 = np.where(np.isfinite(limits.k2) & (limits.k2 > 0), limits.k2, np.nan)
+    along = as_shown(axis, limits.axes[axis])
+    return Line("", 0, *((along, k2) if x == axis else (k2, along)))

@@ -117,15 +117,16 @@ def draw_bifurcation(sheet: Sheet, results: Any, drawing: Drawing, over: Sequenc
     status = np.moveaxis(np.asarray(results.status), across, -1)
     done = computed(status)
     values = as_shown(x, results.axes[x] if x in results.axes else results.points[x])
-    rest = [n for n in names if n != dimension]
+    other_axes = [n for n in names if n != dimension]
     panels = list(np.ndindex(section.shape[:-2]))
     rows = some(panels)
-    places = [dict(zip(rest, index, strict=True)) for index in rows]
+    places = [dict(zip(other_axes, index, strict=True)) for index in rows]
     titles = [place_of(results, at) for at in places]
-    shared, chosen = conditions_of(results), choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, rest)))
+    shared = conditions_of(results)
+    chosen = choice(len(rows), len(panels), "values of " + ", ".join(map(symbol, other_axes)))
     reach = limits or full_range([section[index][done[index]] for index in rows])  # common to all panels
     grid: dict[str, Any] = {"height": min(9.0, 0.7 + 2.5 * len(rows)), "sharex": True, "sharey": True}
-    fig, axes = sheet.new(len(rows), 1, shows=[(x, quantity)] * len(rows), said=shared, **grid)
+    fig, axes = sheet.new(len(rows), 1, shows=[(x, quantity)] * len(rows), phrases=shared, **grid)
     grey = False
     for k, (index, ax) in enumerate(zip(rows, axes[:, 0], strict=True)):
         shown = np.where(done[index][:, None], section[index], np.nan)
@@ -166,12 +167,12 @@ def _brighter(cmap: Colormap) -> str:
 def mark_statuses(sheet: Sheet, ax: Axes, x: np.ndarray, status: np.ndarray) -> None:
     """Draw a mark at the upper edge of the panel at each `x` (n,) whose status is a key of MARKS."""
     for value, marker in MARKS.items():
-        there = x[status == value]
-        if len(there):
-            height = np.full(len(there), 0.975)
+        marked = x[status == value]
+        if len(marked):
+            height = np.full(len(marked), 0.975)
             colour = sheet.look.support if value == Status.NEVER_LEAVES else sheet.look.other
             mark: dict[str, Any] = {"ms": 4, "mew": 0.6, "color": colour, "mfc": "none", "label": value.words}
-            ax.plot(there, height, marker, transform=ax.get_xaxis_transform(), **mark)
+            ax.plot(marked, height, marker, transform=ax.get_xaxis_transform(), **mark)
 
 
 def full_range(values: Sequence[np.ndarray], margin: float = 0.04) -> tuple[float, float]:
@@ -225,14 +226,16 @@ def draw_sections(
     marks = np.empty((0, 2)) if reference is None else real_array("reference", reference, allowed)
     if marks.ndim != 2 or marks.shape[1] != 2:
         raise ValueError(bad("reference", reference, allowed))
-    sections, circled, named, shared, more = (_of_results if hasattr(source, "axes") else _of_motions)(source, marks)
+    sections, circled, named, shared, further = (_of_results if hasattr(source, "axes") else _of_motions)(source, marks)
     asked, count = titles is not None, len(sections)
     titles = named if titles is None else check_titles(titles, count)
     cols = count if sheet.given else {1: 1, 2: 2, 4: 2}.get(count, 2 if sheet.narrow else 3)
     rows = math.ceil(count / cols)
     inches, height = (4.6, 3.6) if cols == 1 else (INCHES["double"], 0.6 + rows * (2.5 if cols == 2 else 2.2))
     shows = [("xi", "dxi")] * (rows * cols)
-    fig, axes = sheet.new(rows, cols, width=inches, height=height, sharex=True, sharey=True, shows=shows, said=shared)
+    fig, axes = sheet.new(
+        rows, cols, width=inches, height=height, sharex=True, sharey=True, shows=shows, phrases=shared
+    )
     flat, units = axes.ravel(), measures(source if hasattr(source, "axes") else source[0])
     for k, (section, ax) in enumerate(zip(sections, flat, strict=False)):
         points = np.unique(np.round(section[np.isfinite(section).all(axis=1)], 9), axis=0)
@@ -248,7 +251,7 @@ def draw_sections(
         sheet.name_quantities(ax, *units)
     for ax in flat[count:]:
         ax.set_axis_off()
-    sheet.note(axes[0, -1], [*shared, *more])
+    sheet.note(axes[0, -1], [*shared, *further])
     return fig
 
 
@@ -272,8 +275,8 @@ def _of_results(results: Any, marks: np.ndarray) -> _Sections:
     titles = [place_of(results, dict(zip(results.axes, index, strict=True))) for index in shown]
     sections = [np.where(done[index], section[index], np.nan) for index in shown]
     rests = rest_phrases(*_rests(sections, [status[index] for index in shown]))
-    more = [*choice(len(shown), len(points), "points"), *rests, *status_phrases(status)]
-    return sections, [circled[index] for index in shown], titles, conditions_of(results), more
+    further = [*choice(len(shown), len(points), "points"), *rests, *status_phrases(status)]
+    return sections, [circled[index] for index in shown], titles, conditions_of(results), further
 
 
 def _rests(sections: Sequence[np.ndarray], status: Sequence[Any]) -> tuple[np.ndarray, np.ndarray]:

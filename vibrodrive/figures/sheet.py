@@ -65,14 +65,14 @@ class Sheet:
 
     def new(
         self, rows: int = 1, cols: int = 1, *, height: float, width: float = INCHES["double"],
-        shows: Sequence[Shows] = (), said: Sequence[str] = (), **options: Any,
+        shows: Sequence[Shows] = (), phrases: Sequence[str] = (), **options: Any,
     ) -> tuple[Any, np.ndarray]:  # fmt: skip
         """Return the Figure and its axes as an object array (rows, cols).
 
         `height` and `width` are in inches, for a figure of two columns. A figure of one column is narrower, and its
         height is multiplied by the root of the ratio of the widths, a compromise between equal shape and equal height.
 
-        The axes of the user may show several results if each panel has the same quantities `shows`; the phrases `said`
+        The axes of the user may show several results if each panel has the same quantities `shows`; the `phrases`
         then tell the results apart. Raises ValueError if there is not one Axes for each panel, or if these show
         something else.
         """
@@ -157,9 +157,9 @@ class Mark(Line2D):
     """Legend entry of one result in the user's axes, without data. The next result in these axes reads from it what is
     shown there, and the phrases that describe the result."""
 
-    def __init__(self, colour: str, shows: Shows, said: Sequence[str]) -> None:
+    def __init__(self, colour: str, shows: Shows, phrases: Sequence[str]) -> None:
         super().__init__([], [], color=colour, marker="s", ls="none", label="_")
-        self.shows, self.said = shows, said
+        self.shows, self.phrases = shows, phrases
 
 
 class Given(Sheet):
@@ -172,10 +172,10 @@ class Given(Sheet):
         super().__init__(style, None, bool(notes), cmap)
         self.axes = list(np.array(axes, dtype=object).reshape(-1))
         self.own_style, self.cmap = style is not None, cmap
-        self.said: dict[Axes, list[str]] = {}  # phrases of the notes
+        self.phrases: dict[Axes, list[str]] = {}  # of the notes
 
     def new(
-        self, rows: int = 1, cols: int = 1, *, shows: Sequence[Shows] = (), said: Sequence[str] = (), **_: Any
+        self, rows: int = 1, cols: int = 1, *, shows: Sequence[Shows] = (), phrases: Sequence[str] = (), **_: Any
     ) -> tuple[Any, np.ndarray]:
         count = rows * cols
         if any(isinstance(getattr(ax, "figure", None), ShownFigure) for ax in self.axes):
@@ -185,16 +185,16 @@ class Given(Sheet):
             raise ValueError(bad("ax", self.axes[0] if len(self.axes) == 1 else self.axes, allowed))
         panels = list(zip(self.axes, shows or [None] * count, strict=True))
         for ax, names in panels:
-            for known in marks_of(ax):
-                if names is None or known.shows is None:
+            for mark in marks_of(ax):
+                if names is None or mark.shows is None:
                     raise ValueError(bad("ax", ax, "Axes without a result, because two such figures hide each other"))
-                if known.shows != names:
+                if mark.shows != names:
                     needed = f"Axes without a result or with {names[1]} over {names[0]}"
-                    raise ValueError(bad("ax", ax, f"{needed}, but it shows {known.shows[1]} over {known.shows[0]}"))
+                    raise ValueError(bad("ax", ax, f"{needed}, but it shows {mark.shows[1]} over {mark.shows[0]}"))
         colour = self._colour()
         for ax, names in panels:  # only now, so that a refusal changes nothing
-            ax.add_line(Mark(colour, names, said))
-            self.said[ax] = []
+            ax.add_line(Mark(colour, names, phrases))
+            self.phrases[ax] = []
         contrast = self.look.other if self.own_style else to_hex(self.axes[0].xaxis.label.get_color())
         self.look = self.look._replace(main=colour, other=contrast, lines=((colour, "-"), *self.look.lines[1:]))
         if self.cmap is None:  # spots without ink show what is below them
@@ -221,17 +221,17 @@ class Given(Sheet):
         if asked:
             ax.set_title(text)
         else:
-            self.said[ax] += [text] if text else []
+            self.phrases[ax] += [text] if text else []
 
     def note(self, ax: Axes, text: str | Sequence[str], above: int = 0, *, side: Any = "right") -> None:
-        self.said[ax] += [text] if isinstance(text, str) else text
+        self.phrases[ax] += [text] if isinstance(text, str) else text
 
     def explain(self) -> None:
         for ax in self.axes:
             apart, named, title = _tell_apart(marks_of(ax)), named_in([ax]), None
             if self.notes:
                 named |= {str(handle.get_label()): handle for handle in self.keys if ax is self.axes[-1]}
-                shared = [phrase for phrase in self.said[ax] if phrase not in apart]
+                shared = [phrase for phrase in self.phrases[ax] if phrase not in apart]
                 points = 72 * ax.get_window_extent().width / ax.figure.dpi
                 title = in_lines(shared, int(0.9 * points / (LETTER * mpl.rcParams["font.size"]))) or None
             if (self.notes or apart) and (named or title):
@@ -247,13 +247,13 @@ def _tell_apart(marks: Sequence[Mark]) -> list[str]:
     """Label several marks, each with the phrases that not all of them have, and return the labels and these phrases."""
     if len(marks) < 2:
         return []
-    common = set.intersection(*(set(mark.said) for mark in marks))
-    phrases = [[phrase for phrase in mark.said if phrase not in common] for mark in marks]
-    labels = [", ".join(own) for own in phrases]
+    common = set.intersection(*(set(mark.phrases) for mark in marks))
+    differences = [[phrase for phrase in mark.phrases if phrase not in common] for mark in marks]
+    labels = [", ".join(phrases) for phrases in differences]
     labels = [label if labels.count(label) == 1 else f"{label or 'result'} ({k})" for k, label in enumerate(labels, 1)]
     for mark, label in zip(marks, labels, strict=True):
         mark.set_label(label)
-    return labels + [phrase for own in phrases for phrase in own]
+    return labels + [phrase for phrases in differences for phrase in phrases]
 
 
 def named_in(axes: Sequence[Axes]) -> dict[str, Artist]:
@@ -316,9 +316,9 @@ def drawn_on(
 ) -> Iterator[Sheet]:
     """Give the sheet for one figure. Within the block a new figure has the settings of its style and width, and those
     of the user stay in force for his axes. Raises ValueError for an unknown argument, and for `width` with `ax`."""
-    for key, value, known in (("style", style, STYLES), ("width", width, WIDTHS)):
-        if value is not None and value not in known:
-            raise ValueError(bad(key, value, "one of " + ", ".join(known)))
+    for key, value, names in (("style", style, STYLES), ("width", width, WIDTHS)):
+        if value is not None and value not in names:
+            raise ValueError(bad(key, value, "one of " + ", ".join(names)))
     if notes not in (None, False, True):
         raise ValueError(bad("notes", notes, "True or False"))
     if ax is not None and width is not None:
@@ -330,9 +330,9 @@ def drawn_on(
             sheet.explain()
 
 
-def as_list(key: str, given: Any, attribute: str, allowed: str) -> list[Any]:
+def as_list(key: str, value: Any, attribute: str, allowed: str) -> list[Any]:
     """Return one object with an attribute, or a sequence of such objects, as a list. Raises TypeError."""
-    found = [given] if hasattr(given, attribute) else list(given) if isinstance(given, Iterable) else []
-    if not found or not all(hasattr(one, attribute) for one in found):
-        raise TypeError(bad(key, given, allowed))
-    return found
+    items = [value] if hasattr(value, attribute) else list(value) if isinstance(value, Iterable) else []
+    if not items or not all(hasattr(item, attribute) for item in items):
+        raise TypeError(bad(key, value, allowed))
+    return items

@@ -107,8 +107,9 @@ class ShownFigure(Figure):
 
         if (backend := pyplot.get_backend()).lower() in WINDOWLESS:
             if warn:
-                told = f'the figure cannot be shown without a display (backend {backend}); figure.savefig("figure.png")'
-                warnings.warn(f"{told} writes it to a file", UserWarning, stacklevel=2)
+                fault = f"the figure cannot be shown without a display (backend {backend})"
+                advice = 'figure.savefig("figure.png") writes it to a file'
+                warnings.warn(f"{fault}; {advice}", UserWarning, stacklevel=2)
             return
         size: Any = self.get_size_inches()
         if self.canvas.manager is None or not pyplot.fignum_exists(self.canvas.manager.num):
@@ -132,9 +133,9 @@ def about(fig: Figure) -> tuple[str, str]:
     across = [ax.get_xlabel() for ax in fig.axes]
     up = [ax.get_ylabel() for ax in fig.axes if ax not in bars]
     axes = ([ax.get_ylabel() for ax in bars], [*across, *up]) if bars else (up, across)
-    said = [ax.get_title(loc) for ax in fig.axes for loc in ("left", "center", "right")]
-    said += [text.get_text() for legend in fig.legends for text in legend.get_texts()]
-    title, text = ([" and ".join(filter(None, dict.fromkeys(map(plain, names)))) for names in axes], map(plain, said))
+    texts = [ax.get_title(loc) for ax in fig.axes for loc in ("left", "center", "right")]
+    texts += [text.get_text() for legend in fig.legends for text in legend.get_texts()]
+    title, text = ([" and ".join(filter(None, dict.fromkeys(map(plain, names)))) for names in axes], map(plain, texts))
     return " over ".join(filter(None, title)), "; ".join(filter(None, text))
 
 

@@ -93,32 +93,32 @@ def as_shown(name: str, values: Any) -> Any:
     return values * NAMES[name].scale if name in SCENE_AXES else values
 
 
-def conditions(known: Mapping[str, Any], apart: Collection[str] = (), *, section: bool = True) -> list[str]:
+def conditions(values: Mapping[str, Any], apart: Collection[str] = (), *, section: bool = True) -> list[str]:
     """Return the conditions common to all motions as phrases, without the parameters in `apart`.
 
-    `known` contains parameters, `method`, `transient` and `periods`, like the `arguments` of a trajectory or the result
-    of `of_sweep`. If `section`, the phase of the section is included.
+    `values` contains parameters, `method`, `transient` and `periods`, like the `arguments` of a trajectory or what
+    `of_sweep` returns. If `section`, the phase of the section is included.
     """
-    disturbed = "eps" in apart or known.get("eps", 0.0) > 0.0
+    disturbed = "eps" in apart or values.get("eps", 0.0) > 0.0
     names = [*ALWAYS_SAID, *(["eta"] if disturbed else [])]
-    said = [equation(n, known[n]) for n in names if n in known and n not in apart]
-    if "method" in known:
-        method = Method(known["method"])
-        said.append(method.name.lower())
-        if method != Method.CERTIFIED and "dtau" in known and "dtau" not in apart:
-            said.append(equation("dtau", known["dtau"]))
-    if {"transient", "periods"} <= known.keys():
-        said.append(f"periods {known['transient'] + 1}–{known['transient'] + known['periods']}")
+    phrases = [equation(n, values[n]) for n in names if n in values and n not in apart]
+    if "method" in values:
+        method = Method(values["method"])
+        phrases.append(method.name.lower())
+        if method != Method.CERTIFIED and "dtau" in values and "dtau" not in apart:
+            phrases.append(equation("dtau", values["dtau"]))
+    if {"transient", "periods"} <= values.keys():
+        phrases.append(f"periods {values['transient'] + 1}–{values['transient'] + values['periods']}")
     last = [*(["section_phase"] if section else []), *OTHERS]
-    return said + [equation(n, known[n]) for n in last if n in known and n not in apart]
+    return phrases + [equation(n, values[n]) for n in last if n in values and n not in apart]
 
 
 def shared_by(motions: Sequence[Trajectory], section: bool = False) -> list[str]:
     """Return the conditions common to all motions, and the statuses other than OK."""
-    told = [m.arguments | (m.scene.given if m.scene else {}) for m in motions]
-    known = told[0]
-    apart = [n for n in known if any(other.get(n) != known[n] for other in told)]
-    common = {n: value for n, value in known.items() if n not in apart}
+    values = [m.arguments | (m.scene.given if m.scene else {}) for m in motions]
+    first = values[0]
+    apart = [n for n in first if any(v.get(n) != first[n] for v in values)]
+    common = {n: value for n, value in first.items() if n not in apart}
     statuses = [Status(m.status).words for m in motions if m.status != Status.OK]
     return conditions(common, apart, section=section) + list(dict.fromkeys(statuses))
 
@@ -131,16 +131,16 @@ def of_sweep(results: Any) -> dict[str, Any]:
 def conditions_of(results: Any, drawn: Collection[str | None] = (), *, section: bool = True) -> list[str]:
     """Return the conditions common to all points of a sweep as phrases. With the axes `drawn` of a map, the others have
     their first value."""
-    rest = [name for name in results.axes if drawn and name not in drawn]
-    first = [(name, results.axes[name][0], len(results.axes[name])) for name in rest]
-    said = [equation(name, value) + (f" (first of {count})" if count > 1 else "") for name, value, count in first]
+    fixed = [name for name in results.axes if drawn and name not in drawn]
+    first = [(name, results.axes[name][0], len(results.axes[name])) for name in fixed]
+    phrases = [equation(name, value) + (f" (first of {count})" if count > 1 else "") for name, value, count in first]
     apart = [*results.axes, *([results.plan.sought] if results.plan.seeks else [])]
-    return said + conditions(of_sweep(results), apart, section=section) + damaged(results)
+    return phrases + conditions(of_sweep(results), apart, section=section) + damaged(results)
 
 
 def damaged(*several: Any) -> list[str]:
     """Return a phrase if a file of these results is damaged, as far as the arrays read so far show it."""
-    return ["damaged parts of the file left out"] if any(one._damaged for one in several) else []
+    return ["damaged parts of the file left out"] if any(results._damaged for results in several) else []
 
 
 def status_phrases(status: np.ndarray) -> list[str]:
@@ -149,8 +149,8 @@ def status_phrases(status: np.ndarray) -> list[str]:
     For example: "not computed: 3 of 100 points", "out of budget: 2".
     """
     counts = {s.words: int((status == s).sum()) for s in COUNTED}
-    found = [f"{name}: {count}" for name, count in counts.items() if count]
-    return [f"{found[0]} of {counted(status.size, 'point')}", *found[1:]] if found else []
+    phrases = [f"{name}: {count}" for name, count in counts.items() if count]
+    return [f"{phrases[0]} of {counted(status.size, 'point')}", *phrases[1:]] if phrases else []
 
 
 def rest_phrases(dxi: np.ndarray, status: np.ndarray) -> list[str]:
@@ -159,12 +159,12 @@ def rest_phrases(dxi: np.ndarray, status: np.ndarray) -> list[str]:
     Motions that rest permanently are not counted, because their status says so.
     """
     moving = dxi[status != Status.NEVER_LEAVES]
-    known = np.count_nonzero(np.isfinite(moving))
+    finite = np.count_nonzero(np.isfinite(moving))
     rests = np.count_nonzero(moving == 0.0)
     if not rests:
         return []
     all_of_them = "at rest at every section point (another section phase may show the motion)"
-    return [all_of_them if rests == known else f"at rest at {100 * rests / known:.2g} % of the section points"]
+    return [all_of_them if rests == finite else f"at rest at {100 * rests / finite:.2g} % of the section points"]
 
 
 def some(items: Sequence[_T]) -> list[_T]:

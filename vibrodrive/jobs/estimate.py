@@ -53,8 +53,8 @@ def _computing(plan: Plan, threads: int) -> tuple[float, float, float]:
     size = max(8 * LEAST_POINTS * threads, int(BLOCK_WORK // plan.point_work))
     size = min(size, plan.n_points, plan.wave_points)
     samples = min(SAMPLES, max(1, plan.n_points // size))
-    which = np.unique(np.linspace(0, plan.n_points - 1, samples * size).astype(int))
-    measured, costs = zip(*(_cost(plan, plan.rows(which[k::samples]), threads) for k in range(samples)), strict=True)
+    numbers = np.unique(np.linspace(0, plan.n_points - 1, samples * size).astype(int))
+    measured, costs = zip(*(_cost(plan, plan.rows(numbers[k::samples]), threads) for k in range(samples)), strict=True)
     mean = statistics.fmean(costs)
     doubt = DOUBT + 0.5 * (1.0 - statistics.fmean(measured) / mean)
     if samples > 1:

@@ -6,6 +6,7 @@ that gives B, only the bifurcations are found; `plot --over` draws their table o
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Iterator
@@ -34,7 +35,7 @@ from vibrodrive.periodic.search import Orbit, check_period
 MAX_PERIOD = 3  # default of the longest period of orbits, in excitation periods
 
 
-class Found(NamedTuple):
+class Result(NamedTuple):
     """Result of a search: the orbits at the values of A, or None with several values of B, and the bifurcations.
 
     si : True if there is a scene, and its quantities are shown in SI units.
@@ -71,49 +72,49 @@ def check(config: Config) -> tuple[Plan, int, bool]:
     return plan, check_period("max_period", config.orbits.get("max_period", MAX_PERIOD)), si
 
 
-def find(plan: Plan, max_period: int, si: bool) -> Found:
+def find(plan: Plan, max_period: int, si: bool) -> Result:
     """Find all orbits at the values of A and their bifurcations or, with several values of B, all bifurcations."""
-    there = ways(plan)
+    all_ways = ways(plan)
     if len(plan.axes) > 1:
-        return Found(plan, max_period, si, None, [b for way in there for b in way.bifurcations(max_period)])
-    orbits = family([*there[0].values], there[0].B, max_period, there[0].scene)
-    return Found(plan, max_period, si, orbits, orbits.bifurcations)
+        return Result(plan, max_period, si, None, [b for way in all_ways for b in way.bifurcations(max_period)])
+    orbits = family([*all_ways[0].values], all_ways[0].B, max_period, all_ways[0].scene)
+    return Result(plan, max_period, si, orbits, orbits.bifurcations)
 
 
-def columns(found: Found) -> list[str]:
+def columns(result: Result) -> list[str]:
     """Return the columns of the table: an orbit at one A has `multiplier`, a bifurcation the multipliers below and
     above it. `phase` and `speed` are those of the first impact."""
     sides = ["multiplier_below", "multiplier_above"]
-    speed = column("speed", UNITS["velocity"].si if found.si else "1")
-    return ["kind", *found.varied, "A", "B", "period", "impacts", "multiplier", *sides, "phase", speed, "word"]
+    speed = column("speed", UNITS["velocity"].si if result.si else "1")
+    return ["kind", *result.varied, "A", "B", "period", "impacts", "multiplier", *sides, "phase", speed, "word"]
 
 
-def rows(found: Found) -> Iterator[tuple[Any, ...]]:
+def rows(result: Result) -> Iterator[tuple[Any, ...]]:
     """Yield the rows of the table, in the order of A: first all orbits, then all bifurcations."""
-    for orbit in (orbit for there in (found.family.orbits if found.family else []) for orbit in there):
-        yield f"{orbit.kind} orbit", *_at(found, orbit), orbit.multiplier, "", "", *_impact(found, orbit)
-    for b in found.bifurcations:
+    for orbit in itertools.chain(*(result.family.orbits if result.family else [])):
+        yield f"{orbit.kind} orbit", *_at(result, orbit), orbit.multiplier, "", "", *_impact(result, orbit)
+    for b in result.bifurcations:
         sides = ("" if math.isnan(m) else m for m in (b.multiplier_below, b.multiplier_above))
-        yield b.kind, *_at(found, b), "", *sides, *_impact(found, b.orbit)
+        yield b.kind, *_at(result, b), "", *sides, *_impact(result, b.orbit)
 
 
-def _at(found: Found, one: Orbit | Bifurcation) -> tuple[Any, ...]:
-    orbit = one.orbit if isinstance(one, Bifurcation) else one
-    varied = (one.scene.given[name] for name in found.varied) if one.scene else ()
-    return *varied, one.A, one.B, orbit.period, orbit.impacts
+def _at(result: Result, item: Orbit | Bifurcation) -> tuple[Any, ...]:
+    orbit = item.orbit if isinstance(item, Bifurcation) else item
+    varied = (item.scene.given[name] for name in result.varied) if item.scene else ()
+    return *varied, item.A, item.B, orbit.period, orbit.impacts
 
 
-def _impact(found: Found, orbit: Orbit) -> tuple[Any, ...]:
+def _impact(result: Result, orbit: Orbit) -> tuple[Any, ...]:
     if not orbit.impacts:
         return "", "", orbit.word
     speed = orbit.speeds[0]
-    return orbit.phases[0], orbit.scene.velocity(speed) if found.si and orbit.scene else speed, orbit.word
+    return orbit.phases[0], orbit.scene.velocity(speed) if result.si and orbit.scene else speed, orbit.word
 
 
-def printed(found: Found) -> str:
+def printed(result: Result) -> str:
     """Return a line for each bifurcation, and a line with the numbers of bifurcations and orbits."""
-    several = found.family is None
-    names = [*found.varied, "A", *(["B"] if several else [])]
+    several = result.family is None
+    names = [*result.varied, "A", *(["B"] if several else [])]
     lines = [
         "  ".join(
             [
@@ -122,22 +123,22 @@ def printed(found: Found) -> str:
             ]
         )
     ]
-    for b in found.bifurcations:
-        at = "  ".join(f"{number:18.14f}" for number in _at(found, b)[: len(names)])
+    for b in result.bifurcations:
+        at = "  ".join(f"{number:18.14f}" for number in _at(result, b)[: len(names)])
         lines.append(f"{at}  {b.kind:<15}  {b.orbit.period:6d}  {b.orbit.impacts:7d}  {b.change:<24}  {b.orbit.word}")
-    said = counted(len(found.bifurcations), "bifurcation")
-    if found.family is None:
-        (along,) = (name for name in found.plan.axes if name in INCLINES)
-        return "\n".join([*lines, f"{said} at {counted(len(found.plan.axes[along]), 'value')} of {along}"])
-    counts = Counter(orbit.kind for there in found.family.orbits for orbit in there)
+    count = counted(len(result.bifurcations), "bifurcation")
+    if result.family is None:
+        (along,) = (name for name in result.plan.axes if name in INCLINES)
+        return "\n".join([*lines, f"{count} at {counted(len(result.plan.axes[along]), 'value')} of {along}"])
+    counts = Counter(orbit.kind for orbit in itertools.chain(*result.family.orbits))
     kinds = ", ".join(f"{n} {kind}" for kind, n in sorted(counts.items())) or "none"
-    values = f"{len(found.family.A)} values of A"
-    return "\n".join([*lines, f"{said}; orbits of up to {counted(found.max_period, 'period')} at {values}: {kinds}"])
+    values = f"{len(result.family.A)} values of A"
+    return "\n".join([*lines, f"{count}; orbits of up to {counted(result.max_period, 'period')} at {values}: {kinds}"])
 
 
-def drawn(found: Found, **look: Any) -> Figure:
+def drawn(result: Result, **look: Any) -> Figure:
     """Draw the orbits over simulated motions; with several values of B the plane of both axes."""
-    if found.family is None:
-        return plane_figure(found.bifurcations, found.plan, found.max_period, **look)
-    simulated = collect(replace(found.plan, record=(SECTION,)))
-    return bifurcation_diagram(found.family, simulated if found.si else simulated.dimensionless(), **look)
+    if result.family is None:
+        return plane_figure(result.bifurcations, result.plan, result.max_period, **look)
+    simulated = collect(replace(result.plan, record=(SECTION,)))
+    return bifurcation_diagram(result.family, simulated if result.si else simulated.dimensionless(), **look)

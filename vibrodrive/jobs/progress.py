@@ -40,7 +40,7 @@ class Tally:
 
     def start(self, plan: Plan, done: int = 0) -> None:
         """Set the numbers of points and periods, and start the measurement of time."""
-        several = any(one.alone for one in plan.record)
+        several = any(record.alone for record in plan.record)
         self.periods = 0 if several else plan.settings.transient + plan.settings.periods
         self.points, self.done, self.stage, self.began = plan.n_points, done, "", time.monotonic()
 

@@ -155,17 +155,17 @@ class _Work:
             self._news.append(f"{path}: resumed with {done} of {blocks} blocks ({share:.1f} %)")
 
     def _complete(self, writer: Writer, executor: Executor | None) -> None:
-        which = writer.missing()
-        if not which:
+        missing = writer.missing()
+        if not missing:
             self.summary = f"{self.job.path} is complete: nothing to compute"
             return
         prepared = self._prepare(writer, local=executor is None)
         run_blocks = _computing(writer.plan).run_blocks
         plan, tally = writer.plan, self.tally
         lengths = [stop - start for start, stop in plan.blocks()]
-        tally.start(plan, plan.n_points - sum(lengths[k] for k in which))
-        found = run_blocks(plan, which, threads=self.job.threads, executor=executor)
-        with contextlib.closing(found) as blocks:
+        tally.start(plan, plan.n_points - sum(lengths[k] for k in missing))
+        computed = run_blocks(plan, missing, threads=self.job.threads, executor=executor)
+        with contextlib.closing(computed) as blocks:
             for block in blocks:
                 writer.write(block)
                 self.raised += block.raised
@@ -202,8 +202,8 @@ def _computing(plan: Plan) -> ModuleType:
 
 def check_dask(address: str) -> None:
     """Raise ConfigError if the address of a scheduler is invalid, or if Dask is not installed."""
-    where = _ADDRESS.fullmatch(address)
-    if where is None or not 0 < int(where["port"]) < 2**16:
+    match = _ADDRESS.fullmatch(address)
+    if match is None or not 0 < int(match["port"]) < 2**16:
         raise ConfigError(bad("--dask", address, "the address of a scheduler, such as tcp://scheduler:8786"))
     if find_spec("distributed") is None:
         raise ConfigError(_NO_DASK)

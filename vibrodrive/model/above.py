@@ -23,7 +23,7 @@ ABOVE = {
 """Places "module:name" below `vibrodrive`. The key is the argument of `above`."""
 
 
-def above(what: str) -> Any:
+def above(entry: str) -> Any:
     """Import the object of an entry of ABOVE."""
-    module, _, name = ABOVE[what].partition(":")
+    module, _, name = ABOVE[entry].partition(":")
     return getattr(import_module(f"vibrodrive.{module}"), name)

@@ -143,8 +143,8 @@ def _text_of(path: Path) -> str:
     # a pipe of the shell, <(…), has no path and can be read; a read of a named pipe would block until data are written
     anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
     if not (stat.S_ISREG(mode) or anonymous):
-        what = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
-        raise ConfigError(f"must be a configuration file, but is {what}")
+        kind = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
+        raise ConfigError(f"must be a configuration file, but is {kind}")
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
     if content.startswith(b"\x89HDF"):
@@ -269,30 +269,30 @@ def _points(table: object, at: dict[str, str]) -> dict[str, Any]:
     return {key: _axis(key, value, "sweep.points") for key, value in table.items()}
 
 
-def _range(key: str, table: Mapping[str, Any], where: str) -> np.ndarray:
+def _range(key: str, table: Mapping[str, Any], place: str) -> np.ndarray:
     keys = ("start", "stop", "num", "scale")
     for k in table:
         if k == "step":
-            raise ValueError(bad(f"{where}.step", table[k], f"replaced by num, the number of values{_counted(table)}"))
+            raise ValueError(bad(f"{place}.step", table[k], f"replaced by num, the number of values{_counted(table)}"))
         if k not in keys:
-            raise ValueError(unknown(f"key of {where}", k, keys))
+            raise ValueError(unknown(f"key of {place}", k, keys))
     for k in keys[:3]:
         if k not in table:
-            raise ValueError(missing(f"{where}.{k}", ", because a range needs start, stop and num"))
+            raise ValueError(missing(f"{place}.{k}", ", because a range needs start, stop and num"))
     start, stop = (check(key, table[k], f".{k}") for k in ("start", "stop"))
-    num = check_count(f"{where}.num", table["num"], 1)
+    num = check_count(f"{place}.num", table["num"], 1)
     scale = table.get("scale", LINEAR)
     if scale not in (LINEAR, LOG):
-        raise ValueError(bad(f"{where}.scale", scale, f"one of {LINEAR}, {LOG}"))
+        raise ValueError(bad(f"{place}.scale", scale, f"one of {LINEAR}, {LOG}"))
     if num == 1 and start != stop:
         allowed = f">= 2, because a range contains both of its ends (one value is written as {key} = {start!r})"
-        raise ValueError(bad(f"{where}.num", num, allowed))
-    refuse_large_axis(f"{where}.num", num)
+        raise ValueError(bad(f"{place}.num", num, allowed))
+    refuse_large_axis(f"{place}.num", num)
     if scale == LINEAR:
         return np.linspace(start, stop, num)
     for k, end in (("start", start), ("stop", stop)):
         if end <= 0:
-            raise ValueError(bad(f"{where}.{k}", end, 'a number > 0 with scale = "log"'))
+            raise ValueError(bad(f"{place}.{k}", end, 'a number > 0 with scale = "log"'))
     return geometric(start, stop, num)
 
 

@@ -17,9 +17,9 @@ def axis_facts(values: np.ndarray) -> dict[str, Any]:
     return {"first": float(values[0]), "last": float(values[-1]), "num": len(values)}
 
 
-def counted(n: int, what: str, ending: str = "s") -> str:
+def counted(n: int, noun: str, ending: str = "s") -> str:
     """Return “1 point”, “2 points” and so on."""
-    return f"{n} {what}{ending * (n != 1)}"
+    return f"{n} {noun}{ending * (n != 1)}"
 
 
 def span(name: str, values: np.ndarray) -> str:

@@ -32,8 +32,8 @@ FORMATS = (".png", ".pdf", ".svg")
 
 OF_EVERY_SWEEP = ("status", "margin")
 
-DIAGRAM_QUANTITIES = tuple(name for one in RECORDS.values() for name in one.diagrams)
-MAP_QUANTITIES = (*(name for one in RECORDS.values() for name in one.maps), *OF_EVERY_SWEEP)
+DIAGRAM_QUANTITIES = tuple(name for record in RECORDS.values() for name in record.diagrams)
+MAP_QUANTITIES = (*(name for record in RECORDS.values() for name in record.maps), *OF_EVERY_SWEEP)
 """Quantities of maps over two axes, and of lines over one axis. The numbers of a function of the user are others."""
 
 CURVES = {"phase": ("xi", "dxi"), "time": ("tau", "xi"), "velocity": ("tau", "dxi"), "section": ("xi", "dxi")}

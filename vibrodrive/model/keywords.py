@@ -93,16 +93,16 @@ def takes(
     def wrap(function: Callable[Concatenate[Mapping[str, Any], P], R]) -> Callable[P, R]:
         _, *own = (p for p in inspect.signature(function).parameters.values() if p.kind != p.VAR_KEYWORD)
         public = inspect.signature(function).replace(parameters=[*own, *made])
-        known, most = public.parameters, sum(p.kind != p.KEYWORD_ONLY for p in own)
+        names, most = public.parameters, sum(p.kind != p.KEYWORD_ONLY for p in own)
         named, run = {p.name for p in own}, cast(Callable[..., R], function)
 
         @functools.wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
             for name, value in [*zip(["A"] * len(args), args, strict=True), *kwargs.items()]:
-                if isinstance(value, Scene) and name != "scene" and "scene" in known:
+                if isinstance(value, Scene) and name != "scene" and "scene" in names:
                     raise TypeError(bad(name, value, "given by name, as scene=…"))
-            refuse_unknown(known, most, args, kwargs)
-            written = dict(zip(known, args, strict=False)) | kwargs
+            refuse_unknown(names, most, args, kwargs)
+            written = dict(zip(names, args, strict=False)) | kwargs
             return run(written, **{name: written[name] for name in named & written.keys()})
 
         call.__signature__ = public  # type: ignore[attr-defined]
@@ -132,8 +132,8 @@ def _explained(parameter: inspect.Parameter) -> str:
         kind += f", {number_text(row.low)} to {number_text(row.high)}"
     kind += ", optional" if parameter.default is None else f", default {number_text(parameter.default)}"
     unit = "" if row.unit == "1" else f" in {row.unit_text}"
-    said = textwrap.fill(f"{row.meaning}{unit}. {row.note}".rstrip(), 108, break_on_hyphens=False)
-    return f"{parameter.name} : {kind}\n{textwrap.indent(said, 4 * ' ')}\n"
+    text = textwrap.fill(f"{row.meaning}{unit}. {row.note}".rstrip(), 108, break_on_hyphens=False)
+    return f"{parameter.name} : {kind}\n{textwrap.indent(text, 4 * ' ')}\n"
 
 
 def number_text(value: float) -> str:

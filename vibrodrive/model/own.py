@@ -22,7 +22,7 @@ _TEXT = re.compile(r"(?P<name>[^:,]+): (?P<numbers>[^()]*) \(version (?P<version
 ALIKE = 0.8
 """Likeness, as in `difflib`, from which on a unit is taken for a slip, such as "lenght" or "Velocity"."""
 
-TOLD = 200
+LONGEST = 200
 """Largest number of characters of the message of an exception that a function raised."""
 
 Row = tuple[str, str, str]
@@ -62,12 +62,12 @@ class Own(OfMotion):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:  # type: ignore[override]
-        found = []
+        quantities = []
         for name in self.returned:
             unit, scales, label = self.rows.get(name) or self.rows.get("") or ("1", "", "")
             meaning = name if name == self else f"{name} of the function {self}"
-            found.append(number(name, label or meaning, unit=unit, scales=scales, label=label))
-        return tuple(found)
+            quantities.append(number(name, label or meaning, unit=unit, scales=scales, label=label))
+        return tuple(quantities)
 
     @property
     def outline(self) -> str:
@@ -85,11 +85,11 @@ class Own(OfMotion):
             raise Failed(f"record = {str(self)!r}: must be computed by a call that gives the function")
         allowed = f"a number, or numbers by name, as the result of {self}"
         try:
-            found = self.function(motion)
-            named = found if isinstance(found, Mapping) else {str(self): found}
+            result = self.function(motion)
+            named = result if isinstance(result, Mapping) else {str(self): result}
             values = {str(name): real_number(str(name), value, allowed) for name, value in named.items()}
             if not values:
-                raise TypeError(bad(str(self), found, allowed))
+                raise TypeError(bad(str(self), result, allowed))
             if self.returned and set(values) != set(self.returned):
                 raise ValueError(bad("names", list(values), f"{', '.join(self.returned)}, as at the first point"))
             return values
@@ -119,13 +119,13 @@ class Own(OfMotion):
         """
         raised: list[tuple[str, Exception]] = []
         for at, motion in motions:
-            found = self.numbers(motion)
-            if not isinstance(found, Exception):
-                return self._named(list(found), taken)
-            raised.append((at, found))
+            numbers = self.numbers(motion)
+            if not isinstance(numbers, Exception):
+                return self._named(list(numbers), taken)
+            raised.append((at, numbers))
         (first, why), n = raised[0], len(raised)
-        where = f" at all {n} points, first at {first}" if n > 1 else ""
-        raise ValueError(f"{self} raised{where}: {told(why)}") from why
+        places = f" at all {n} points, first at {first}" if n > 1 else ""
+        raise ValueError(f"{self} raised{places}: {message_of(why)}") from why
 
     def _named(self, names: Sequence[str], taken: Collection[str]) -> Own:
         for name in self.rows.keys() - {"", *names}:
@@ -149,8 +149,8 @@ class Own(OfMotion):
     def refuse_without_version(self) -> None:
         """Raise TypeError for a file whose numbers no version would tell from those of another function."""
         if not self.version:
-            told = f'vd.own({self}, version="1") with path; change the version whenever {self} would give other numbers'
-            raise TypeError(bad("record", str(self), told))
+            advice = f"change the version whenever {self} would give other numbers"
+            raise TypeError(bad("record", str(self), f'vd.own({self}, version="1") with path; {advice}'))
 
 
 @with_sentences
@@ -206,10 +206,10 @@ def own(
     rows = {}
     for name in {"", *(unit if isinstance(unit, Mapping) else ()), *(label if isinstance(label, Mapping) else ())}:
         texts = []
-        for key, given in (("unit", unit), ("label", label)):
-            text = given.get(name, "") if isinstance(given, Mapping) else given
+        for key, argument in (("unit", unit), ("label", label)):
+            text = argument.get(name, "") if isinstance(argument, Mapping) else argument
             if not isinstance(text, str) or has_control(text):
-                raise TypeError(bad(key, given, "a text of one line, or a dict of them by the names of the numbers"))
+                raise TypeError(bad(key, argument, "a text of one line, or a dict of them by the names of the numbers"))
             texts.append(text)
         scales = texts[0] if texts[0] in SCALES else ""
         if not scales and difflib.get_close_matches(texts[0].lower(), SCALES, 1, ALIKE):
@@ -227,16 +227,16 @@ def _name_of(function: Callable[..., Any]) -> str:
     return getattr(plain if inspect.isroutine(plain) else type(plain), "__name__", "")
 
 
-def told(error: Exception) -> str:
+def message_of(error: Exception) -> str:
     """Return the type and the message of an exception of a function in one line."""
     try:
         text = "".join(c if c.isprintable() else " " for c in str(error))
     except Exception:  # of its own method __str__
         text = ""
-    return f"{type(error).__name__}: {shortened(text, TOLD)}".removesuffix(": ")
+    return f"{type(error).__name__}: {shortened(text, LONGEST)}".removesuffix(": ")
 
 
 def as_own(text: str) -> Own | None:
     """Return the record of a function from the plan of a file; None for the text of another record."""
-    found = _TEXT.fullmatch(text)
-    return found and Own(found["name"], tuple(found["numbers"].split(", ")), found["version"])
+    match = _TEXT.fullmatch(text)
+    return match and Own(match["name"], tuple(match["numbers"].split(", ")), match["version"])

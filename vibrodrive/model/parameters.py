@@ -98,17 +98,17 @@ def bad_axes(names: Iterable[str], allowed: str) -> Refusal:
     return Refusal("axes", f" = {', '.join(names) or 'none'}: must be {allowed}")
 
 
-def unknown(key: str, name: object, known: Iterable[str]) -> Refusal:
+def unknown(key: str, name: object, names: Iterable[str]) -> Refusal:
     """Return the sentence for an unknown name: the known names, and the most similar one if there is one."""
-    names = list(known)
+    names = list(names)
     return bad(key, name, "one of " + ", ".join(names)) + did_you_mean(name, names)
 
 
-def did_you_mean(name: object, known: Iterable[str]) -> str:
+def did_you_mean(name: object, names: Iterable[str]) -> str:
     """Return ". Did you mean NAME?" for the known name that is most similar or has this word, "" without one."""
-    folded, told = {one.lower(): one for one in known}, name.lower() if isinstance(name, str) else ""
-    near = difflib.get_close_matches(told, [one for one in folded if one == told or len(one) > 2], 1, 0.65)
-    near = near or [one for one in folded if told in one.split("_") or (len(told) > 2 and one.startswith(told))]
+    folded, slip = {allowed.lower(): allowed for allowed in names}, name.lower() if isinstance(name, str) else ""
+    near = difflib.get_close_matches(slip, [key for key in folded if key == slip or len(key) > 2], 1, 0.65)
+    near = near or [key for key in folded if slip in key.split("_") or (len(slip) > 2 and key.startswith(slip))]
     return f". Did you mean {folded[near[0]]}?" if near else ""
 
 
@@ -131,17 +131,17 @@ def refuse_unknown(names: Collection[str], most: int, args: Sequence[object], kw
 
 def with_sentences(function: Callable[P, R]) -> Callable[P, R]:
     """Wrap a function so that it refuses unknown and missing arguments in one sentence. Raises TypeError."""
-    known = dict(inspect.signature(function).parameters)
-    bound = known.pop("self", None) is not None
-    most = sum(p.kind != p.KEYWORD_ONLY for p in known.values())
-    needed = [name for name, p in known.items() if p.default is p.empty]
+    parameters = dict(inspect.signature(function).parameters)
+    bound = parameters.pop("self", None) is not None
+    most = sum(p.kind != p.KEYWORD_ONLY for p in parameters.values())
+    needed = [name for name, p in parameters.items() if p.default is p.empty]
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        own = args[1:] if bound else args
-        refuse_unknown(known, most, own, kwargs)
+        positional = args[1:] if bound else args
+        refuse_unknown(parameters, most, positional, kwargs)
         for name in needed:
-            if name not in kwargs and name not in [*known][: len(own)]:
+            if name not in kwargs and name not in [*parameters][: len(positional)]:
                 raise TypeError(missing(name))
         return function(*args, **kwargs)
 
@@ -179,11 +179,11 @@ def refuse_unit(key: str, value: object, allowed: str, index: str = "") -> None:
 
     Units are compared as texts and never converted. Raises TypeError with the sentence of `bad`.
     """
-    own = NAMES[key].unit if key in NAMES else "1"
+    expected = NAMES[key].unit if key in NAMES else "1"
     for holder in (value, getattr(value, "data", None) if hasattr(value, "dims") else None):  # xarray around a quantity
         unit = getattr(holder, "units", getattr(holder, "unit", None))
-        if unit is not None and str(unit) not in (own, *NO_UNIT):
-            without = "without a unit" if own == "1" else f"without a unit, in {own}"
+        if unit is not None and str(unit) not in (expected, *NO_UNIT):
+            without = "without a unit" if expected == "1" else f"without a unit, in {expected}"
             raise TypeError(bad(key, value, f"{allowed}, {without}", index))
 
 
@@ -293,14 +293,14 @@ def cast_arguments(arguments: Mapping[str, Any]) -> dict[str, Any]:
 
 def _refuse_idle(arguments: Mapping[str, Any], values: Mapping[str, Any]) -> None:
     """Refuse a parameter that the method does not use, and one that follows from the scene. Raises ValueError."""
-    given = {**values, **values["points"]} if "points" in values else values
-    method = given.get("method", Settings.method)
+    by_name = {**values, **values["points"]} if "points" in values else values
+    method = by_name.get("method", Settings.method)
     idle = [(name, f" with method = {Method(method).name.lower()!r}, because it is used by {used_by(name)} only")
-            for name in IDLE[method] if name in given]  # fmt: skip
+            for name in IDLE[method] if name in by_name]  # fmt: skip
     idle += [(name, ", because it follows from the scene")
-             for name, source in (("A", "a0"), ("B", "alpha")) if name in given and source in given]  # fmt: skip
+             for name, source in (("A", "a0"), ("B", "alpha")) if name in by_name and source in by_name]  # fmt: skip
     for name, why in idle:
-        value = given[name] if arguments.get(name) is None else arguments[name]
+        value = by_name[name] if arguments.get(name) is None else arguments[name]
         raise ValueError(bad(name, value.tolist() if hasattr(value, "tolist") else value, f"left out{why}"))
 
 

@@ -45,8 +45,8 @@ def refuse_incomplete(names: Collection[str], axes: Collection[str]) -> None:
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
     """Return μ g cos α, the acceleration of sliding friction (m/s²). Numbers and arrays give bitwise equal results."""
-    known = mu * g * _each(lambda degrees: _cosine_and_tangent(degrees)[0], alpha)
-    return known + TINY * (known == 0.0)
+    acceleration = mu * g * _each(lambda degrees: _cosine_and_tangent(degrees)[0], alpha)
+    return acceleration + TINY * (acceleration == 0.0)
 
 
 def amplitude(a0: Any, omega0: Any, mu: Any, alpha: Any, g: Any) -> Any:
@@ -59,14 +59,14 @@ def incline(mu: Any, alpha: Any) -> Any:
     return _each(lambda degrees: _cosine_and_tangent(degrees)[1], alpha) / mu
 
 
-def omega0_of(known: Mapping[str, Any]) -> Any:
+def omega0_of(scene: Mapping[str, Any]) -> Any:
     """Return Ω0 (rad/s) of a scene by names, which contains it or the frequency (Hz)."""
-    return known["omega0"] if "omega0" in known else TURN * known["frequency"]
+    return scene["omega0"] if "omega0" in scene else TURN * scene["frequency"]
 
 
-def has_units(known: Mapping[str, Any]) -> bool:
+def has_units(values: Mapping[str, Any]) -> bool:
     """Return True if values by name contain a scene, apart from a0 and mass, which the units do not need."""
-    return {"mu", "alpha", "g"} <= known.keys() and not PACES.isdisjoint(known)
+    return {"mu", "alpha", "g"} <= values.keys() and not PACES.isdisjoint(values)
 
 
 class Unit(NamedTuple):
@@ -147,72 +147,72 @@ def column(quantity: str, si: str) -> str:
     """
     if si in ("1", "rad"):
         return quantity
-    name = re.sub(rf"(?<![a-z])({'|'.join(LATIN)})(?![a-z])", lambda found: LATIN[found[0]], quantity)
+    name = re.sub(rf"(?<![a-z])({'|'.join(LATIN)})(?![a-z])", lambda match: LATIN[match[0]], quantity)
     return "_".join([name, *re.sub(r"([a-z]+)-1?", r"per_\1", si).split()])
 
 
-def measure(row: Quantity, known: Mapping[str, Any], dimensionless: bool = False) -> Measure:
-    """Return the conversion of a quantity, if the values `known` by name contain a scene.
+def measure(row: Quantity, values: Mapping[str, Any], dimensionless: bool = False) -> Measure:
+    """Return the conversion of a quantity, if the `values` by name contain a scene.
 
     If `dimensionless`, only a power, which is no other quantity without a scene, is converted.
     """
-    if not row.scales or not has_units(known):
+    if not row.scales or not has_units(values):
         return Measure(row, shown="" if row.unit == "1" else row.unit)
     if dimensionless and row.scales != "power":
         return Measure(row, apart=True)
-    unit, one = UNITS[row.scales], _one(row.scales, known)
-    if row.scales in PER_KG and known.get("mass") is None:
+    unit, one = UNITS[row.scales], _one(row.scales, values)
+    if row.scales in PER_KG and values.get("mass") is None:
         return Measure(row, one, f"{unit.si} kg-1", f"{unit.shown}/kg", unit.scale)
     return Measure(row, one, unit.si, unit.shown, unit.scale)
 
 
-def _one(key: str, known: Mapping[str, Any]) -> Any:
+def _one(key: str, values: Mapping[str, Any]) -> Any:
     """Return the value of the dimensionless 1 in a unit; without a mass per kilogram."""
-    mass = known.get("mass")
-    force = friction(known["mu"], known["alpha"], known["g"])
-    return UNITS[key].one(force, omega0_of(known), 1.0 if mass is None else mass)
+    mass = values.get("mass")
+    force = friction(values["mu"], values["alpha"], values["g"])
+    return UNITS[key].one(force, omega0_of(values), 1.0 if mass is None else mass)
 
 
-def scene_of(known: Mapping[str, Any]) -> Scene | None:
+def scene_of(values: Mapping[str, Any]) -> Scene | None:
     """Return the scene in values by name; None if there is none, or arrays. An a0 that is missing follows from A."""
-    own = {name: known[name] for name in SCENE if name in known}
-    if not has_units(own) or any(getattr(value, "ndim", 0) for value in own.values()):
+    scene = {name: values[name] for name in SCENE if name in values}
+    if not has_units(scene) or any(getattr(value, "ndim", 0) for value in scene.values()):
         return None
-    if "a0" not in own and isinstance(known.get("A"), float):
-        own["a0"] = amplitude_axis("a0", known["A"], own)
-    return Scene.quiet(**own)
+    if "a0" not in scene and isinstance(values.get("A"), float):
+        scene["a0"] = amplitude_axis("a0", values["A"], scene)
+    return Scene.quiet(**scene)
 
 
 def with_A_and_B(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values by name, for one or many points. Add A and B if the values contain the scene that gives them."""
-    known = dict(values)
-    if "A" not in known and "a0" in known and has_units(known):
-        known["A"] = amplitude(known["a0"], omega0_of(known), *(known[name] for name in ("mu", "alpha", "g")))
-    if "B" not in known and {"mu", "alpha"} <= known.keys():
-        known["B"] = incline(known["mu"], known["alpha"])
-    return known
+    full = dict(values)
+    if "A" not in full and "a0" in full and has_units(full):
+        full["A"] = amplitude(full["a0"], omega0_of(full), *(full[name] for name in ("mu", "alpha", "g")))
+    if "B" not in full and {"mu", "alpha"} <= full.keys():
+        full["B"] = incline(full["mu"], full["alpha"])
+    return full
 
 
-def amplitude_axis(name: str, A: Any, known: Mapping[str, Any]) -> Any:
+def amplitude_axis(name: str, A: Any, scene: Mapping[str, Any]) -> Any:
     """Return the value of `name` ("A", "a0", "omega0" or "frequency") that gives the amplitude A.
 
-    `known` contains the other quantities of the scene by name.
+    `scene` contains its other quantities by name.
     """
     if name == "A":
         return A
-    unit = friction(known["mu"], known["alpha"], known["g"])
+    unit = friction(scene["mu"], scene["alpha"], scene["g"])
     if name == "a0":
-        return A * unit / _each(_square, omega0_of(known))
-    return _each(math.sqrt, A * unit / known["a0"]) / (TURN if name == "frequency" else 1.0)
+        return A * unit / _each(_square, omega0_of(scene))
+    return _each(math.sqrt, A * unit / scene["a0"]) / (TURN if name == "frequency" else 1.0)
 
 
-def incline_axis(name: str, B: Any, known: Mapping[str, Any]) -> Any:
-    """Return the value of `name` ("B", "mu", or "alpha" in degrees) that gives B; `known` as in `amplitude_axis`."""
+def incline_axis(name: str, B: Any, scene: Mapping[str, Any]) -> Any:
+    """Return the value of `name` ("B", "mu", or "alpha" in degrees) that gives B; `scene` as in `amplitude_axis`."""
     if name == "B":
         return B
     if name == "mu":
-        return incline(1.0, known["alpha"]) / B
-    return _each(lambda tangent: math.degrees(math.atan(tangent)), B * known["mu"])
+        return incline(1.0, scene["alpha"]) / B
+    return _each(lambda tangent: math.degrees(math.atan(tangent)), B * scene["mu"])
 
 
 def _each(function: Callable[[float], float], x: Any) -> Any:
@@ -221,8 +221,8 @@ def _each(function: Callable[[float], float], x: Any) -> Any:
         return function(x)
     import numpy as np
 
-    values, where = np.unique(x, return_inverse=True)  # each value is computed once; few values are distinct
-    return np.array([function(v) for v in values.tolist()])[where].reshape(np.shape(x))
+    values, inverse = np.unique(x, return_inverse=True)  # each value is computed once; few values are distinct
+    return np.array([function(v) for v in values.tolist()])[inverse].reshape(np.shape(x))
 
 
 def _square(x: float) -> float:
@@ -314,8 +314,8 @@ class Scene:
         refuse_incomplete([name for name, value in (("mu", mu), ("alpha", alpha)) if value is not None] + [*pace], ())
         quantities = {"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g}
         self._take({key: check(key, x) for key, x in quantities.items() if key != "mass" or x is not None})
-        known = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
-        warn(slip([(self.A, self.B, 0.0, 1.0)], self.given) if known else ())
+        has_A = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
+        warn(slip([(self.A, self.B, 0.0, 1.0)], self.given) if has_A else ())
 
     @classmethod
     def quiet(cls, **values: float) -> Scene:
@@ -403,8 +403,8 @@ def _numbers(key: str, value: object) -> Any:
     """
     import numpy as np
 
-    known = value.data if isinstance(value, np.ma.MaskedArray) else value
-    array = real_array(key, known, "a number or an array of numbers")
+    data = value.data if isinstance(value, np.ma.MaskedArray) else value
+    array = real_array(key, data, "a number or an array of numbers")
     if not hasattr(value, "dtype"):
         return float(array) if array.ndim == 0 else array
     return value.astype(float) if getattr(value.dtype, "kind", "") == "O" else value  # type: ignore[attr-defined]
@@ -416,18 +416,18 @@ OF_SCENE = {*SCENE, "scene"}
 def with_scene(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return arguments with the quantities of `scene` instead of it, apart from an a0 of 0, which A replaces. Another
     argument, or a key of `points`, replaces a quantity of the scene. Raises TypeError."""
-    others = {name: value for name, value in arguments.items() if value is not None or name not in OF_SCENE}
-    scene = others.pop("scene", None)
+    values = {name: value for name, value in arguments.items() if value is not None or name not in OF_SCENE}
+    scene = values.pop("scene", None)
     if scene is None:
-        return others
+        return values
     if not isinstance(scene, Scene):
         raise TypeError(bad("scene", scene, "a Scene"))
-    if others.get("A", 0.0) is None:  # as in the signature
-        del others["A"]
-    keys = getattr(others.get("points"), "keys", None)
-    replaced = {*others, *(keys() if callable(keys) else ()), *([] if scene.a0 else ["a0"])}
+    if values.get("A", 0.0) is None:  # as in the signature
+        del values["A"]
+    keys = getattr(values.get("points"), "keys", None)
+    replaced = {*values, *(keys() if callable(keys) else ()), *([] if scene.a0 else ["a0"])}
     replaced |= PACES if PACES & replaced else set()
-    return {name: value for name, value in scene.given.items() if name not in replaced} | others
+    return {name: value for name, value in scene.given.items() if name not in replaced} | values
 
 
 def follow_scene(varied: Mapping[str, Any], scalars: dict[str, float]) -> None:

@@ -80,8 +80,8 @@ class Plan:
             if not dimension:
                 scalars[name] = values
             elif dimension not in axes:
-                own = self.variables.get(dimension)
-                axes[dimension] = np.arange(len(values)) if own is None else own.values
+                variable = self.variables.get(dimension)
+                axes[dimension] = np.arange(len(values)) if variable is None else variable.values
         object.__setattr__(self, "axes", axes)
         object.__setattr__(self, "scalars", scalars)
 
@@ -130,32 +130,32 @@ class Plan:
     @property
     def point_bytes(self) -> int:
         """Number of bytes of the records of one point."""
-        return sum(one.point_bytes(self.settings.periods) for one in self.record)
+        return sum(record.point_bytes(self.settings.periods) for record in self.record)
 
     @property
     def per_point(self) -> bool:
         """True if the points are computed one by one, by stability/per_point.py."""
-        return any(one.per_point for one in self.record)
+        return any(record.per_point for record in self.record)
 
     @property
     def seeks(self) -> bool:
         """True if each point is a search for the limit of a disturbance."""
-        return any(one.seeks for one in self.record)
+        return any(record.seeks for record in self.record)
 
     @property
     def sectioned(self) -> bool:
         """True if sections are recorded."""
-        return any(q.along == "period" for one in self.record for q in one.quantities)
+        return any(q.along == "period" for record in self.record for q in record.quantities)
 
     @property
     def bounded(self) -> bool:
         """True if error bounds are recorded."""
-        return any(one.bounded for one in self.record)
+        return any(record.bounded for record in self.record)
 
     @property
     def summarised(self) -> bool:
         """True if summaries are recorded."""
-        return any(one.summarised for one in self.record)
+        return any(record.summarised for record in self.record)
 
     @property
     def n_points(self) -> int:
@@ -165,13 +165,13 @@ class Plan:
         """Return the points `start` to `stop` - 1 as rows: float64 (stop - start, len(COLUMNS))."""
         return self.rows(np.arange(start, stop))
 
-    def rows(self, which: np.ndarray) -> np.ndarray:
-        """Return the points with the numbers `which`, int64 (n,), as float64 (n, len(COLUMNS))."""
-        out = np.empty((len(which), len(COLUMNS)))
+    def rows(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the points with these numbers, int64 (n,), as float64 (n, len(COLUMNS))."""
+        out = np.empty((len(numbers), len(COLUMNS)))
         if not self.axes:  # A and B are scalars, too
             out[:] = [self.scalars[name] for name in COLUMNS]
             return out
-        index = dict(zip(self.axes, np.unravel_index(which, self.shape), strict=True))
+        index = dict(zip(self.axes, np.unravel_index(numbers, self.shape), strict=True))
         values = with_A_and_B(self.at(index))
         for c, name in enumerate(COLUMNS):
             out[:, c] = values[name]
@@ -182,14 +182,14 @@ class Plan:
 
         For the axis `point` up to SAMPLED of its values are used instead.
         """
-        some = [
+        indices = [
             [np.argmin(values), np.argmax(values)]
             if name in self.variables
             else np.linspace(0, len(values) - 1, SAMPLED).astype(int)
             for name, values in self.axes.items()
         ]
-        corners = np.ix_(*map(np.unique, some))
-        return self.rows(np.ravel_multi_index(corners, self.shape).reshape(-1) if some else np.zeros(1, int))
+        corners = np.ix_(*map(np.unique, indices))
+        return self.rows(np.ravel_multi_index(corners, self.shape).reshape(-1) if indices else np.zeros(1, int))
 
     def ends(self) -> list[tuple[float, float, float, float]]:
         """Return (A, B, ε, η) at the `extremes`."""
@@ -224,7 +224,7 @@ class Plan:
         """Shape of a block: 1 along the leading axes, a part of one axis, and the full length of the trailing axes."""
         if self.tiling is not None:
             return self.tiling
-        most = min(one.block_points for one in self.record)
+        most = min(record.block_points for record in self.record)
         most = most if self.per_point else min(most, self._most_points)
         rows = max(1, min(most, BLOCK_BYTES // self.point_bytes))
         chunk = [1] * len(self.shape)
@@ -302,11 +302,11 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     argument, its value and the allowed values (`bad`).
     """
     values = cast_arguments(with_scene(arguments))
-    record = check_record(values.pop("record")) if "record" in values else (SECTION,)
+    records = check_record(values.pop("record")) if "record" in values else (SECTION,)
     settings = {name: values.pop(name) for name in SETTINGS if name in values}
-    for one in record:
-        if one.periods is not None:
-            settings.setdefault("periods", one.periods)
+    for record in records:
+        if record.periods is not None:
+            settings.setdefault("periods", record.periods)
     variables: dict[str, Variable] = {}
     for name, value in values.items():
         if name == "points":
@@ -315,7 +315,7 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
             variables[name] = Variable(value, "" if isinstance(value, float) else name)
     varied = [name for name, variable in variables.items() if variable.dimension]  # axes are last, in their order
     defaults = {name: default for name, default in DEFAULTS.items() if name not in varied} if varied else DEFAULTS
-    plan = Plan(defaults | variables, Settings(**settings), record=record)
+    plan = Plan(defaults | variables, Settings(**settings), record=records)
     if not SCENE.keys().isdisjoint(plan.variables):
         scalars = dict(plan.scalars)
         follow_scene(plan.varied, scalars)
@@ -325,8 +325,8 @@ def make_plan(arguments: Mapping[str, object]) -> Plan:
     if plan.sought == "dtau" and not plan.seeks:
         method = plan.settings.method_name
         raise ValueError(missing("dtau", f" for method = {method!r}, {PARAMETERS['dtau'].allowed}"))
-    for one in record:
-        one.refuse(plan)
+    for record in records:
+        record.refuse(plan)
     return plan
 
 

@@ -94,9 +94,9 @@ def digits(number: int) -> str:
     return ", ".join(str(number))
 
 
-def number(name: str, meaning: str, **others: Any) -> Quantity:
+def number(name: str, meaning: str, **fields: Any) -> Quantity:
     """Return the row of a real number for each point, NaN where it is not computed."""
-    return Quantity(name, "<f8", math.nan, meaning, **others)
+    return Quantity(name, "<f8", math.nan, meaning, **fields)
 
 
 SHORT = ((UNSEEN, "record too short"),)

@@ -109,8 +109,8 @@ class _Failures(OfMotion):
 
     @property
     def maps(self) -> tuple[str, ...]:
-        first, *others = super().maps  # `judged`, which says nothing of failures
-        return (*others, first)
+        judged, *failures = super().maps  # `judged` says nothing of failures
+        return (*failures, judged)
 
     def refuse(self, plan: Any) -> None:
         if plan.settings.method == Method.CERTIFIED:
@@ -125,7 +125,9 @@ SECTION, IMPACTS, SUMMARY, ERROR = _Section("section"), _Impacts("impacts"), _Su
 LIMIT, IMPULSES, ALWAYS = _Limit("limit"), _Impulses("impulses"), _Always("always")
 FAILURES = _Failures("failures")
 
-RECORDS: dict[str, Record] = {one: one for one in (SECTION, IMPACTS, SUMMARY, ERROR, LIMIT, IMPULSES, ALWAYS, FAILURES)}
+RECORDS: dict[str, Record] = {
+    record: record for record in (SECTION, IMPACTS, SUMMARY, ERROR, LIMIT, IMPULSES, ALWAYS, FAILURES)
+}
 """All records by name, apart from functions, in the order in which results and files have them."""
 
 Records = tuple[Record, ...]
@@ -136,29 +138,30 @@ def check_record(record: object) -> Records:
 
     `record` is one name or function, or a list or tuple of them. Raises TypeError or ValueError.
     """
-    given: Sequence[Any] = record if isinstance(record, (list, tuple)) else [record]
+    items: Sequence[Any] = record if isinstance(record, (list, tuple)) else [record]
     allowed = "one or several of " + ", ".join(RECORDS) + ", or functions of a motion"
-    if any(not isinstance(one, str) and not callable(one) for one in given):
+    if any(not isinstance(item, str) and not callable(item) for item in items):
         raise TypeError(bad("record", record, allowed))
-    named = [one for one in given if isinstance(one, str) and not isinstance(one, Own)]
+    named = [item for item in items if isinstance(item, str) and not isinstance(item, Own)]
     wrong = [name for name in named if name not in RECORDS]
-    if wrong or not given:
+    if wrong or not items:
         name = str(*wrong[:1])
         hint = f"; write {name.split(',')}" if "," in name else did_you_mean(name, RECORDS)
         raise ValueError(bad("record", record, allowed) + hint)
-    own = [one if isinstance(one, Own) else Own.from_function(one) for one in given if one not in named]
+    own = [item if isinstance(item, Own) else Own.from_function(item) for item in items if item not in named]
     for f in own:
         if f in RECORDS:
             raise ValueError(bad("record", f"the function {f}", "a function that has not the name of a record"))
     if len({*own}) < len(own):
-        told = "functions of different names (that of a lambda is 'function')"
-        raise ValueError(bad("record", ", ".join(own), told))
-    if len({*named, *own}) < len(given):
+        different = "functions of different names (that of a lambda is 'function')"
+        raise ValueError(bad("record", ", ".join(own), different))
+    if len({*named, *own}) < len(items):
         raise ValueError(bad("record", record, f"{allowed}, each of them once"))
-    for one in RECORDS.values():
-        if one.alone and one in named and len(given) > 1:
-            raise ValueError(bad("record", record, f'"{one}" alone, because it is computed from motions of its own'))
-    return (*(one for one in RECORDS.values() if one in named), *own)
+    ordered = [entry for entry in RECORDS.values() if entry in named]
+    for name in ordered:
+        if name.alone and len(items) > 1:
+            raise ValueError(bad("record", record, f'"{name}" alone, because it is computed from motions of its own'))
+    return (*ordered, *own)
 
 
 def read_record(text: str) -> Record | None:
@@ -166,23 +169,26 @@ def read_record(text: str) -> Record | None:
     return as_own(text) or RECORDS.get(text)
 
 
-def functions(record: Iterable[Record]) -> list[Own]:
+def functions(records: Iterable[Record]) -> list[Own]:
     """Return the functions of the user among records."""
-    return [one for one in record if isinstance(one, Own)]
+    return [record for record in records if isinstance(record, Own)]
 
 
-def how_repeated(record: Records) -> str:
+def how_repeated(records: Records) -> str:
     """Return what must be repeated to continue a file. Only a call has functions."""
-    if not functions(record):
+    if not functions(records):
         return "the sweep"
-    names = [f'vd.own({one}, version="{one.version}")' if isinstance(one, Own) else f'"{one}"' for one in record]
-    given = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
-    return f"the call in Python, vd.sweep(…, record={given}, path=…),"
+    names = [
+        f'vd.own({record}, version="{record.version}")' if isinstance(record, Own) else f'"{record}"'
+        for record in records
+    ]
+    argument = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
+    return f"the call in Python, vd.sweep(…, record={argument}, path=…),"
 
 
-def quantities(record: Records) -> tuple[Quantity, ...]:
+def quantities(records: Records) -> tuple[Quantity, ...]:
     """Return the quantities of the given records, without the section, which is an array of its own."""
-    return tuple(q for one in record for q in one.quantities if q.along != "period")
+    return tuple(q for record in records for q in record.quantities if q.along != "period")
 
 
 TAKEN = {

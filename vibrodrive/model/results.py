@@ -139,7 +139,7 @@ class Results:
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave functions of the record out, as a file does. Who reads a pickle need not have them."""
-        bare = tuple(one.bare() if isinstance(one, Own) else one for one in self.record)
+        bare = tuple(record.bare() if isinstance(record, Own) else record for record in self.record)
         return self.__dict__ | {"record": bare, "_plan": replace(self._plan, record=bare)}
 
     @classmethod
@@ -203,12 +203,12 @@ class Results:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the array of this name, or the values of an axis. Raises KeyError for a name without an array."""
-        arrays = [*(one for one in (SECTION, ERROR) if one in self.record), "status", "margin", "switches"]
+        arrays = [*(record for record in (SECTION, ERROR) if record in self.record), "status", "margin", "switches"]
         arrays += [q.name for q in self.quantities]
-        known = self.axes | self.points
-        if not isinstance(name, str) or name not in [*arrays, *known]:
-            raise KeyError(unknown("name", name, [*arrays, *known]))
-        return known[name] if name in known else getattr(self, name)
+        coordinates = self.axes | self.points
+        if not isinstance(name, str) or name not in [*arrays, *coordinates]:
+            raise KeyError(unknown("name", name, [*arrays, *coordinates]))
+        return coordinates[name] if name in coordinates else getattr(self, name)
 
     __iter__ = None  # otherwise Python would iterate over r[0], r[1], …
 
@@ -314,9 +314,9 @@ class Results:
 
     def dimensionless(self) -> Results:
         """Return the same results, whose figures and tables have dimensionless quantities also with a scene."""
-        other = copy.copy(self)
-        other._dimensionless = True
-        return other
+        results = copy.copy(self)
+        results._dimensionless = True
+        return results
 
     def measure(self, quantity: str) -> Measure:
         """Return the conversion of a quantity to SI units over the axes; one that changes nothing without a scene."""
@@ -463,14 +463,14 @@ class Results:
         s = self.settings
         points = " × ".join(map(str, self.shape)) + " point" + "s" * (self.shape != (1,) * len(self.shape))
         axes = [span(name, values) for name, values in self.axes.items()]
-        computed, told = self._status_texts()
+        computed, statuses = self._status_texts()
         return {
             "of": points if self.axes else "one point",
             "computed": computed,
             "axes": ", ".join(axes) + (f" with {', '.join(self.points)}" if self.points else ""),
             "record": ", ".join(self.record),
             "settings": f"{s.method_name}, {s.transient} + {counted(s.periods, 'period')}",
-            "status": told,
+            "status": statuses,
         }
 
     def _status_texts(self) -> tuple[str, str]:
@@ -479,20 +479,20 @@ class Results:
         A status read from a file is not kept here, because the file may grow before the other arrays are read.
         """
         try:
-            there = "status" in self._arrays
-            status = self._arrays["status"] if there else self._source("status", self._full_index())
+            in_memory = "status" in self._arrays
+            status = self._arrays["status"] if in_memory else self._source("status", self._full_index())
         except (OSError, ValueError):  # missing or damaged file; an access to any array raises the error
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
-        told = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
-        return share_computed(share), told
+        statuses = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
+        return share_computed(share), statuses
 
     def _full_index(self) -> Index:
         return (slice(None),) * len(self.axes)
 
     def __repr__(self) -> str:
-        of, computed, *others = self._described().values()
-        return f"<{type(self).__name__} of {of}, {computed}: {'; '.join(filter(None, others))}>"
+        of, computed, *texts = self._described().values()
+        return f"<{type(self).__name__} of {of}, {computed}: {'; '.join(filter(None, texts))}>"
 
     def _repr_html_(self) -> str:
         fixed = numbers(self.scalars)
@@ -503,10 +503,10 @@ class Results:
 def _records_in_words() -> str:
     """Return the records and their arrays as a list for the docstring of Results."""
     lines = []
-    for one in RECORDS.values():
-        if known := quantities((one,)):
-            along = f"(axes…, {known[0].along})" if known[0].along else "the axes"
-            text = f'- "{one}" adds arrays over {along}: {", ".join(q.name for q in known)}.'
+    for record in RECORDS.values():
+        if rows := quantities((record,)):
+            along = f"(axes…, {rows[0].along})" if rows[0].along else "the axes"
+            text = f'- "{record}" adds arrays over {along}: {", ".join(q.name for q in rows)}.'
             lines += textwrap.wrap(text, 112, subsequent_indent="  ")
     return "\n".join(lines)
 
@@ -517,7 +517,8 @@ if Results.__doc__:  # not with -OO
 ATTRIBUTES = ("axes", "points", "scalars", "settings", "record", "quantities", "title")
 """Attributes of each object of Results, which `dir(Results)` does not contain."""
 
-_WHERE = {q.name: one for one in RECORDS.values() for q in quantities((one,))} | {"section": SECTION, "error": ERROR}
+_WHERE = {q.name: record for record in RECORDS.values() for q in quantities((record,))}
+_WHERE |= {"section": SECTION, "error": ERROR}
 
 _ELSEWHERE = {
     **{q.stored: q.name for q in QUANTITIES.values() if q.stored},
@@ -534,8 +535,8 @@ def _no_source(name: str, index: Index) -> np.ndarray:
 
 def _read_part(source: Read, chosen: Index, name: str, inner: Index) -> np.ndarray:
     """Read an array at `inner`, an Index of the axes that remain after the selection `chosen`."""
-    rest = iter(inner)
-    return source(name, tuple(next(rest) if isinstance(c, slice) else c for c in chosen))
+    places = iter(inner)
+    return source(name, tuple(next(places) if isinstance(c, slice) else c for c in chosen))
 
 
 ROUNDING = 4

@@ -148,10 +148,10 @@ def working_bytes(plan: Plan, remote: bool = False) -> int:
     return (IN_FLIGHT if remote else 2) * max(block, points * _bytes_of_a_point(plan)) + block // 2
 
 
-def _refuse(what: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
+def _refuse(size: str, takes: str, need: int, have: int, room: str = "memory", are: str = "available") -> None:
     """Raise TooLarge if `need` exceeds `have` (bytes). `takes` is a part of the message, such as "the file takes"."""
     if need > have:
-        raise TooLarge(f"{what}: must be small enough for {room}; {takes} {human(need)}, and {human(have)} are {are}")
+        raise TooLarge(f"{size}: must be small enough for {room}; {takes} {human(need)}, and {human(have)} are {are}")
 
 
 def refuse_large_axis(key: str, num: int) -> None:

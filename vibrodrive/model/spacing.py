@@ -28,11 +28,11 @@ def geometric(low: float, high: float, num: int) -> np.ndarray:
 
 def _powers_of_10(x: np.ndarray) -> np.ndarray:
     """Return 10**x for each value of x, with an error below 0.6 in the last place. Whole powers are exact."""
-    near, where = np.unique(np.rint(32.0 * x) / 32.0, return_inverse=True)
+    near, inverse = np.unique(np.rint(32.0 * x) / 32.0, return_inverse=True)
     exact = [DIGITS.power(10, Decimal(exponent)) for exponent in near.tolist()]
     head = np.array([float(value) for value in exact])
     tail = np.array([float(DIGITS.subtract(value, Decimal(float(value)))) for value in exact])
-    t, more = LN_10 * (x - near[where]), np.zeros_like(x)
+    t, expm1 = LN_10 * (x - near[inverse]), np.zeros_like(x)
     for n in range(8, 0, -1):  # e**t - 1 = t (1 + t/2 (1 + t/3 (…)))
-        more = t / n * (1.0 + more)
-    return head[where] + (tail[where] + head[where] * more)
+        expm1 = t / n * (1.0 + expm1)
+    return head[inverse] + (tail[inverse] + head[inverse] * expm1)

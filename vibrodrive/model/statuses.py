@@ -14,8 +14,8 @@ class Statuses(np.ndarray):
     ufuncs are plain arrays. As texts the elements are names, `astype(str)`."""
 
     def __getitem__(self, index: Any) -> Any:
-        found = super().__getitem__(index)
-        return found if isinstance(found, np.ndarray) else as_status(int(found))
+        element = super().__getitem__(index)
+        return element if isinstance(element, np.ndarray) else as_status(int(element))
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, out: Any = (), **options: Any) -> Any:
         plain = [np.asarray(x) if isinstance(x, Statuses) else x for x in inputs]
@@ -44,8 +44,8 @@ class Statuses(np.ndarray):
 
 def _by_number(names: Any) -> np.ndarray:
     """Return names of statuses as int8 array; another text becomes NO_STATUS."""
-    known = {status.name: int(status) for status in Status}
-    return np.vectorize(lambda name: known.get(name.upper(), NO_STATUS), [np.int8])(names)
+    numbers = {status.name: int(status) for status in Status}
+    return np.vectorize(lambda name: numbers.get(name.upper(), NO_STATUS), [np.int8])(names)
 
 
 def as_status(value: int) -> Status | str:

@@ -24,12 +24,12 @@ def as_toml(plan: Plan) -> str:
     """
     s, scene = plan.settings, {*SCENE} & {*plan.variables}
     follows = {"B", *(["A"] if "a0" in scene else [])} if scene else set()
-    left = {*follows, *s.idle}
-    numbers = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
-    known = [str(one) for one in plan.record if one in RECORDS]
-    said = numbers | s.words | ({"record": known} if known else {})
+    omitted = {*follows, *s.idle}
+    numbers = {name: value for name, value in plan.scalars.items() if name not in omitted and not math.isnan(value)}
+    records = [str(record) for record in plan.record if record in RECORDS]
+    values = numbers | s.words | ({"record": records} if records else {})
     homes = ({"physical": tuple(SCENE)} if scene else {}) | HOMES
-    tables = {name: {key: _value(said[key]) for key in keys if key in said} for name, keys in homes.items()}
+    tables = {name: {key: _value(values[key]) for key in keys if key in values} for name, keys in homes.items()}
     points = ", ".join(f"{name} = {_axis(values, inline=True)}" for name, values in plan.together.items())
     axes = {name: _axis(values) for name, values in plan.axes.items()} | ({POINT: f"{{{points}}}"} if points else {})
     tables["sweep"] = {"points" if name == POINT else name: text for name, text in axes.items()}
@@ -38,7 +38,7 @@ def as_toml(plan: Plan) -> str:
     lines += [
         f"# and with the function {name}, which a configuration cannot contain"
         for name in plan.record
-        if name not in known
+        if name not in records
     ]
     for name, entries in tables.items():
         lines += ["", f"[{name}]", *(f"{key} = {text}" for key, text in entries.items() if key not in at)]

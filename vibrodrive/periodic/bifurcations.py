@@ -110,10 +110,10 @@ class Bifurcation:
         return f"{below} / {above}"
 
     def __repr__(self) -> str:
-        o, told = self.orbit, "" if self.kind == DOUBLING else "multiplier below / above "
+        o, label = self.orbit, "" if self.kind == DOUBLING else "multiplier below / above "
         whose = f"orbit of period {o.period}, {counted(o.impacts, 'impact')}"
-        where = f"A = {self.A:.12g}, B = {self.B:g}{beside(self.scene)}"
-        return f"<{self.kind} at {where}: {told}{self.change}; {whose}>"
+        place = f"A = {self.A:.12g}, B = {self.B:g}{beside(self.scene)}"
+        return f"<{self.kind} at {place}: {label}{self.change}; {whose}>"
 
 
 @takes(Machine[Axis])
@@ -186,16 +186,16 @@ def bifurcations(
     >>> round(doubling.scene.frequency, 6)
     21.985888
     """
-    there = ways(_plan(of_motion(written), A, B))
+    all_ways = ways(_plan(of_motion(written), A, B))
     limit = check_period("max_period", max_period)
     if step is not None:
-        least = max(max(way.values) - min(way.values) for way in there) / MOST_VALUES
+        least = max(max(way.values) - min(way.values) for way in all_ways) / MOST_VALUES
         allowed = f"a number >= {least:.3g}, because at most {MOST_VALUES} values of A are compared"
         if not least <= real_number("step", step, allowed) < math.inf:
             raise ValueError(bad("step", step, allowed))
-    if (first := there[0].scene(min(there[0].values))) is not None:
-        warn(slip([(A, way.B, 0.0, 1.0) for way in there for A in way.values], first.given))
-    return [b for way in there for b in way.bifurcations(limit, step)]
+    if (first := all_ways[0].scene(min(all_ways[0].values))) is not None:
+        warn(slip([(A, way.B, 0.0, 1.0) for way in all_ways for A in way.values], first.given))
+    return [b for way in all_ways for b in way.bifurcations(limit, step)]
 
 
 class Way(NamedTuple):
@@ -217,8 +217,8 @@ class Way(NamedTuple):
 
     def bifurcations(self, limit: int, step: float | None = None) -> list[Bifurcation]:
         """Return the bifurcations between the smallest and the largest A, with their machines."""
-        found = Search(self.B, limit).between(min(self.values), max(self.values), step)
-        return [in_scene(b, self.scene) for b in found]
+        search = Search(self.B, limit)
+        return [in_scene(b, self.scene) for b in search.between(min(self.values), max(self.values), step)]
 
 
 def ways(plan: Plan) -> list[Way]:
@@ -230,29 +230,30 @@ def ways(plan: Plan) -> list[Way]:
     if len(over) != 1 or len(along) != len(plan.axes) - 1 or len(along) > 1:
         first, second = (", ".join(names) for names in (AMPLITUDES, INCLINES))
         raise ValueError(bad_axes(plan.axes, f"one of {first}, alone or with one of {second}"))
-    (name,), found = over, []
-    for given in [{along[0]: value} for value in plan.axes[along[0]].tolist()] if along else [{}]:
-        known = {**plan.scalars, **given}
-        there = with_A_and_B({**known, name: plan.axes[name]})
-        values = dict(zip(there["A"].tolist(), plan.axes[name].tolist(), strict=True))
-        found.append(Way(there["B"], values, name, known))
-    return found
+    (name,), made = over, []
+    for incline in [{along[0]: value} for value in plan.axes[along[0]].tolist()] if along else [{}]:
+        known = {**plan.scalars, **incline}
+        points = with_A_and_B({**known, name: plan.axes[name]})
+        values = dict(zip(points["A"].tolist(), plan.axes[name].tolist(), strict=True))
+        made.append(Way(points["B"], values, name, known))
+    return made
 
 
-def _plan(given: Mapping[str, Any], A: Any, B: Any) -> Plan:
-    """Return the plan with a range as its axis of A. `given` are those of the arguments that give A, B and a scene."""
-    if not {"scene", *SCENE} & given.keys():
+def _plan(arguments: Mapping[str, Any], A: Any, B: Any) -> Plan:
+    """Return the plan with a range as its axis of A. `arguments` are those that give A, B and a scene."""
+    if not {"scene", *SCENE} & arguments.keys():
         return make_plan({"A": check_range("A", A), "B": B})
-    over = [name for name in AMPLITUDES if name in given and not isinstance(given[name], numbers.Real)]
+    over = [name for name in AMPLITUDES if name in arguments and not isinstance(arguments[name], numbers.Real)]
     if len(over) != 1:
         needed = f"one of {', '.join(AMPLITUDES[1:])} as a range (low, high), in which bifurcations are found"
         raise TypeError(f"range = {', '.join(over) or 'none'}: must be {needed}")
-    return make_plan({**given, over[0]: check_range(over[0], given[over[0]])})
+    return make_plan({**arguments, over[0]: check_range(over[0], arguments[over[0]])})
 
 
-def in_scene(found: Bifurcation, scene: Callable[[float], Scene | None]) -> Bifurcation:
+def in_scene(bifurcation: Bifurcation, scene: Callable[[float], Scene | None]) -> Bifurcation:
     """Return a bifurcation with the machine at its A."""
-    return replace(found, scene=scene(found.A), orbit=replace(found.orbit, scene=scene(found.orbit.A)))
+    orbit = replace(bifurcation.orbit, scene=scene(bifurcation.orbit.A))
+    return replace(bifurcation, scene=scene(bifurcation.A), orbit=orbit)
 
 
 def check_range(name: str, value: Any) -> tuple[float, float]:
@@ -315,9 +316,9 @@ class Search:
 
         The number of itineraries at the highest A is used for all values of A.
         """
-        each = flying(cells_to_search(ImpactMap(high, self.B), self.limit))
-        if each * values > MOST_WORK:
-            work = f"{each} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
+        itineraries = flying(cells_to_search(ImpactMap(high, self.B), self.limit))
+        if itineraries * values > MOST_WORK:
+            work = f"{itineraries} sequences of states at each of {values} values of A are more than {MOST_WORK} in all"
             raise ValueError(bad("max_period", self.limit, f"smaller, or the range of A shorter, because {work}"))
 
     def find_between(self, a: float, below: Sequence[Orbit], b: float, above: Sequence[Orbit]) -> None:
@@ -328,13 +329,13 @@ class Search:
             change = self.change(a, below, b, above)
             if change is None:
                 continue
-            where, kind, last, orbit = change
-            apart = APART * scale_of(where)
-            first, last = min(where, last) - apart, max(where, last) + apart
+            A, kind, last, orbit = change
+            apart = APART * scale_of(A)
+            first, last = min(A, last) - apart, max(A, last) + apart
             before, after = self.orbits(first), self.orbits(last)
-            if not any(f.kind == kind and abs(f.A - where) < AGAIN * scale_of(where) for f in self.found):
+            if not any(f.kind == kind and abs(f.A - A) < AGAIN * scale_of(A) for f in self.found):
                 sides = _multiplier(orbit, before), _multiplier(orbit, after)
-                self.found.append(Bifurcation(where, kind, orbit, *sides))
+                self.found.append(Bifurcation(A, kind, orbit, *sides))
             if last < b:
                 waiting.append((last, after, b, above))
             if first > a:
@@ -356,13 +357,13 @@ class Search:
             inside, outside = (a, b) if below_only else (b, a)
             if len(branch.starts(inside)) <= len(branch.starts(outside)):
                 continue  # the orbit is so close to the end of its interval that rounding determines its itinerary
-            where, kind, last = branch.end(inside, outside)
-            orbit = (branch.parent.orbit(where) if kind == DOUBLING else None) or branch.orbit(last)
-            return where, kind, last, orbit or ends
+            A, kind, last = branch.end(inside, outside)
+            orbit = (branch.parent.orbit(A) if kind == DOUBLING else None) or branch.orbit(last)
+            return A, kind, last, orbit or ends
         if (changing := _changing(below, above)) is not None:
             branch = Continuation.of(changing)
-            where = branch.doubling(a, b)
-            return where, DOUBLING, where, branch.orbit(where) or changing
+            A = branch.doubling(a, b)
+            return A, DOUBLING, A, branch.orbit(A) or changing
         return None
 
 
@@ -379,26 +380,26 @@ def _ending(below: Sequence[Orbit], above: Sequence[Orbit]) -> Iterator[tuple[Or
 def _changing(below: Sequence[Orbit], above: Sequence[Orbit]) -> Orbit | None:
     """Return an orbit of `below` that is stable on one side and unstable on the other side; None if there is none."""
     kinds = {(o.name, o.kind) for o in above}
-    other = {STABLE: UNSTABLE, UNSTABLE: STABLE}
-    changed = (o for o in below if (o.name, o.kind) not in kinds and (o.name, other.get(o.kind)) in kinds)
+    opposite = {STABLE: UNSTABLE, UNSTABLE: STABLE}
+    changed = (o for o in below if (o.name, o.kind) not in kinds and (o.name, opposite.get(o.kind)) in kinds)
     return next(changed, None)
 
 
-def _multiplier(orbit: Orbit, others: Sequence[Orbit]) -> float:
-    """Return the multiplier of the same orbit in `others`; NaN if this orbit is missing there.
+def _multiplier(orbit: Orbit, orbits: Sequence[Orbit]) -> float:
+    """Return the multiplier of the same orbit in `orbits`; NaN if this orbit is missing there.
 
     It is an orbit of equal period whose phases differ by less than SAME_ORBIT, if possible with the same name.
     """
-    near = [o for o in others if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
+    near = [o for o in orbits if o.period == orbit.period and gap_between(orbit, o) < SAME_ORBIT]
     same = min(near, key=lambda o: (o.name != orbit.name, gap_between(orbit, o)), default=None)
     return same.multiplier if same else math.nan
 
 
-def gap_between(one: Orbit, other: Orbit) -> float:
+def gap_between(a: Orbit, b: Orbit) -> float:
     """Return the largest distance, in rad, from an impact phase of one orbit to the closest one of the other orbit.
 
     The maximum is taken over the impacts of the orbit with fewer impacts.
     """
-    few, many = sorted((one.phases, other.phases), key=len)
+    few, many = sorted((a.phases, b.phases), key=len)
     apart = abs(few[:, None] - many[None, :])
     return float(np.minimum(apart, 2.0 * math.pi - apart).min(axis=1).max())

@@ -85,13 +85,13 @@ class Continuation:
         system = ImpactMap(A, self.B)
         if system.moves and system.B == 0.0:
             return touching_orbit(system)
-        found = [trace_orbit(system, launches[0], self.impacts, True) for launches in self.starts(A)]
-        return min(found, key=lambda o: abs(o.multiplier), default=None)
+        orbits = [trace_orbit(system, launches[0], self.impacts, True) for launches in self.starts(A)]
+        return min(orbits, key=lambda o: abs(o.multiplier), default=None)
 
     def multiplier(self, A: float) -> float:
         """Return the multiplier of the first orbit of `starts` at A; NaN if there is no orbit."""
-        found = self.starts(A)
-        return flights(found[0][0], self.impacts, A, self.B, self.period, NO_SLIDES)[3] if found else math.nan
+        launches = self.starts(A)
+        return flights(launches[0][0], self.impacts, A, self.B, self.period, NO_SLIDES)[3] if launches else math.nan
 
     def doubling(self, a: float, b: float) -> float:
         """Return the A between a and b at which the multiplier passes -1. The orbit must exist at a and b."""
@@ -117,13 +117,13 @@ class Continuation:
 
     def _change(self, last: float, beyond: float) -> str:
         """Return the kind of the bifurcation of an orbit with a rest between two neighbouring values of A."""
-        one, other = ImpactMap(last, self.B), ImpactMap(beyond, self.B)
-        psi, phi = one.window[0], other.window[0]
+        inner, outer = ImpactMap(last, self.B), ImpactMap(beyond, self.B)
+        psi, phi = inner.window[0], outer.window[0]
         for _ in range(self.impacts):
-            before, after = states(psi, one.A, one.B), states(phi, other.A, other.B)
+            before, after = states(psi, inner.A, inner.B), states(phi, outer.A, outer.B)
             if before != after:
                 return kind_of_change(before, after)
-            psi, phi = float(one(psi).phase), float(other(phi).phase)
+            psi, phi = float(inner(psi).phase), float(outer(phi).phase)
         return BORDER_COLLISION
 
     def _closest_to_breakpoint(self, A: float) -> tuple[float, str, float]:

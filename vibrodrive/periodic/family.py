@@ -53,25 +53,25 @@ class Family:
     def denser(self) -> Family:
         """Return a family with further orbits where values of A are too far apart for a drawing, most of them at the
         ends of a gap, because a branch may be steep beside a bifurcation."""
-        there, step = dict(zip(self.A.tolist(), self.orbits, strict=True)), np.ptp(self.A) / CURVE
-        for a, b in itertools.pairwise([*there]):
+        orbits, step = dict(zip(self.A.tolist(), self.orbits, strict=True)), np.ptp(self.A) / CURVE
+        for a, b in itertools.pairwise([*orbits]):
             x = np.linspace(0.0, 1.0, math.ceil((b - a) / step) + 1)[1:-1]
             share = x * x * (3.0 - 2.0 * x)
-            there |= {at: orbits_of(ImpactMap(at, self.B), self.max_period) for at in (a + (b - a) * share).tolist()}
-        return replace(self, A=np.array(sorted(there)), orbits=[there[at] for at in sorted(there)])
+            orbits |= {at: orbits_of(ImpactMap(at, self.B), self.max_period) for at in (a + (b - a) * share).tolist()}
+        return replace(self, A=np.array(sorted(orbits)), orbits=[orbits[at] for at in sorted(orbits)])
 
     def branches(self) -> Iterator[Branch]:
         """Yield the branches. A branch joins orbits that have the same name and kind at successive values of A."""
-        held: dict[tuple, list[int]] = defaultdict(list)
+        indices: dict[tuple, list[int]] = defaultdict(list)
         rows: dict[tuple, list[Orbit]] = defaultdict(list)
-        for i, there in enumerate(self.orbits):
+        for i, orbits in enumerate(self.orbits):
             twins: dict[tuple, int] = defaultdict(int)
-            for orbit in there:
+            for orbit in orbits:
                 key = (orbit.name, orbit.kind)
                 twins[key] += 1
-                held[(*key, twins[key])].append(i)
+                indices[(*key, twins[key])].append(i)
                 rows[(*key, twins[key])].append(orbit)
-        for key, places in held.items():
+        for key, places in indices.items():
             gaps = (np.flatnonzero(np.diff(places) != 1) + 1).tolist()
             for first, last in itertools.pairwise([0, *gaps, len(places)]):
                 yield Branch(self.A[places[first:last]], rows[key][first:last])
@@ -92,16 +92,16 @@ def family(
         raise ValueError(bad("A", list(A), "at least two different values"))
     low, high = float(grid[0]), float(grid[-1])
     step = max(float(np.diff(grid).max()), (high - low) / MOST_VALUES)
-    found = Search(check("B", B), max_period).between(low, high, step if step < STEP * scale_of(low) else None)
+    bifurcations = Search(check("B", B), max_period).between(low, high, step if step < STEP * scale_of(low) else None)
     sides = [
         b.A + sign * d * scale_of(b.A)
-        for b in found
+        for b in bifurcations
         for d in (BESIDE, *(ROOT if b.kind in (DOUBLING, FOLD, GRAZING) else ()))
         for sign in (-1, 1)
     ]
     values = np.union1d(grid, [a for a in sides if low <= a <= high])
-    there = [[replace(o, scene=scene(a)) for o in orbits_of(ImpactMap(a, B), max_period)] for a in values.tolist()]
-    return Family(values, B, max_period, there, [in_scene(b, scene) for b in found])
+    orbits = [[replace(o, scene=scene(a)) for o in orbits_of(ImpactMap(a, B), max_period)] for a in values.tolist()]
+    return Family(values, B, max_period, orbits, [in_scene(b, scene) for b in bifurcations])
 
 
 def section(orbit: Orbit, phase: float = 0.0) -> np.ndarray:

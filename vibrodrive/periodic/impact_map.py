@@ -91,9 +91,9 @@ class Impacts:
 
     @functools.cached_property
     def word(self) -> np.ndarray:
-        _, first, which = np.unique(self.code, return_index=True, return_inverse=True)
+        _, first, inverse = np.unique(self.code, return_index=True, return_inverse=True)
         texts = [_word_from(phi, self.A, self.B) for phi in np.ravel(self.start)[first]]
-        return np.array(texts)[which].reshape(np.shape(self.start))
+        return np.array(texts)[inverse].reshape(np.shape(self.start))
 
 
 def _word_from(phi: float, A: float, B: float) -> str:
@@ -150,7 +150,7 @@ class ImpactMap:
 
             in_slices(advance, first=FEW)
         columns = np.ascontiguousarray(motions.T), np.ascontiguousarray(counts.T)
-        (phase, speed, slope), (periods, code) = (each.reshape(-1, *start.shape) for each in columns)
+        (phase, speed, slope), (periods, code) = (array.reshape(-1, *start.shape) for array in columns)
         return Impacts(start, phase, periods, speed, slope, code, self.A, self.B)
 
     def __repr__(self) -> str:
@@ -195,8 +195,8 @@ def kind_of_change(before: list[State], after: list[State]) -> str:
 
     The reason is "grazing" if one flight lands where the other flight continues, and "stick" otherwise.
     """
-    one, other = next((a, b) for a, b in zip(before, after, strict=False) if a != b)
-    return "grazing" if State.IMPACT in (one, other) else "stick"
+    first, second = next((a, b) for a, b in zip(before, after, strict=False) if a != b)
+    return "grazing" if State.IMPACT in (first, second) else "stick"
 
 
 @takes(Machine[float])

@@ -75,8 +75,8 @@ def beside(scene: Scene | None) -> str:
     """Return ", a₀ = 0.8 mm, f = 24 Hz", or "" without a scene."""
     if scene is None:
         return ""
-    said = [(SCENE[name], scene.given[name]) for name in ("a0", "omega0", "frequency") if name in scene.given]
-    return "".join(f", {row.symbol} = {value * row.scale:.10g} {row.shown}" for row, value in said)
+    quantities = [(SCENE[name], scene.given[name]) for name in ("a0", "omega0", "frequency") if name in scene.given]
+    return "".join(f", {row.symbol} = {value * row.scale:.10g} {row.shown}" for row, value in quantities)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,10 +115,10 @@ class Orbit:
     scene: Scene | None = None
 
     def __repr__(self) -> str:
-        some = ", ".join(f"{phase:.4f}" for phase in self.phases[:FEW]) + (", …" if self.impacts > FEW else "")
+        phases = ", ".join(f"{phase:.4f}" for phase in self.phases[:FEW]) + (", …" if self.impacts > FEW else "")
         kind = f"{self.kind}, multiplier {self.multiplier:.6g}" if self.multiplier == self.multiplier else self.kind
-        where = f"A = {self.A:.10g}, B = {self.B:g}{beside(self.scene)}"
-        return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts, 'impact')} at {some}; {where}>"
+        place = f"A = {self.A:.10g}, B = {self.B:g}{beside(self.scene)}"
+        return f"<Orbit of period {self.period}: {kind}; {counted(self.impacts, 'impact')} at {phases}; {place}>"
 
 
 @takes(Machine[float])
@@ -196,8 +196,8 @@ def orbits_of(system: ImpactMap, limit: int) -> list[Orbit]:
         return [touching_orbit(system)]
     steep = STEEPEST * system.B / system.A
     launched = (o for o in launching(system, limit) if abs(o.multiplier) < steep)
-    found = [*resting(system, limit), *launched]
-    return sorted(found, key=lambda o: (o.period, o.impacts, *o.phases))
+    orbits = [*resting(system, limit), *launched]
+    return sorted(orbits, key=lambda o: (o.period, o.impacts, *o.phases))
 
 
 def check_period(name: str, value: object) -> int:
@@ -221,13 +221,13 @@ def resting(system: ImpactMap, limit: int) -> Iterator[Orbit]:
 def cells_to_search(system: ImpactMap, limit: int) -> np.ndarray:
     """Return the `itinerary_cells` for up to `limit` periods. Raises ValueError if too many of them are FLYING."""
     most = MOST_ITINERARIES // limit
-    there = itinerary_cells(system, limit if system.B > LEVEL * system.A else 0, limit, limit=most)
-    if flying(there) > most:
-        beside = f"A = {system.A!r} and B = {system.B!r}"
+    cells = itinerary_cells(system, limit if system.B > LEVEL * system.A else 0, limit, limit=most)
+    if flying(cells) > most:
+        place = f"A = {system.A!r} and B = {system.B!r}"
         raise ValueError(
-            bad("max_period", limit, f"smaller, because more than {most} sequences of states exist at {beside}")
+            bad("max_period", limit, f"smaller, because more than {most} sequences of states exist at {place}")
         )
-    return there
+    return cells
 
 
 def itinerary_cells(system: ImpactMap, flown: int, horizon: int, **choice: Any) -> np.ndarray:
@@ -250,17 +250,17 @@ def returning_launches(system: ImpactMap, cells: np.ndarray, least: int = 1) -> 
     launches : this launch phase and those of the n - 1 flights that follow
     certain : False if rounding determines whether this launch phase exists.
     """
-    found = fixed_points(cells, least, system.A, system.B)
-    for row in np.unique(found[:, CELL]).astype(int).tolist():
+    roots = fixed_points(cells, least, system.A, system.B)
+    for row in np.unique(roots[:, CELL]).astype(int).tolist():
         low, high, n = cells[row, LOW], cells[row, HIGH], int(cells[row, FLOWN])
-        here = found[found[:, CELL] == row]
-        for own, (psi, *others) in enumerate(here[:, ROOT : ROOT + n].tolist()):
+        in_cell = roots[roots[:, CELL] == row]
+        for number, (psi, *following) in enumerate(in_cell[:, ROOT : ROOT + n].tolist()):
             # leave out an orbit of fewer impacts, which returns to this root after fewer flights
             if not any(
-                abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(here[:, ROOT] - p)) == own)
-                for p in others
+                abs(p - psi) < SAME_LAUNCH or (low <= p <= high and np.argmin(abs(in_cell[:, ROOT] - p)) == number)
+                for p in following
             ):
-                yield [psi, *others], bool(here[own, CERTAIN])
+                yield [psi, *following], bool(in_cell[number, CERTAIN])
 
 
 def trace_orbit(system: ImpactMap, psi: float, n: int, certain: bool) -> Orbit:

@@ -226,8 +226,8 @@ class _Motions:
             if quiet == QUIET:
                 return inside
             ratio = np.minimum(np.divide(step, last, out=np.zeros_like(step), where=last > 0.0), RATIO)
-            rest = ratio / (1.0 - ratio) if number > 12 and number % 4 == 0 else 0.1
-            beyond = np.where(step < SETTLED * (np.ptp(inside, axis=1)[:, None] + step), rest, 0.0)
+            remaining = ratio / (1.0 - ratio) if number > 12 and number % 4 == 0 else 0.1
+            beyond = np.where(step < SETTLED * (np.ptp(inside, axis=1)[:, None] + step), remaining, 0.0)
             inside, last = inside + step * (1.0 + beyond) * (-1.0, 1.0), step if step.any() else last
             self._check_gaps(inside)
         raise _Fails(Unproved.DRIFT)

@@ -120,8 +120,8 @@ class Evaluator:
         owners = [owner for _, owner, values in requests for _ in values]
         points = np.concatenate([np.repeat(self._plan.points(at, at + 1), len(v), axis=0) for at, _, v in requests])
         points[:, self._column] = np.concatenate([values for _, _, values in requests])
-        found = iter(list(map(ask, owners, self._motions(points, settings))))
-        return [[next(found) for _ in values] for _, _, values in requests]
+        results = iter(list(map(ask, owners, self._motions(points, settings))))
+        return [[next(results) for _ in values] for _, _, values in requests]
 
     def _motions(self, points: np.ndarray, settings: Settings) -> Iterator[Motion]:
         """Yield the motions at these points, in order. While one batch is evaluated, the next batch is computed."""
@@ -140,11 +140,11 @@ class Evaluator:
         return section, compute_impacts(points, settings, self._threads, self._halt, section)[1]
 
 
-def explain_loss(base: ReferenceOrbit, motion: Motion, found: Structure) -> tuple[How, str]:
+def explain_loss(base: ReferenceOrbit, motion: Motion, structure: Structure) -> tuple[How, str]:
     """Return how the motion has lost the structure of the orbit, as a code and as a text."""
     if not motion.complete:
         return How.BUDGET, How.BUDGET.meaning
-    if found.gaps:
+    if structure.gaps:
         return How.ORDER, "impacts in another order"
     usual: Sequence[int] = ()
     seen = impact_gaps(motion.impacts)
@@ -152,11 +152,11 @@ def explain_loss(base: ReferenceOrbit, motion: Motion, found: Structure) -> tupl
         cycle = base.cycle.gaps.tolist()
         usual = min(cycle[n:] + cycle[:n] for n in range(len(cycle)))
         seen = impact_gaps(fastest(base.cycle, motion.impacts, len(motion.section)))
-    now = np.unique(seen).tolist()
-    text = f"gaps {_listed(usual)} became {_listed(now)}"
-    if now != sorted(set(usual)):
+    gaps = np.unique(seen).tolist()
+    text = f"gaps {_listed(usual)} became {_listed(gaps)}"
+    if gaps != sorted(set(usual)):
         return How.GAPS, text
-    if len(now) > 1:
+    if len(gaps) > 1:
         return How.GAPS_IN_ANOTHER_ORDER, text + " in another order"
     return How.FEWER_IMPACTS, text + ", of fewer impacts"
 

@@ -100,14 +100,14 @@ def compared(motion: Trajectory) -> Comparison:
     tau = TWO_PI * row["period"] + row["phase"]
     longest = int((following["period"] - row["period"]).max(initial=0))  # a slow disturbance prolongs a rest
     period, phase, to = next_switches(motion, tau, xi, row["after"].astype(np.int64), longest + 2)
-    known = period >= 0
-    certified = np.where(known, TWO_PI * period + phase, np.inf)
-    behind = np.where(known, TWO_PI * (following["period"] - period) + (following["phase"] - phase), np.inf)
+    exists = period >= 0
+    certified = np.where(exists, TWO_PI * period + phase, np.inf)
+    behind = np.where(exists, TWO_PI * (following["period"] - period) + (following["phase"] - phase), np.inf)
     in_time = behind <= motion.arguments["dtau"] * (1 + 1e-6)
-    return Comparison(row, tau, xi, certified, behind, known & (to == following["after"]), in_time)
+    return Comparison(row, tau, xi, certified, behind, exists & (to == following["after"]), in_time)
 
 
 def count_failures(motion: Trajectory) -> SwitchCounts:
     """Count the failures among the switches of a motion (`compared`)."""
-    found = compared(motion)
-    return SwitchCounts(len(found.behind), *(int(np.count_nonzero(found.of(kind))) for kind in KINDS))
+    comparison = compared(motion)
+    return SwitchCounts(len(comparison.behind), *(int(np.count_nonzero(comparison.of(kind))) for kind in KINDS))

@@ -160,9 +160,9 @@ class Limit:
 
     def __repr__(self) -> str:
         si = f" ({1e3 * self.velocity_si:.4g} mm/s)" if self.scene is not None else ""
-        found = f"k2 = {self.k2:.6g}{si} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
+        limit = f"k2 = {self.k2:.6g}{si} in {self.disturbance} at A = {self.A:g}, B = {self.B:g}"
         how = f"{self.how}; kept up to {self.kept_below:.6g}" if math.isfinite(self.k2) else self.how
-        return f"<Limit {found}: {how}; period {self.n}, {self.method}>"
+        return f"<Limit {limit}: {how}; period {self.n}, {self.method}>"
 
     def as_velocity(self, value: float) -> float:
         """Return the dimensionless amplitude of the velocity that a value of the disturbance adds to the motion.
@@ -314,16 +314,16 @@ def limit(
     >>> f"{k.k2:.3g}: {k.how}"
     '0.00388: gaps 1 became 1, 2'
     """
-    own = ("disturbance", "method", "threads")
-    plan = plan_limits({name: value for name, value in written.items() if name not in own}, disturbance, method)
+    names = ("disturbance", "method", "threads")
+    plan = plan_limits({name: value for name, value in written.items() if name not in names}, disturbance, method)
     refuse_axes(plan.axes, ' (for axes use `sweep` with record = "limit")')
     search = LimitSearch(plan, check_threads(threads))
     warn(unlikely(plan, names_scene(written, plan)))
     with above("the progress of a call")("limit"):
-        ((_, found),) = search.run([0])
-    if found.status == Status.TOO_SHORT:
-        raise ValueError(found.how)
-    return found
+        ((_, result),) = search.run([0])
+    if result.status == Status.TOO_SHORT:
+        raise ValueError(result.how)
+    return result
 
 
 def plan_limits(arguments: Mapping[str, Any], disturbance: object = "eps", method: object = None) -> Plan:
@@ -397,9 +397,9 @@ class _Problem:
 
     def go_on(self, answers: Sequence[bool]) -> Band | None:
         """Give the search its answers; values removed from the request are lost. Return the band at the end."""
-        kept = dict(zip(self.requested.tolist(), answers, strict=True))
+        answered = dict(zip(self.requested.tolist(), answers, strict=True))
         try:
-            self._request(self._search.send(np.array([kept.get(value, False) for value in self._asked.tolist()])))
+            self._request(self._search.send(np.array([answered.get(value, False) for value in self._asked.tolist()])))
         except StopIteration as end:
             return end.value
         return None
@@ -419,13 +419,13 @@ class LimitSearch:
         If `periods` is too small at a point, the numbers of its Limit are NaN, and `how` gives the reason.
         """
         active: list[_Problem] = []
-        left = list(range(self.plan.n_points) if points is None else points)
+        waiting = list(range(self.plan.n_points) if points is None else points)
         with Evaluator(self.plan, self.plan.sought, self.threads, self.halt) as evaluator:
-            while left or active:
-                if left and len(active) <= AT_A_TIME // 2:
+            while waiting or active:
+                if waiting and len(active) <= AT_A_TIME // 2:
                     n = AT_A_TIME - len(active)
-                    some, left = left[:n], left[n:]
-                    yield from self._begun(some, active, evaluator)
+                    first, waiting = waiting[:n], waiting[n:]
+                    yield from self._begun(first, active, evaluator)
                 yield from self._advanced(active, evaluator)
 
     def _begun(
@@ -515,8 +515,8 @@ class LimitSearch:
         kept = None if below is None else compare_structure(problem.base, below)
         return self._limit(problem.index, **numbers, kept=kept, lost=lost, code=code, how=text)
 
-    def _limit(self, index: int, **found: Any) -> Limit:
+    def _limit(self, index: int, **fields: Any) -> Limit:
         """Return the Limit at a point of the plan."""
         plan, at = self.plan, self.plan.arguments(index)
         way = plan.sought, plan.settings.method_name
-        return Limit(at["A"], at["B"], at["eta"], *way, scene=scene_of(plan.scalars), **found)
+        return Limit(at["A"], at["B"], at["eta"], *way, scene=scene_of(plan.scalars), **fields)

@@ -86,10 +86,10 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float =
     value 0. If it is lost, smaller values are tried.
     """
     value = grid.value
-    known: dict[float, bool] = {}
+    tried: dict[float, bool] = {}
     first = begun = _index(grid, begin)
     while not (
-        yield from _ask(known, [value(first)], _up_to(grid, begun + 1, begun + ahead() - 1) if first == begun else [])
+        yield from _ask(tried, [value(first)], _up_to(grid, begun + 1, begun + ahead() - 1) if first == begun else [])
     )[0]:
         if value(first) <= grid.floor:
             return Band(value(first), 0.0, 0.0, 0.0, value(first), 0.0, {value(first): False})
@@ -101,7 +101,7 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float =
         if loss is not None and value(top) > BEYOND * value(max(last, loss)):
             break
         needed = _up_to(grid, top + 1, top + grid.batch)
-        lost = loss or next((top + 1 + i for i, x in enumerate(needed) if known.get(x) is False), None)
+        lost = loss or next((top + 1 + i for i, x in enumerate(needed) if tried.get(x) is False), None)
         if lost is None:
             likely = _up_to(grid, top + 1, top + ahead())
         else:
@@ -109,35 +109,35 @@ def search_band(grid: Grid, ahead: Callable[[], int] = lambda: 1, begin: float =
             while value(end) <= BEYOND * value(max(last, lost)):
                 end += grid.batch
             likely = [*_up_to(grid, top + 1, end), *_between(value(lost - 1), value(lost))[: max(PAIR, ahead())]]
-        for k, kept in enumerate((yield from _ask(known, needed, likely)), top + 1):
+        for k, kept in enumerate((yield from _ask(tried, needed, likely)), top + 1):
             if not kept and loss is None:
                 loss = k
-            if kept and known[value(k - 1)]:
+            if kept and tried[value(k - 1)]:
                 last = k
         top += len(needed)
-    kept_at = {value(k): known[value(k)] for k in range(first, top + 1)}
+    kept_at = {value(k): tried[value(k)] for k in range(first, top + 1)}
     if loss is None:
         return Band(math.inf, value(top), value(top), 0.0, value(top), value(top), kept_at)
     often = (x for x, share in zip(kept_at, share_kept(kept_at), strict=True) if kept_at[x] and share >= 0.5)
     half = max(often, default=0.0)
-    low, high = yield from _bisect(known, value(loss - 1), value(loss), ahead)
+    low, high = yield from _bisect(tried, value(loss - 1), value(loss), ahead)
     last_kept, share = low, 0.0
     if last > loss:
-        last_kept, share = value(last), float(np.mean([known[value(k)] for k in range(loss, last + 1)]))
+        last_kept, share = value(last), float(np.mean([tried[value(k)] for k in range(loss, last + 1)]))
     return Band(high, low, last_kept, share, value(top), max(low, half), kept_at)
 
 
 def _ask(
-    known: dict[float, bool], needed: Sequence[float], likely: Sequence[float] = ()
+    tried: dict[float, bool], needed: Sequence[float], likely: Sequence[float] = ()
 ) -> Generator[np.ndarray, np.ndarray, list[bool]]:
     """Return for each value of `needed` whether it is kept.
 
-    If one of them is not yet `known`, it is requested together with the values that are `likely` to be needed next.
+    If one of them was not `tried` yet, it is requested together with the values that are `likely` to be needed next.
     """
-    if any(x not in known for x in needed):
-        values = [x for x in dict.fromkeys([*needed, *likely]) if x not in known]
-        known.update(zip(values, map(bool, (yield np.array(values))), strict=True))
-    return [known[x] for x in needed]
+    if any(x not in tried for x in needed):
+        values = [x for x in dict.fromkeys([*needed, *likely]) if x not in tried]
+        tried.update(zip(values, map(bool, (yield np.array(values))), strict=True))
+    return [tried[x] for x in needed]
 
 
 def _index(grid: Grid, most: float) -> int:
@@ -162,7 +162,7 @@ def _between(low: float, high: float) -> list[float]:
 
 
 def _bisect(
-    known: dict[float, bool], low: float, high: float, ahead: Callable[[], int]
+    tried: dict[float, bool], low: float, high: float, ahead: Callable[[], int]
 ) -> Generator[np.ndarray, np.ndarray, tuple[float, float]]:
     """Return (kept, lost): two close values between `low`, which is kept, and `high`, which is lost.
 
@@ -172,7 +172,7 @@ def _bisect(
     for _ in range(ROUNDS):
         inner = _between(low, high)
         for k, x in enumerate(inner):
-            if not (yield from _ask(known, [x], inner[k : k + max(PAIR, ahead())]))[0]:
+            if not (yield from _ask(tried, [x], inner[k : k + max(PAIR, ahead())]))[0]:
                 high = x
                 break
             low = x

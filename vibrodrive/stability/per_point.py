@@ -22,7 +22,7 @@ from vibrodrive.jit.slices import Halt, Halted
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Status
 from vibrodrive.model.names import NAMES
-from vibrodrive.model.own import Own, told
+from vibrodrive.model.own import Own, message_of
 from vibrodrive.model.parameters import COLUMNS, bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.record import OfMotion
@@ -96,16 +96,16 @@ def find_limits(
     """Find the limits at the points of some blocks. Call `give` with each block when its last limit is found."""
     owner = {at: span for span in blocks for at in range(span[1], span[2])}
     empty = {span: _empty(plan, *span) for span in blocks}
-    left = {span: span[2] - span[1] for span in blocks}
-    for point, found in LimitSearch(plan, threads, halt).run(list(owner)):
+    unfinished = {span: span[2] - span[1] for span in blocks}
+    for point, limit in LimitSearch(plan, threads, halt).run(list(owner)):
         span = owner[point]
         block, at = empty[span], point - span[1]
-        block.status[at] = found.status
-        values = {"orbit_period": found.n, "how": found.code}
+        block.status[at] = limit.status
+        values = {"orbit_period": limit.n, "how": limit.code}
         for name, numbers in block.records.items():
-            numbers[at] = values[name] if name in values else getattr(found, name)
-        left[span] -= 1
-        if not left[span]:
+            numbers[at] = values[name] if name in values else getattr(limit, name)
+        unfinished[span] -= 1
+        if not unfinished[span]:
             give(empty.pop(span))
 
 
@@ -117,8 +117,8 @@ def find_impulses(
     def values(point: Mapping[str, float], cycle: ImpactCycle | None) -> tuple[float, ...]:
         if halt.called:
             raise Halted
-        found = find_tolerated(point["A"], point["B"], cycle)
-        return found.velocity, found.force, found.beyond
+        tolerated = find_tolerated(point["A"], point["B"], cycle)
+        return tolerated.velocity, tolerated.force, tolerated.beyond
 
     _of_orbits(plan, blocks, threads, halt, give, values)
 
@@ -129,8 +129,8 @@ def find_proofs(
     """Find the limits for all times at the points of some blocks, and call `give` with each block."""
 
     def values(point: Mapping[str, float], cycle: ImpactCycle | None) -> tuple[float, ...]:
-        found = find_always(point["A"], point["B"], point["eta"], cycle, halt)
-        return found.k2, found.starts_width, found.beyond
+        always = find_always(point["A"], point["B"], point["eta"], cycle, halt)
+        return always.k2, always.starts_width, always.beyond
 
     _of_orbits(plan, blocks, threads, halt, give, values)
 
@@ -154,16 +154,16 @@ def _of_orbits(
         for q, value in zip(plan.quantities, values(row, base.cycle), strict=True):
             block.records[q.name][at] = value
 
-    left = deque(_empty(plan, *span) for span in blocks)
+    waiting = deque(_empty(plan, *span) for span in blocks)
     with Evaluator(plan, plan.sought, threads, halt) as evaluator, Pool(threads) as pool:
-        while left:
-            some: list[tuple[Block, int]] = []
-            while left and len(some) < AHEAD * threads:
-                some += [(left[0], point) for point in range(left[0].start, left[0].stop)]
-                left.popleft()
-            orbits = evaluator.undisturbed(np.array([point for _, point in some]))
-            done = pool.map(write, *zip(*some, strict=True), orbits)
-            for (block, point), _ in zip(some, done, strict=True):
+        while waiting:
+            points: list[tuple[Block, int]] = []
+            while waiting and len(points) < AHEAD * threads:
+                points += [(waiting[0], point) for point in range(waiting[0].start, waiting[0].stop)]
+                waiting.popleft()
+            orbits = evaluator.undisturbed(np.array([point for _, point in points]))
+            done = pool.map(write, *zip(*points, strict=True), orbits)
+            for (block, point), _ in zip(points, done, strict=True):
                 if point + 1 == block.stop:
                     give(block)
 
@@ -172,13 +172,13 @@ def compute(plan: Plan, start: int, stop: int, threads: int = 1, halt: Halt | No
     """Compute the points from `start` to `stop` - 1 of a plan. The result depends on the plan only, to the bit."""
     n, halt = stop - start, halt or Halt()
     block = _empty(plan, 0, start, stop)
-    together = tuple(one for one in plan.record if not one.per_point)
+    together = tuple(record for record in plan.record if not record.per_point)
     if together:
         plain = sweep.compute(replace(plan, record=together, stored=None), start, stop, threads, halt)
         block = plain._replace(records={**block.records, **plain.records})
     with Pool(min(threads, n)) as pool:
         raised = list(pool.map(lambda at: _take_numbers(plan, block, at, halt), range(n)))
-    return block._replace(raised=tuple(one for one in raised if one is not None))
+    return block._replace(raised=tuple(text for text in raised if text is not None))
 
 
 def motion_at(plan: Plan, at: int, halt: Halt | None = None) -> Trajectory:
@@ -197,13 +197,13 @@ def _take_numbers(plan: Plan, block: Block, at: int, halt: Halt) -> str | None:
         array.flags.writeable = False
     block.status[at], block.margin[at] = motion.status, motion.margin
     block.switches[at] = np.bincount(motion.switches["after"], minlength=len(State))
-    for one in plan.record:
-        if isinstance(one, OfMotion):
-            found = one.numbers(motion)
-            if isinstance(found, Exception):
+    for record in plan.record:
+        if isinstance(record, OfMotion):
+            numbers = record.numbers(motion)
+            if isinstance(numbers, Exception):
                 block.status[at] = Status.RAISED
-                return f"{one} at {place(plan, block.start + at)}: {told(found)}"
-            for name, value in found.items():
+                return f"{record} at {place(plan, block.start + at)}: {message_of(numbers)}"
+            for name, value in numbers.items():
                 block.records[name][at] = value
     return None
 
@@ -213,16 +213,16 @@ def with_names(plan: Plan) -> Plan:
 
     Raises ValueError if a function raises at all points, with its first exception, and if a name is not usable.
     """
-    if all(one.returned for one in plan.record if isinstance(one, Own)):
+    if all(record.returned for record in plan.record if isinstance(record, Own)):
         return plan
-    taken, record = {*TAKEN, *plan.axes, *plan.together}, []
-    for one in plan.record:
-        if isinstance(one, Own):
+    taken, records = {*TAKEN, *plan.axes, *plan.together}, []
+    for record in plan.record:
+        if isinstance(record, Own):
             motions = ((place(plan, at), motion_at(plan, at)) for at in range(plan.n_points))
-            one = one.returning(motions, taken)
-            taken.update(one.returned)
-        record.append(one)
-    return replace(plan, record=tuple(record))
+            record = record.returning(motions, taken)
+            taken.update(record.returned)
+        records.append(record)
+    return replace(plan, record=tuple(records))
 
 
 def place(plan: Plan, at: int) -> str:
@@ -236,12 +236,12 @@ def place(plan: Plan, at: int) -> str:
 def load_kernels(plan: Plan) -> None:
     """Load or compile the kernels of a plan, before its time is measured."""
     short = replace(plan.settings, transient=0, periods=1)
-    of_motion = [one for one in plan.record if isinstance(one, OfMotion)]
+    of_motion = [record for record in plan.record if isinstance(record, OfMotion)]
     if of_motion:
         motion = motion_at(replace(plan, settings=short), 0)
-        for one in of_motion:
-            if one.alone:
-                one.numbers(motion)
+        for record in of_motion:
+            if record.alone:
+                record.numbers(motion)
         return
     searched = plan.record == (LIMIT,)
     sought = {plan.sought: np.array([0.0, 1e-3] if plan.sought == "eps" else [0.1])} if searched else {}

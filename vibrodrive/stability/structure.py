@@ -73,14 +73,14 @@ def period(section: np.ndarray) -> np.ndarray:
     motion, and the points within a period must be further apart than BLURRED.
     """
     section = np.asarray(section, dtype=np.float64)
-    found = np.zeros(section.shape[:-2], dtype=np.int64)
+    periods = np.zeros(section.shape[:-2], dtype=np.int64)
     settled = np.ones(section.shape[:-2], dtype=bool)
     for n in range(1, min(LONGEST_PERIOD, section.shape[-2] // 2) + 1):
         apart = np.abs(section[..., n:, :] - section[..., :-n, :]).max(axis=(-2, -1))
         repeats = apart <= SAME_POINT
-        found = np.where((found == 0) & settled & repeats, n, found)
+        periods = np.where((periods == 0) & settled & repeats, n, periods)
         settled &= repeats | (apart > BLURRED)
-    return found
+    return periods
 
 
 def reference_orbit(motion: Any) -> ReferenceOrbit | None:
@@ -113,9 +113,9 @@ def deviation(points: np.ndarray, section: np.ndarray) -> tuple[np.ndarray, np.n
     n = len(points)
     distance = _distances(points, section)
     k = np.arange(section.shape[-2])
-    each = np.stack([distance[..., k, (k + s) % n].max(axis=-1) for s in range(n)], axis=-1)
-    shift = each.argmin(axis=-1)
-    rho = np.take_along_axis(each, shift[..., None], axis=-1)[..., 0]
+    largest = np.stack([distance[..., k, (k + s) % n].max(axis=-1) for s in range(n)], axis=-1)
+    shift = largest.argmin(axis=-1)
+    rho = np.take_along_axis(largest, shift[..., None], axis=-1)[..., 0]
     return np.where(_finite(section), rho, np.inf), shift
 
 

@@ -16,8 +16,8 @@ def joined(path: Path, stored: Plan, plan: Plan) -> Plan:
     Raises Different if the file contains another sweep.
     """
     if differences := compare(stored, plan):
-        told = f"made from another configuration: {'; '.join(differences)}"
-        raise Different(f"{path}: {told}. A file cannot be extended; choose another file")
+        reason = f"made from another configuration: {'; '.join(differences)}"
+        raise Different(f"{path}: {reason}. A file cannot be extended; choose another file")
     return replace(stored, record=plan.record)
 
 
@@ -29,23 +29,23 @@ def written(stored: Plan, configured: Plan) -> Plan:
 
 def compare(stored: Plan, plan: Plan) -> list[str]:
     """Return the differences between a stored plan and `plan` as texts."""
-    there, here = _flat(stored), _flat(plan)
-    found = []
-    for key in [*there, *(k for k in here if k not in there)]:
-        a, b = there.get(key), here.get(key)
+    in_file, configured = _flat(stored), _flat(plan)
+    differences = []
+    for key in [*in_file, *(k for k in configured if k not in in_file)]:
+        a, b = in_file.get(key), configured.get(key)
         if a is None or b is None or a.tobytes() != b.tobytes():
-            found.append(_other_functions(stored, plan) if key == "record" else _difference(key, a, b))
-    if not found and list(stored.axes) != list(plan.axes):
-        found.append(
+            differences.append(_other_functions(stored, plan) if key == "record" else _difference(key, a, b))
+    if not differences and list(stored.axes) != list(plan.axes):
+        differences.append(
             f"the axes are ({', '.join(stored.axes)}) in the file and ({', '.join(plan.axes)}) in the configuration"
         )
-    return found
+    return differences
 
 
 def _flat(plan: Plan) -> dict[str, np.ndarray]:
     scalars = {name: np.asarray(value) for name, value in plan.scalars.items()}
     together = {f"points.{name}": values for name, values in plan.together.items()}
-    settings = plan.settings.words | {"record": ", ".join(one.outline for one in plan.record)}
+    settings = plan.settings.words | {"record": ", ".join(record.outline for record in plan.record)}
     return plan.axes | together | scalars | {k: np.asarray(v) for k, v in settings.items()}
 
 
@@ -54,16 +54,12 @@ def _other_functions(stored: Plan, plan: Plan) -> str:
     lacking = {*functions(stored.record)} - {*plan.record}
     only = " (only a call of vd.sweep has functions)" if lacking else ""
     same = stored.record == plan.record
-    return (
-        _difference(
-            "record", *(np.asarray(", ".join(one.outline if same else one for one in p.record)) for p in (stored, plan))
-        )
-        + only
-    )
+    texts = (", ".join(record.outline if same else record for record in p.record) for p in (stored, plan))
+    return _difference("record", *map(np.asarray, texts)) + only
 
 
-def _difference(name: str, there: np.ndarray | None, here: np.ndarray | None) -> str:
-    return f"{name} is {_words(there)} in the file and {_words(here)} in the configuration"
+def _difference(name: str, in_file: np.ndarray | None, configured: np.ndarray | None) -> str:
+    return f"{name} is {_words(in_file)} in the file and {_words(configured)} in the configuration"
 
 
 def _words(value: np.ndarray | None) -> str:

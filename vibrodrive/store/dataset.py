@@ -39,8 +39,8 @@ def dataset(results: Results) -> xarray.Dataset:
         coords.pop(POINT)  # the file of a single motion has this axis, with length 1; the Dataset has no such axis
     coords["state"].attrs |= layout.flags_of_states()
     coords |= {name: xarray.Variable(POINT, values, _about(name)) for name, values in plan.together.items()}
-    found = {q.variable: xarray.Variable((*plan.axes, *e), v, about) for e, q, v, about in _variables(results)}
-    return xarray.Dataset(found, coords, _shared(results))
+    variables = {q.variable: xarray.Variable((*plan.axes, *e), v, about) for e, q, v, about in _variables(results)}
+    return xarray.Dataset(variables, coords, _shared(results))
 
 
 def table(results: Results, of: str = "points") -> tuple[dict[str, np.ndarray], dict[str, str]]:
@@ -52,21 +52,21 @@ def table(results: Results, of: str = "points") -> tuple[dict[str, np.ndarray], 
         raise ValueError(bad("record", ", ".join(results.record), f'extended by "{of}"'))
     sizes, dims = layout.coordinates(plan), (*plan.axes, *ALONG[of])
     grid = np.ix_(*(sizes[name] for name in dims))
-    known = dict(zip(dims, grid, strict=True))
-    known |= {name: values.reshape(known[POINT].shape) for name, values in plan.together.items()}
-    units = {name: layout.meaning_of(name)[1] for name in known}
+    arrays = dict(zip(dims, grid, strict=True))
+    arrays |= {name: values.reshape(arrays[POINT].shape) for name, values in plan.together.items()}
+    units = {name: layout.meaning_of(name)[1] for name in arrays}
     for _, q, values, about in _variables(results, ALONG[of]):
         if (flags := about.get("flag_values")) is not None:
             names = dict(zip(flags.tolist(), about["flag_meanings"].upper().split(), strict=True))
             values = np.vectorize(names.get, [object])(values)
         name = column(q.name, about["units"])
-        known[name], units[name] = values, about["units"]
+        arrays[name], units[name] = values, about["units"]
     shape = tuple(len(sizes[name]) for name in dims)
-    found = {name: np.broadcast_to(values, shape).ravel() for name, values in known.items()}
+    columns = {name: np.broadcast_to(values, shape).ravel() for name, values in arrays.items()}
     if of == IMPACTS:
-        there = ~np.isnan(found["impact_phase"])
-        found = {name: values[there] for name, values in found.items()}
-    return found, units
+        filled = ~np.isnan(columns["impact_phase"])
+        columns = {name: values[filled] for name, values in columns.items()}
+    return columns, units
 
 
 def frame(results: Results, of: str = "points") -> pandas.DataFrame:

@@ -32,16 +32,16 @@ MODEL = (
 
 def plain(plan: Plan) -> dict[str, Any]:
     """Return the values common to all motions of a plan, by name: parameters that are not an axis, and settings."""
-    left = [plan.sought] if plan.seeks else []
-    scalars = {name: value for name, value in plan.scalars.items() if name not in left and not math.isnan(value)}
-    return scalars | plan.settings.words | {"record": ", ".join(one.text(plan.sought) for one in plan.record)}
+    omitted = [plan.sought] if plan.seeks else []
+    scalars = {name: value for name, value in plan.scalars.items() if name not in omitted and not math.isnan(value)}
+    return scalars | plan.settings.words | {"record": ", ".join(record.text(plan.sought) for record in plan.record)}
 
 
 def acting(plan: Plan) -> dict[str, Any]:
     """Return the values of `plain` that affect a motion: dtau and tol if the method uses them, eta if ε may be > 0."""
     values = plain(plan)
-    left = {*plan.settings.idle, *(["eta"] if values.get("eps") == 0.0 else [])}
-    return {name: value for name, value in values.items() if name not in left}
+    omitted = {*plan.settings.idle, *(["eta"] if values.get("eps") == 0.0 else [])}
+    return {name: value for name, value in values.items() if name not in omitted}
 
 
 def comment(plan: Plan) -> str:

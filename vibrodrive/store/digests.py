@@ -28,9 +28,9 @@ WHOLE = 1 << 26
 
 def digest(quantity: Quantity, k: int, values: np.ndarray) -> int:
     """Return the digest of the values of block k, which is never 0."""
-    found = hashlib.blake2b(quantity.variable.encode(), digest_size=8, salt=k.to_bytes(16, "little"))
-    found.update(np.ascontiguousarray(values, quantity.dtype).data)
-    return int.from_bytes(found.digest(), "little") or 1
+    hashed = hashlib.blake2b(quantity.variable.encode(), digest_size=8, salt=k.to_bytes(16, "little"))
+    hashed.update(np.ascontiguousarray(values, quantity.dtype).data)
+    return int.from_bytes(hashed.digest(), "little") or 1
 
 
 class Marks(NamedTuple):
@@ -42,17 +42,17 @@ class Marks(NamedTuple):
 
 
 def read_blocks(
-    file: h5py.File, quantity: Quantity, plan: Plan, which: np.ndarray
+    file: h5py.File, quantity: Quantity, plan: Plan, numbers: np.ndarray
 ) -> Iterator[tuple[int, np.ndarray | str]]:
-    """Yield (number, values or the fault) for the blocks with the numbers `which`. Values have a row for each point."""
-    name, where = quantity.variable, tiles(plan)
+    """Yield (number, values or the fault) for the blocks with these numbers. Values have a row for each point."""
+    name, blocks = quantity.variable, tiles(plan)
     sums, data = np.asarray(variable(file, digests_of(quantity))[...]), variable(file, name)  # as a sweep writes them
     whole = None
-    if 2 * len(which) > len(where) and data.nbytes <= WHOLE:
+    if 2 * len(numbers) > len(blocks) and data.nbytes <= WHOLE:
         with contextlib.suppress(*BROKEN):  # the blocks are then read one by one
             whole = np.asarray(data[...]).reshape(plan.n_points, -1)
-    for k in which.tolist():
-        start, stop, slab = where[k]
+    for k in numbers.tolist():
+        start, stop, slab = blocks[k]
         try:
             values = np.asarray(data[slab]).reshape(stop - start, -1) if whole is None else whole[start:stop]
         except BROKEN:
@@ -61,11 +61,11 @@ def read_blocks(
             yield k, values if digest(quantity, k, values) == sums[k] else f"{name}: does not match its digest"
 
 
-def read_marks(file: h5py.File, plan: Plan, others: Iterable[tuple[int, str]] = ()) -> Marks:
-    """Read the statuses of all blocks. `others` are further damaged blocks, and their faults."""
+def read_marks(file: h5py.File, plan: Plan, damaged: Iterable[tuple[int, str]] = ()) -> Marks:
+    """Read the statuses of all blocks. `damaged` are further damaged blocks, and their faults."""
     written = np.asarray(variable(file, digests_of(STATUS))[...]) != 0
     status = np.full(plan.shape or (1,), STATUS.fill, STATUS.dtype)
-    blocks, wrong = plan.blocks(), dict(others)
+    blocks, wrong = plan.blocks(), dict(damaged)
     for k, values in read_blocks(file, STATUS, plan, np.flatnonzero(written)):
         if isinstance(values, str):
             wrong[k] = values

@@ -60,13 +60,13 @@ class _Bytes(io.FileIO):
     """
 
     def readinto(self, buffer: Any) -> int:
-        rest = memoryview(buffer)
+        unread = memoryview(buffer)
         try:
-            while rest and (count := super().readinto(rest)):  # the system may read less than asked
-                rest = rest[count:]
+            while unread and (count := super().readinto(unread)):  # the system may read less than asked
+                unread = unread[count:]
         except OSError as error:
             raise Refused(error) from None
-        return len(buffer) - len(rest)
+        return len(buffer) - len(unread)
 
 
 class Refused(Exception):
@@ -79,8 +79,8 @@ def open_result(path: Path) -> Iterator[h5py.File]:
 
     Raises NoResult, Damaged if HDF5 cannot interpret the bytes, and OSError if the system refuses to read them.
     """
-    if (what := special(path)) is not None:  # raises OSError for a missing file
-        raise no_result(path, f"must be a result file, but is {what}")
+    if (kind := special(path)) is not None:  # raises OSError for a missing file
+        raise no_result(path, f"must be a result file, but is {kind}")
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)
     try:
@@ -104,8 +104,8 @@ def _opened(path: Path, access: h5py.h5p.PropFAID) -> h5py.File:
     try:
         return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, access))
     except (OSError, OverflowError) as error:  # an address that is too large
-        what = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
-        raise Damaged(f"{path}: {what}; {RESTORE}") from error
+        fault = "truncated" if "truncated" in str(error) else f"too damaged to be read ({error})"
+        raise Damaged(f"{path}: {fault}; {RESTORE}") from error
 
 
 def unwritable(error: OSError, path: Path) -> Unwritable:
@@ -118,15 +118,15 @@ def no_result(path: str | Path, why: str) -> NoResult:
     return NoResult(Refusal(str(path), f": {why}"))
 
 
-def damaged(path: str | Path, what: str) -> Damaged:
+def damaged(path: str | Path, fault: str) -> Damaged:
     """Return the error for a result file that can be opened, but has a fault."""
-    return Damaged(f"{path}: damaged ({what}); {RESTORE}")
+    return Damaged(f"{path}: damaged ({fault}); {RESTORE}")
 
 
-def rewritten(path: str | Path, what: str, readers: str = "h5py, xarray and other programs for HDF5") -> NoResult:
+def rewritten(path: str | Path, change: str, readers: str = "h5py, xarray and other programs for HDF5") -> NoResult:
     """Return the error for a file that another program has written anew from one of this program."""
-    told = f"rewritten by another program ({what}): its numbers can be read by {readers}, but it cannot be resumed"
-    return no_result(path, told)
+    reason = f"rewritten by another program ({change}): its numbers can be read by {readers}, but it cannot be resumed"
+    return no_result(path, reason)
 
 
 @contextlib.contextmanager
@@ -142,8 +142,8 @@ def interpreting(path: str | Path) -> Iterator[None]:
     except BROKEN as error:
         if isinstance(error, TypeError) and not _raised_by_h5py(error):
             raise
-        what = " ".join(str(error).split())
-        raise Damaged(f"{path}: too damaged to be read ({what}); {RESTORE}") from error
+        message = " ".join(str(error).split())
+        raise Damaged(f"{path}: too damaged to be read ({message}); {RESTORE}") from error
 
 
 def _raised_by_h5py(error: BaseException) -> bool:
@@ -184,8 +184,8 @@ def check_kind(file: h5py.File) -> None:
             raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
         if lacking := [name for name in NEEDED if name not in file.attrs]:
             raise rewritten(path, f"without the attribute {lacking[0]}")
-        if (found := attribute(file, SCHEMA)) != NUMBER:
-            raise of_another_version(file, f"{SCHEMA} = {found}: must be {NUMBER}")
+        if (number := attribute(file, SCHEMA)) != NUMBER:
+            raise of_another_version(file, f"{SCHEMA} = {number}: must be {NUMBER}")
         if DIGESTS not in file:
             raise rewritten(path, f"without the group {DIGESTS}")
 
@@ -194,11 +194,11 @@ NEEDED = (SCHEMA, "title", "config", "overrides", "versions", "plan", "plan_sha2
 """Attributes that are read, in addition to those of `is_ours`."""
 
 
-def of_another_version(file: h5py.File, what: str) -> NoResult:
+def of_another_version(file: h5py.File, contents: str) -> NoResult:
     """Return the error for a sound file with contents that only another version reads."""
     made = versions_of(file)["vibrodrive"]
     return no_result(
-        file.filename, f"{what} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
+        file.filename, f"{contents} in vibrodrive {__version__}; read it with vibrodrive {made}, which wrote it"
     )
 
 
@@ -229,9 +229,9 @@ def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
     check_kind(file)
     with interpreting(file.filename):
-        for name, what in (("config", "configuration"), ("plan", "plan")):
+        for name, word in (("config", "configuration"), ("plan", "plan")):
             if digest(_text(file, name)) != attribute(file, f"{name}_sha256"):
-                raise damaged(file.filename, f"the SHA-256 of the {what} differs from the stored SHA-256")
+                raise damaged(file.filename, f"the SHA-256 of the {word} differs from the stored SHA-256")
         try:
             plan = _plan(file, _parsed(file, "plan", dict))
         except VibrodriveError:
@@ -257,19 +257,20 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
         if sha != (axes | points)[name]:
             raise damaged(file.filename, f"axis {name}: changed after it was written")
     method = Method(outline["settings"]["method"])
-    given = {name: value for name, value in outline["scalars"].items() if name not in IDLE[method]}
-    follows = [name for name, of in (("A", "a0"), ("B", "alpha")) if name in given and of in {*given, *values}]
-    exact = {name: check(name, given.pop(name)) for name in follows}  # as on the machine that wrote the file
-    if unknown := [name for name, value in given.items() if value is None and name != "dtau"]:
+    parameters = {name: value for name, value in outline["scalars"].items() if name not in IDLE[method]}
+    follows = [
+        name for name, of in (("A", "a0"), ("B", "alpha")) if name in parameters and of in {*parameters, *values}
+    ]
+    exact = {name: check(name, parameters.pop(name)) for name in follows}  # as on the machine that wrote the file
+    if unknown := [name for name, value in parameters.items() if value is None and name != "dtau"]:
         raise ValueError(f"{unknown[0]} = None")
-    given |= {name: array for name, array in values.items() if name not in (POINT, *points)}
-    arguments = {"points" if name == POINT else name: given.get(name) for name in [*axes, *given]}
+    parameters |= {name: array for name, array in values.items() if name not in (POINT, *points)}
+    arguments = {"points" if name == POINT else name: parameters.get(name) for name in [*axes, *parameters]}
     arguments |= {"points": {name: values[name] for name in points}} if points else {}
     plan = make_plan(arguments | outline["settings"] | {"method": method, "record": record})
     tiling = tuple(check_count("tiling", n, 1) for n in outline["tiling"]) if axes else ()
     cut = next((k for k, n in enumerate(tiling) if n > 1), len(tiling) - 1)
-    whole = all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True)))
-    if not whole:
+    if not all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True))):
         raise ValueError(f"tiling = {tiling} of {plan.shape}")
     return replace(plan.having(exact), tiling=tiling or None, stored=stored)
 
@@ -300,8 +301,8 @@ def _texts(value: object) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, list | dict):
-        for each in value if isinstance(value, list) else itertools.chain(*value.items()):
-            yield from _texts(each)
+        for part in value if isinstance(value, list) else itertools.chain(*value.items()):
+            yield from _texts(part)
 
 
 def variable(file: h5py.File, name: str) -> h5py.Dataset:
@@ -342,9 +343,9 @@ def offsets(file: h5py.File, plan: Plan) -> dict[Quantity, list[int | None]]:
     places: dict[Quantity, list[int | None]] = {}
     for v in variables_of(plan):
         shape = layout.shape_of(v, plan)
-        for name, dtype, wanted in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", (plan.n_blocks,))):
+        for name, dtype, expected in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", (plan.n_blocks,))):
             data = variable(file, name)
-            if data.dtype != np.dtype(dtype) or data.shape != wanted:
+            if data.dtype != np.dtype(dtype) or data.shape != expected:
                 raise damaged(file.filename, f"{name}: wrong shape or data type")
             places.setdefault(v, []).append(data.id.get_offset())
     return places
@@ -363,34 +364,34 @@ def digests_of(quantity: Quantity) -> str:
 
 def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
     """Return the records of a file. Raises NoResult if one is that of another version."""
-    record = []
+    records = []
     for text in outline.get("record", (SECTION,)):
-        if (one := read_record(text)) is None:
+        if (record := read_record(text)) is None:
             raise of_another_version(file, f"record {text!r}: unknown")
-        if isinstance(one, Own) and one in outline.get("rows", {}):
-            rows = {name: tuple(row) for name, row in outline["rows"][one].items()}
+        if isinstance(record, Own) and record in outline.get("rows", {}):
+            rows = {name: tuple(row) for name, row in outline["rows"][record].items()}
             for unit, scales, label in rows.values():
                 if not isinstance(unit + label, str) or scales not in ("", *SCALES):
-                    raise ValueError(f"rows of {one}")
-            one = one.with_rows(rows)
-        record.append(one)
-    return tuple(record)
+                    raise ValueError(f"rows of {record}")
+            record = record.with_rows(rows)
+        records.append(record)
+    return tuple(records)
 
 
 def _stored(file: h5py.File, outline: dict[str, Any], of_record: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """Return the quantities of a file. Raises NoResult if the outline of its plan has names of another version."""
-    known = {q.name: q for q in of_record}
+    recorded = {q.name: q for q in of_record}
     types = outline.get("quantities", {})
-    for what, names, ours in (
+    for kind, names, ours in (
         ("setting", outline["settings"], vars(Settings())), ("parameter", outline["scalars"], NAMES),
-        ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, known),
+        ("axis", outline["axes"], (*AXES, POINT)), ("quantity", types, recorded),
     ):  # fmt: skip
         if unknown := [name for name in names if name not in ours]:
-            raise of_another_version(file, f"{what} {unknown[0]!r}: unknown")
+            raise of_another_version(file, f"{kind} {unknown[0]!r}: unknown")
     for name, dtype in types.items():
         if not re.fullmatch("<(f[48]|i[1248])", dtype):
             raise ValueError(f"type of {name}")
-    return tuple(q._replace(dtype=types[name]) for name, q in known.items() if name in types)
+    return tuple(q._replace(dtype=types[name]) for name, q in recorded.items() if name in types)
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
@@ -404,9 +405,9 @@ def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:
         for name, value in written.items():
             try:
                 stored = _values(file, name, len(value)) if kind == "coordinate" else attribute(file, name)
-                whole = np.array_equal(stored, value)  # which hides errors of reading
+                intact = np.array_equal(stored, value)  # which hides errors of reading
             except BROKEN:
-                whole = False
-            if not whole:
+                intact = False
+            if not intact:
                 wrong.append(f"{kind} {name}")
     return wrong

@@ -53,7 +53,7 @@ COUNTS_MAX = 2**31
 
 def variables_of(plan: Plan) -> tuple[Quantity, ...]:
     """Return the variables of a file, in the order in which a block is written."""
-    sections = [q for one in plan.record for q in one.quantities if q.along == "period"]
+    sections = [q for record in plan.record for q in record.quantities if q.along == "period"]
     few = not sections and plan.settings.periods * plan.settings.budget < COUNTS_MAX
     points = [q._replace(dtype="<i4") if q is SWITCHES and few else q for q in POINTS]
     return (*sections, *plan.quantities, *points)
@@ -97,10 +97,10 @@ def axes_of(plan: Plan) -> dict[str, np.ndarray]:
 def coordinates(plan: Plan) -> dict[str, np.ndarray]:
     """Return all dimensions of the file and their values."""
     periods = plan.settings.periods
-    found = {**axes_of(plan)}
-    for name in dict.fromkeys(q.along for one in plan.record for q in one.quantities if q.along):
-        found[name] = np.arange(1, length_along(name, periods)[0] + 1)
-    return {**found, "state": np.array(list(State), np.int8)}
+    dimensions = {**axes_of(plan)}
+    for name in dict.fromkeys(q.along for record in plan.record for q in record.quantities if q.along):
+        dimensions[name] = np.arange(1, length_along(name, periods)[0] + 1)
+    return {**dimensions, "state": np.array(list(State), np.int8)}
 
 
 class Tile(NamedTuple):
@@ -192,8 +192,8 @@ def _attributes(plan: Plan, origin: Origin) -> dict[str, Any]:
     parts: dict[str, Any] = {"axes": digests(plan.axes), "scalars": scalars, "settings": vars(plan.settings)}
     parts["tiling"] = plan.chunk
     if plan.record != (SECTION,):
-        parts["record"] = [one.outline for one in plan.record]
-    if rows := {one: one.rows for one in plan.record if one.rows}:
+        parts["record"] = [record.outline for record in plan.record]
+    if rows := {record: record.rows for record in plan.record if record.rows}:
         parts["rows"] = rows
     if plan.quantities:
         parts["quantities"] = {q.name: q.dtype for q in plan.quantities}

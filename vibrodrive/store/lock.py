@@ -47,9 +47,9 @@ class Content(io.RawIOBase):
         return self._at
 
     def readinto(self, buffer: Any) -> int:
-        found = os.pread(self._fd, len(buffer), self._at)
-        buffer[: len(found)] = found
-        return len(found)
+        content = os.pread(self._fd, len(buffer), self._at)
+        buffer[: len(content)] = content
+        return len(content)
 
     def write(self, content: Any) -> int:
         self._try(_write, self._fd, memoryview(content).cast("B"), self._at)
@@ -86,14 +86,14 @@ class Lock:
                 self._fd = os.open(path, os.O_RDWR | (os.O_CREAT if create else 0), 0o666)
                 locked = _lock(self._fd)
             except OSError as error:
-                held = error.errno == errno.EAGAIN
-                if create and not held and self._fd >= 0 and not os.fstat(self._fd).st_size:
+                busy = error.errno == errno.EAGAIN
+                if create and not busy and self._fd >= 0 and not os.fstat(self._fd).st_size:
                     path.unlink()
                 self.release()
-                raise Busy(f"{name}: {WRITING}") if held else OSError(error.errno, error.strerror, str(name)) from None
+                raise Busy(f"{name}: {WRITING}") if busy else OSError(error.errno, error.strerror, str(name)) from None
         if not locked:
-            told = f"{name}: this file system has no locks; let only one process write this file"
-            warnings.warn(told, Unlocked, stacklevel=2)
+            message = f"{name}: this file system has no locks; let only one process write this file"
+            warnings.warn(message, Unlocked, stacklevel=2)
 
     def holds(self, path: Path) -> bool:
         """Return True if `path` leads to the locked file, and False if this file was moved, deleted or replaced."""

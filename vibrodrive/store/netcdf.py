@@ -38,27 +38,27 @@ def _in_order(kind: Any) -> Any:
     return properties
 
 
-def dimension(where: h5py.Group, name: str, values: np.ndarray, long_name: str, units: str) -> h5py.Dataset:
+def dimension(parent: h5py.Group, name: str, values: np.ndarray, long_name: str, units: str) -> h5py.Dataset:
     """Create a dimension and the coordinate variable with its values."""
-    data = _create(where, name, values.shape, values.dtype, (long_name, units))
+    data = _create(parent, name, values.shape, values.dtype, (long_name, units))
     data[...] = values
     data.make_scale(name)
     return data
 
 
 def variable(
-    where: h5py.Group, name: str, dimensions: tuple[str, ...], dtype: Any, about: tuple[str, str], fill: Any = None
+    parent: h5py.Group, name: str, dimensions: tuple[str, ...], dtype: Any, about: tuple[str, str], fill: Any = None
 ) -> h5py.Dataset:
     """Create a variable over existing dimensions. `about` is its long name and its unit, `fill` its value where nothing
     has been written, by default 0."""
-    data = _create(where, name, tuple(len(where[d]) for d in dimensions), dtype, about, fill)
+    data = _create(parent, name, tuple(len(parent[d]) for d in dimensions), dtype, about, fill)
     for k, d in enumerate(dimensions):
-        data.dims[k].attach_scale(where[d])
+        data.dims[k].attach_scale(parent[d])
     return data
 
 
 def _create(
-    where: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any, about: tuple[str, str], fill: Any = None
+    parent: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any, about: tuple[str, str], fill: Any = None
 ) -> h5py.Dataset:
     """Create a dataset whose values are one piece of the file, which they have from the beginning."""
     made, number = h5py.h5p.create(h5py.h5p.DATASET_CREATE), np.dtype(dtype)
@@ -69,24 +69,24 @@ def _create(
         made.set_fill_value(np.array(fill, number))
     made.set_obj_track_times(False)
     space, kind = h5py.h5s.create_simple(shape), h5py.h5t.py_create(number)
-    data = h5py.Dataset(h5py.h5d.create(where.id, name.encode(), kind, space, made))
+    data = h5py.Dataset(h5py.h5d.create(parent.id, name.encode(), kind, space, made))
     describe(data, dict(zip(("long_name", "units"), about, strict=True)))
     return data
 
 
-def describe(what: h5py.File | h5py.Dataset, attributes: Mapping[str, Any]) -> None:
+def describe(holder: h5py.File | h5py.Dataset, attributes: Mapping[str, Any]) -> None:
     """Add attributes. Texts have a fixed length, because programs for netCDF-3, such as the package of Octave, read no
     others, and because HDF5 may loop for ever in the heap of those if it is damaged."""
     for name, value in attributes.items():
         text = value.encode() if isinstance(value, str) else None
         dtype = None if text is None else h5py.string_dtype("utf-8", max(len(text), 1))
-        what.attrs.create(name, value if text is None else text, dtype=dtype)
+        holder.attrs.create(name, value if text is None else text, dtype=dtype)
 
 
-def attribute(what: h5py.File | h5py.Dataset, name: str) -> Any:
+def attribute(holder: h5py.File | h5py.Dataset, name: str) -> Any:
     """Return an attribute as a text or a number. Other programs write a text also with a variable length, and text or
     number also as an array of one. Raises KeyError and the other exceptions of h5py."""
-    value = what.attrs[name]
+    value = holder.attrs[name]
     if isinstance(value, h5py.Empty):  # an empty text of the netCDF library
         return ""
     if isinstance(value, np.ndarray) and value.size == 1:

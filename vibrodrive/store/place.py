@@ -102,20 +102,19 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
     from vibrodrive.store.header import special
 
     try:
-        what = special(path)
+        kind = special(path)
         exists = True
     except FileNotFoundError:
-        what, exists = None, False
+        kind, exists = None, False
     except OSError as error:
         raise ConfigError(bad(role, str(path), f"a path that can be written ({error.strerror})")) from None
-    if what is not None:
-        raise ConfigError(bad(role, str(path), f"a file, but is {what}"))
+    if kind is not None:
+        raise ConfigError(bad(role, str(path), f"a file, but is {kind}"))
     if exists and renamed and _is_mounted(path):
         raise ConfigError(bad(role, str(path), "a file that can be replaced, but it is mounted alone"))
     parent = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(parent):
-        there = "in a directory that exists (No such file or directory)"
-        raise ConfigError(bad(role, str(path), there))
+        raise ConfigError(bad(role, str(path), "in a directory that exists (No such file or directory)"))
     needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
     if not all(os.access(place, os.W_OK) for place in needed):
         raise ConfigError(bad(role, str(path), "a path with write permission (Permission denied)"))

@@ -54,33 +54,39 @@ class DamagedBlock(UserWarning):
 
 
 def _read(
-    path: Path, own: tuple[object, ...], plan: Plan, rewritten: str, damaged: dict[int, str], name: str, index: Index
+    path: Path,
+    expected: tuple[object, ...],
+    plan: Plan,
+    rewritten: str,
+    damaged: dict[int, str],
+    name: str,
+    index: Index,
 ) -> np.ndarray:
     """Return the array `name` of Results at an index. Blocks that are left out are added to `damaged`.
 
-    `own` is the identity of the file. In the array `status` the points of all damaged blocks are NOT_COMPUTED.
+    `expected` is the identity of the file. In the array `status` the points of all damaged blocks are NOT_COMPUTED.
     """
     index = index if plan.axes else (0,)
-    wanted = SECTIONS if name == "section" else (q for q in (*plan.quantities, *POINTS) if q.name == name)
-    names = [q.variable for q in wanted]
+    quantities = SECTIONS if name == "section" else (q for q in (*plan.quantities, *POINTS) if q.name == name)
+    names = [q.variable for q in quantities]
     with open_result(path) as file, interpreting(path):
-        if identity(file) != own:
+        if identity(file) != expected:
             raise Different(f"{path}: was replaced since by the file of another sweep; load it again")
         variables = [q for q in variables_of(plan) if q.variable in names]
-        kept = [_shape(plan, q, index) for q in variables]
-        need = sum(math.prod(shape) * q.itemsize for shape, q in zip(kept, variables, strict=True))
+        shapes = [_shape(plan, q, index) for q in variables]
+        need = sum(math.prod(shape) * q.itemsize for shape, q in zip(shapes, variables, strict=True))
         refuse_large_reading(f"{path}: {name}", need * len(names))  # two columns are read, and stacked
-        known = dict(damaged) if name == "status" else {}
-        status, done, wrong = read_marks(file, plan, known.items())
+        earlier = dict(damaged) if name == "status" else {}
+        status, done, wrong = read_marks(file, plan, earlier.items())
         arrays = [status[index]]
         if name != "status":
             parts = [part for part in _parts(plan, index) if done[part[0]]]
-            arrays = [_array(file, q, plan, parts, shape, wrong) for q, shape in zip(variables, kept, strict=True)]
+            arrays = [_array(file, q, plan, parts, shape, wrong) for q, shape in zip(variables, shapes, strict=True)]
             for q, array in zip(variables, arrays, strict=True):
                 for _, into, _ in (part for part in parts if part[0] in wrong):
                     _points(array, q, plan)[into] = q.fill
     damaged |= wrong
-    if new := {k: fault for k, fault in wrong.items() if k not in known}:
+    if new := {k: fault for k, fault in wrong.items() if k not in earlier}:
         places = "; ".join(f"{place(plan, k)}: {fault}" for k, fault in sorted(new.items()))
         message = f"{path}: damaged blocks are left out of {name}: {places}. {again(plan, rewritten, 'them')}"
         warnings.warn(message, DamagedBlock, stacklevel=2)
@@ -126,8 +132,8 @@ def _points(array: np.ndarray, quantity: Quantity, plan: Plan) -> np.ndarray:
 
 def _shape(plan: Plan, quantity: Quantity, index: Index) -> tuple[int, ...]:
     """Return the shape of the part of a variable that an index selects."""
-    kept = [n for n, i in zip(plan.shape or (1,), index, strict=True) if isinstance(i, slice)]
-    return *kept, *length_along(quantity.along, plan.settings.periods)
+    lengths = [n for n, i in zip(plan.shape or (1,), index, strict=True) if isinstance(i, slice)]
+    return *lengths, *length_along(quantity.along, plan.settings.periods)
 
 
 def place(plan: Plan, k: int) -> str:
@@ -140,10 +146,10 @@ def place(plan: Plan, k: int) -> str:
     return f"block {k} (points {tile.start} to {tile.stop - 1}: {', '.join(spans)})"
 
 
-def again(plan: Plan, rewritten: str, what: str) -> str:
+def again(plan: Plan, rewritten: str, blocks: str) -> str:
     """Return the advice for damaged blocks."""
-    where = ", into another file, because another program has rewritten this one" if rewritten else ""
-    return f"Repeat {how_repeated(plan.record)} to compute {what} again{where}"
+    elsewhere = ", into another file, because another program has rewritten this one" if rewritten else ""
+    return f"Repeat {how_repeated(plan.record)} to compute {blocks} again{elsewhere}"
 
 
 @dataclass(frozen=True)
@@ -191,27 +197,27 @@ class Report:
     def lines(self) -> Lines:
         """Return the facts as text. Axes of a scene have the units of figures."""
         plan, shared = self.header.plan, acting(self.header.plan)
-        found = [("blocks", f"{self.done.sum()} of {len(self.done)}")]
+        lines = [("blocks", f"{self.done.sum()} of {len(self.done)}")]
         for name, values in (plan.axes | plan.together).items():
             axis = SCENE_AXES.get(name)
             ends = (values.min(), values.max()) if name in plan.together else (values[0], values[-1])
             low, high = (float(end) * (axis.scale if axis else 1.0) for end in ends)
             unit = f" {axis.shown}" if axis and axis.shown else ""
             if name in plan.together:
-                found.append(("point", f"{name} between {low:g} and {high:g}{unit}"))
+                lines.append(("point", f"{name} between {low:g} and {high:g}{unit}"))
             else:
-                found.append(("axis", f"{name} = {low:g} to {high:g}{unit}, {counted(len(values), 'value')}"))
-        found += [
+                lines.append(("axis", f"{name} = {low:g} to {high:g}{unit}, {counted(len(values), 'value')}"))
+        lines += [
             ("fixed", numbers({name: value for name, value in shared.items() if name in plan.scalars})),
             ("record", str(shared["record"])),
             ("switches", str(shared["method"])),
             ("periods", f"{shared['transient']} transient, {shared['periods']} recorded"),
         ]
         if functions(plan.record) and not self.complete and not self.header.rewritten:
-            found.append(("resume", f"repeat {how_repeated(plan.record).rstrip(',')}"))
+            lines.append(("resume", f"repeat {how_repeated(plan.record).rstrip(',')}"))
         if self.header.rewritten:
-            found.append(("rewritten", f"by another program ({self.header.rewritten}): it cannot be resumed"))
-        return found + [("status", f"{name}: {counted(points, 'point')}") for name, points in self.statuses.items()]
+            lines.append(("rewritten", f"by another program ({self.header.rewritten}): it cannot be resumed"))
+        return lines + [("status", f"{name}: {counted(points, 'point')}") for name, points in self.statuses.items()]
 
 
 def look(path: Path) -> Report:
@@ -236,5 +242,5 @@ def contradictions(header: Header) -> list[str]:
     """Return in words what the configuration in a file says otherwise than its header."""
     with contextlib.suppress(ConfigError):  # the configuration was written by another version
         differences = compare(header.plan, written(header.plan, header.origin.parsed().plan()))
-        return [f"the configuration and the file differ: {what}" for what in differences]
+        return [f"the configuration and the file differ: {difference}" for difference in differences]
     return []

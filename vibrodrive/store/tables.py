@@ -64,8 +64,8 @@ def numbered_rows(path: Path) -> list[tuple[int, dict[str, str]]]:
     if not lines:
         raise ConfigError(f"{path}: must be a table (CSV in UTF-8)")
     names = [name.strip() for name in lines[0][1]]
-    if len(names) == 1 and (other := re.search(r"[;\t ]", names[0])):
-        raise ConfigError(f"{path}: {bad('separator', other[0], 'a comma')}")
+    if len(names) == 1 and (separator := re.search(r"[;\t ]", names[0])):
+        raise ConfigError(f"{path}: {bad('separator', separator[0], 'a comma')}")
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise ConfigError(f"{path}: {bad('columns', ', '.join(names), f'different names, but {twice} is there twice')}")
     for number, cells in lines[1:]:

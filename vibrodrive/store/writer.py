@@ -72,11 +72,11 @@ class Writer:
         """Write a finished block. Raises Unwritable."""
         self._refuse_rewritten()
         self._refuse_lost()
-        found: dict[str, np.ndarray] = {**block._asdict(), **block.records}
+        arrays: dict[str, np.ndarray] = {**block._asdict(), **block.records}
         if block.section is not None:
-            found |= {q.name: block.section[..., column] for column, q in enumerate(SECTIONS)}
+            arrays |= {q.name: block.section[..., column] for column, q in enumerate(SECTIONS)}
         for quantity in self._at:
-            values = np.ascontiguousarray(found[quantity.name], quantity.dtype)
+            values = np.ascontiguousarray(arrays[quantity.name], quantity.dtype)
             self._put(quantity, block.index, values, digest(quantity, block.index, values))
         self.done[block.index] = True
 
@@ -147,8 +147,8 @@ def _resume(path: Path, plan: Plan) -> Writer:
     lock = Lock(path)
     try:
         with open_result(path) as file:
-            there = read_header(file).plan
-        return Writer(lock, path, joined(path, there, plan))
+            stored = read_header(file).plan
+        return Writer(lock, path, joined(path, stored, plan))
     except BaseException:
         lock.release()
         raise
