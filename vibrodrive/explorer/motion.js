@@ -64,7 +64,7 @@ const draw_motion = () => {
   stroke(c, Array.from({length: 60 * Math.ceil(last) + 1}, (_, k) => [across(k / 60), low + (high - low) * (1 + Math.sin(2 * Math.PI * k / 60 + phase)) / 6]));
   for (let k = 0; k <= last; k++) c.fillRect(across(k), low, 1, 0.4 * size);
   c.fillText("gap ξ over time, in shakes", 0.3 * size, size);
-  c.fillText("shaking sin τ", 0.3 * size, height - 0.2 * size);
+  c.fillText("shaking sin τ", 0.3 * size, height - 0.4 * size);
   draw_curve(c, motion.state, Array.from(time, across), Array.from(xi, up));
 };
 const draw_mass = () => {
