@@ -469,6 +469,12 @@ def test_knob_follows_keys_and_mouse_and_motions_at_rest_have_ticks_but_no_limit
     tab.until(lambda: "rests for ever" in text(tab, "sentence"), "its sentence")
     tab.until(explorer._explorer.engine.worker.idle, "the end of all work")
     assert tab.ask("page.limits") == {}
+    query = {"eps": 1e-4, "method": "muller", "dtau": 1e-3, "section_phase": math.pi / 2, "transient": 500}
+    assert [vd.simulate(3.12294, periods=n, **query).status for n in (12, 500)] == ["OK", "TOO_CLOSE"]
+    tab.open(explorer.address + "&low=3.1&columns=20&at=3.12294&eps=1e-4&method=muller&dtau=1e-3")
+    tab.until(
+        lambda: text(tab, "sentence").startswith("A = 3.12294 · comes too close to a decision · "), "its sentence"
+    )
 
 
 def test_slider_runs_until_the_structure_is_lost(tab, explorer):
@@ -627,7 +633,7 @@ def test_saved_page_moves_and_is_heard_without_a_server_or_a_network(tab, explor
             assert abs(at - (3 + 0.25 * share)) <= 0.005
             motion = vd.simulate(at, section_phase=math.pi / 2, transient=200)
             period = f"period {motion.period}" if motion.period else "no period"
-            assert text(tab, "sentence") == f"A = {at:g} · {period}"
+            assert text(tab, "sentence").startswith(f"A = {at:g} · {period}")  # perhaps with a limit of another test
         handle = tab.driver.find_element("id", "handle")
         handle.send_keys("\ue012")  # the left arrow
         tab.until(f"page.view.at < {at}", "the next motion")
@@ -935,6 +941,7 @@ const look = () => {
 };
 look();
 """
+SIGNS = {"A": "A", "B": "B", "eps": "ε", "dtau": "Δτ"}
 SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -961,13 +968,13 @@ def judged(seen):
     """Compare all that a page has said at a moment with the package, at the setting that it showed then. Return how
     many statements were compared."""
     view, sentence, count = seen["view"], seen["sentence"], 0
-    said = value(sentence.split(" · ")[0].split(" = ")[1])  # the motion from which the knob has moved on
-    at = {name: said if name == view["x"] else view[name] for name in ("A", "B", "eps", "dtau")}
+    said = {sign: value(number) for sign, number in re.findall(r"(\S+) = ([^ ,]+)", sentence.split(" · ")[0])}
+    at = {name: said.get(sign, view[name]) for name, sign in SIGNS.items()}  # from which knob or slider have moved on
     knob = (view["at"] if view["x"] == "A" else view["A"], view["B"], view["eps"], view["method"])
     common = at["A"], at["B"], at["eps"], view["method"]
     motion = motion_of(*common, at["dtau"], view["transient"], view["periods"] or 256)
-    assert sentence.startswith(f"{ {'A': 'A', 'eps': 'ε'}[view['x']] } = "), sentence
-    assert said == pytest.approx(view["at"], rel=1e-9) or " · …" not in sentence
+    assert sentence.startswith(f"{SIGNS[view['x']]} = "), sentence
+    assert " · …" not in sentence or list(said.values()) == [pytest.approx(view["at"], rel=1e-9)]
     if not seen["late"]:
         time, xi = np.array(seen["curve"], float).reshape(2, -1)
         short = motion_of(*common, at["dtau"], view["transient"], 12)
@@ -977,9 +984,9 @@ def judged(seen):
         assert (xi[there] > near.min(axis=1) - 3e-3).all()
         assert (xi[there] < near.max(axis=1) + 3e-3).all()
         count += 1
-    if found := re.search(r"period (\d+)|no period|rests for ever", sentence):
-        rests = motion.status == vd.Status.NEVER_LEAVES
-        assert found[0] == "rests for ever" if rests else int(found[1] or 0) == motion.period, sentence
+    if found := re.search(r"period (\d+)|no period|rests for ever|too close", sentence):
+        ended = {"NEVER_LEAVES": "rests for ever", "TOO_CLOSE": "too close"}.get(motion.status.name)
+        assert found[0] == ended if ended else int(found[1] or 0) == motion.period, sentence
         count += 1
     for words, name in {"ε": "eps", "Δτ": "dtau"}.items():
         number = r"([\d.·⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
@@ -1004,7 +1011,9 @@ def judged(seen):
             count += 1
     for bar, share in seen["bars"]:
         A = seen["span"][0] + share * (seen["span"][1] - seen["span"][0])  # of the numbers at the axis
-        middle = motion_of(A, at["B"], at["eps"], view["method"], at["dtau"], view["transient"], view["periods"] or 256)
+        middle = motion_of(
+            A, view["B"], view["eps"], view["method"], view["dtau"], view["transient"], view["periods"] or 256
+        )
         assert (0 if bar == "no period" else int(bar.split()[1])) == middle.period, (bar, A)
         count += 1
     if not seen["older"] and seen["conditions"] != "…":
@@ -1063,6 +1072,10 @@ def test_whatever_is_said_belongs_to_the_setting_beside_it_also_while_this_moves
     sleep(0.2)
     found = moments(tab)
     dragged = [one["sentence"] for one in found if one["view"]["eps"] == 0 and one["view"]["at"] != 3.04]
-    assert [sentence for sentence in dragged if not re.search(r"period|impacts per shake|structure", sentence)] == []
+    dragged += [one["sentence"] for one in found if ", B" in one["sentence"]]
+    assert len(dragged) > 20
+    assert [
+        sentence for sentence in dragged if not re.search(r"period|impacts per shake|structure|too close", sentence)
+    ] == []
     assert len({json.dumps(one["view"]) for one in found}) > 60, "many settings"
     assert sum(map(judged, found)) > 100
