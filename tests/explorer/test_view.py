@@ -85,8 +85,8 @@ def test_colour_limits_of_a_map_are_in_its_key_and_its_configuration():
     assert config.parse(view.toml()).figure["limits"] == (1.5, 2.5)
     (level,) = (level for level in Work([view.plan()], 1).levels(Pace(), Halt()) if level.complete)
     key = painted(level, "energy", view.limits)[2]
-    assert key.ends == (1.5, 2.5, False)
-    assert {"less", "more"} <= {name for _, name in key.swatches}
+    assert key["ends"] == (1.5, 2.5, False)
+    assert {"less", "more"} <= {name for _, name in key["swatches"]}
     assert adapted(view.state(), "shade").limits is None
 
 
