@@ -193,7 +193,8 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
         image = difference(image, *certified)
         swatches = [("var(--ink)", "both"), ("var(--down)", f"{view.method} only"), ("var(--up)", "certified only")]
     elif level.complete and view.barred:
-        head["spans"] = spans_of(level.sweep.results[0].period, left, right)
+        moving = np.where(status == choices.Status.NEVER_LEAVES, -1, level.sweep.results[0].period)
+        head["spans"] = spans_of(moving, left, right)
     head |= {"y": low, "dh": high - low, "empty": not image.any()}
     head["key"] = {"swatches": swatches, "scale": [], "ends": (0.0, 1.0, False)}
     head["odd"] = {words: points.tolist() for words, points in where.items()}
@@ -201,9 +202,8 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
 
 
 def spans_of(period: np.ndarray, left: float, right: float) -> list[tuple[float, float, int]]:
-    """Return (left end, right end, period) of each wide span of columns with one period, 0 for none.
-
-    The columns, int (n,), divide the range from `left` to `right` evenly.
+    """Return (left end, right end, period) of each wide span of columns with one period, 0 for none,
+    and without a span for a negative one. The columns, int (n,), divide the range from `left` to `right` evenly.
     """
     ends = np.concatenate([[0], np.flatnonzero(np.diff(period)) + 1, [len(period)]])
     place = left + (right - left) * ends / len(period)
