@@ -75,7 +75,7 @@ page.enter = (name, text) => {
 };
 const slide = (name, place) => {
   const {slider, factor} = fields[name], gap = keyed && slider[2] === "zero" && place > 0 && place < ZERO;
-  page.pressed = !page.played;
+  page.pressed = !page.played && name;
   const value = !gap ? value_on(slider, place) : page.view[name] > 0 ? 0 : slider[0]; // a key crosses the gap above 0
   page.enter(name, value * factor);
 };
@@ -199,6 +199,7 @@ const comparison = (name, limit, others) => {
   const by = name === "dtau" ? "the time step" : others ? "the ripple alone" : "the ripple";
   return `<span class="${verdict(name, limit)}">${words}</span> with ${by}: your ${sign} = ${digits(value)} is ${times} the limit`;
 };
+const ENDED = {NEVER_LEAVES: "rests for ever", BUDGET: "stopped by its budget of switches", TOO_CLOSE: "comes too close to a decision"};
 const limit_of = (name) => (page.limits[name] && current(name) ? Number(page.limits[name].k2) : NaN);
 
 // The sentence about the motion, and all else that is said: only of what belongs to the view (`current`). What is older
@@ -225,8 +226,9 @@ const judge = () => {
   const {status, period, hits, details} = motion.head, {view} = near ? motion : page, step = known.steps[view.method];
   const names = step ? (disturbance("eps") > 0 ? ["dtau", "eps"] : ["dtau"]) : ["eps"];
   const found = names.filter((name) => limits[name] && (near || current(name))), none = found.length && !(limits[found[0]].period > 0);
-  const parts = [label_of_x(view), !near ? (found.length ? "" : "…") : status === "NEVER_LEAVES" ? "rests for ever" : status === "BUDGET" ? "stopped by its budget of switches"
-    : period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? (found.length ? "" : hits) : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period"];
+  const beat = ENDED[status] ?? (period > 0 ? `period ${period}` : step || disturbance("eps") > 0 || none ? (found.length ? "" : hits)
+    : limits.eps?.period > 0 ? `period ${limits.eps.period}, not yet settled` : "no period");
+  const parts = [[place_of(view), ...moved(view).map((name) => named(name, view[name]))].join(", "), near ? beat : found.length ? "" : "…"];
   if (near && status === "NEVER_LEAVES") parts.push("the shaking is too weak to move the mass");
   else if (none) parts.push("not seen to repeat, even undisturbed: no structure to lose");
   else for (const name of found) parts.push(comparison(name, limits[name], names.length > 1));

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import vibrodrive as vd
-from vibrodrive.explorer.view import ALONE, DIAGRAM, DIFFERENCE, MAP, METHODS, OF_MAPS, RANGES, SI, UNITLESS
-
-from vibrodrive.explorer.view import View, read_address  # isort: skip
+from vibrodrive.explorer import view as views
+from vibrodrive.explorer.view import DIAGRAM, MAP, OF_MAPS, RANGES, SI, UNITLESS, View, read_address
 from vibrodrive.model import choices, figure, names, physical, records
 
 QUANTITIES = records.QUANTITIES
@@ -122,10 +121,10 @@ CONTROLS = (
     _number("eps", MAIN),
     _choice("method", "Method", "How the ends of sliding and sticking are found. Certified: the first zero, proved. "
             "Muller: the paper's iteration on a grid. Fixed: the next point of a grid.",
-            {m: m for m in reversed(METHODS)}, MAIN),
+            {m: m for m in reversed(views.METHODS)}, MAIN),
     _number("dtau", MAIN),
     _choice("compare", "Compared with certified", "Colour what the steps invent and what they miss.",
-            {ALONE: "not", DIFFERENCE: "in colour"}, MAIN, DIAGRAM),
+            {views.ALONE: "not", views.DIFFERENCE: "in colour"}, MAIN, DIAGRAM),
     _number("A", MAIN, UNITLESS), _number("B", MAIN, UNITLESS),
     *(_number(name, MAIN, SI) for name in ("a0", "omega0", "mu", "alpha", "mass")),
     _choice("mode", "Picture", "A diagram shows many values over one parameter, a map one value over two parameters.",
@@ -229,24 +228,18 @@ def known() -> dict[str, Any]:
     }
 
 
-SCRIPTS = "page.js", "picture.js", "controls.js", "sound.js", "motion.js"
-
-
-NOT_REFUSED = {"refused": "", "field": ""}
-
-
 def build(
     view: View,
-    refused: Mapping[str, str] = NOT_REFUSED,
+    refused: Mapping[str, str] | None = None,
     messages: Sequence[str] = (),
     places: Sequence[float] = (),
 ) -> str:
     """Return the HTML of the page, which contains its scripts and its style, with its first view, and the sentence of
     why it is not the view of the address, with the field that it is about. A saved page contains `messages` instead of
     a server: its picture, and its motions at `places`."""
-    names = "page.html", "page.css", *SCRIPTS, "first.json"
+    names = "page.html", "page.css", "page.js", "picture.js", "controls.js", "sound.js", "motion.js", "first.json"
     text, style, *scripts, first = ((Path(__file__).parent / name).read_text(encoding="utf-8") for name in names)
-    own = {"view": view.state(), "address": view.address(), "places": places, **refused}
+    own = {"view": view.state(), "address": view.address(), "places": places, **(refused or {})}
     own["stored"] = messages or (json.loads(first) if view == View() else [])
     values = json.dumps(known() | own).replace("</", "<\\/")
     for name, part in {"style": style, "known": values, "script": "\n".join(scripts)}.items():

@@ -7,8 +7,7 @@ the computed part of a sweep, with a sketch for missing points or without.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -97,37 +96,27 @@ def difference(chosen: np.ndarray, certified: np.ndarray) -> np.ndarray:
 
 def pictures(level: Level, quantity: str, low: float, high: float, rows: int = PICTURE_ROWS) -> list[np.ndarray]:
     """Return for each method of the level one image uint8 (rows, columns) of the values from `low` to `high`."""
-    done, rest = level.sweep.done, None
-    there = done
+    done = there = level.sweep.done
+    parts = [(level.sweep, np.flatnonzero(done))]
     if level.sketch is not None:
-        rest = np.flatnonzero(level.sketch.done & ~done)
         there = done | level.sketch.done
+        parts.append((level.sketch, np.flatnonzero(there & ~done)))
     out = []
-    for k, results in enumerate(level.sweep.results):
+    for k in range(len(level.sweep.results)):
         image = np.empty((rows, len(done)), np.uint8)
-        if level.sketch is not None and rest is not None:
-            shades_of(_values_above(low, level.sketch.results[k], quantity)[rest], rest, low, high, image)
-        now = np.flatnonzero(done)
-        shades_of(_values_above(low, results, quantity)[now], now, low, high, image)
+        for part, columns in parts:
+            shades_of(_values_above(low, part.results[k], quantity)[columns], columns, low, high, image)
         out.append(image if there.all() else image[:, _nearest(there[:, None])])
     return out
 
 
-class Key(NamedTuple):
-    """Key to the colours of a picture: `swatches` (colour of CSS, name), the colours of the `scale`, and its `ends`
-    (low, high, whether it is logarithmic)."""
-
-    swatches: Sequence[tuple[str, str]] = ()
-    scale: Sequence[str] = ()
-    ends: tuple[float, float, bool] = (0.0, 1.0, False)
-
-
 def painted(
     level: Level, quantity: str, limits: tuple[float, float] | None = None
-) -> tuple[np.ndarray, np.ndarray, Key]:
+) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     """Return the image of a quantity, its palette and its key. A missing point has the colour of a computed point.
 
-    The image contains palette indices, uint16 (rows, columns), with y upwards. For `limits` see `map_figure`.
+    The image contains palette indices, uint16 (rows, columns), with y upwards. For `limits` see `map_figure`. The key
+    has `swatches` (colour of CSS, name), the colours of a `scale`, and its `ends` (low, high, whether logarithmic).
     """
     from matplotlib.colors import LogNorm, to_hex, to_rgb  # imported here so that the page appears sooner
 
@@ -147,11 +136,11 @@ def painted(
     swatches = [*zip(inks, labels, strict=False), *((to_hex(c), name) for name, c in found.apart)]
     scale = [] if found.labels else inks[: colours.SHADES : 8]
     if scale:
-        ends = (("max", "more", colours.SHADES + 1), ("min", "less", colours.SHADES))
-        swatches = [(inks[k], name) for end, name, k in ends if found.extend in (end, "both")] + swatches
+        beyond = (("max", "more", colours.SHADES + 1), ("min", "less", colours.SHADES))
+        swatches = [(inks[k], name) for end, name, k in beyond if found.extend in (end, "both")] + swatches
     palette = palette_of(255 * np.array([to_rgb(colour) for colour in found.colours]))
-    norm = found.norm
-    key = Key(swatches, scale, (float(norm.vmin or 0.0), float(norm.vmax or 1.0), isinstance(norm, LogNorm)))
+    ends = float(found.norm.vmin or 0.0), float(found.norm.vmax or 1.0), isinstance(found.norm, LogNorm)
+    key = {"swatches": swatches, "scale": scale, "ends": ends}
     return found.cells.filled(0).T.astype(np.uint16), palette, key
 
 
@@ -195,26 +184,26 @@ def picture_of(view: View, level: Level, height: int = PICTURE_ROWS) -> tuple[di
     if view.mode == MAP:
         low, high = edges(view, Y_SPAN, rows)
         image, palette, key = painted(level, view.shade, view.limits)
-        return {**head, "y": low, "dh": high - low, "key": key._asdict()}, {"image": image, "palette": palette}
-    key, low, high = Key(), view.bottom, view.top
+        return {**head, "y": low, "dh": high - low, "key": key}, {"image": image, "palette": palette}
+    swatches, low, high = [], view.bottom, view.top
     if view.limits is None:
         head["fit"], (low, high) = True, fitting_range(level, view.quantity)
     image, *certified = pictures(level, view.quantity, low, high, height)
     if certified:
         image = difference(image, *certified)
-        inks = ("var(--ink)", "both"), ("var(--down)", f"{view.method} only"), ("var(--up)", "certified only")
-        key = Key(inks)
+        swatches = [("var(--ink)", "both"), ("var(--down)", f"{view.method} only"), ("var(--up)", "certified only")]
     elif level.complete and view.barred:
-        head["spans"] = spans_of(level.sweep.results[0].period, left, right)
-    head |= {"y": low, "dh": high - low, "key": key._asdict(), "empty": not image.any()}
+        moving = np.where(status == choices.Status.NEVER_LEAVES, -1, level.sweep.results[0].period)
+        head["spans"] = spans_of(moving, left, right)
+    head |= {"y": low, "dh": high - low, "empty": not image.any()}
+    head["key"] = {"swatches": swatches, "scale": [], "ends": (0.0, 1.0, False)}
     head["odd"] = {words: points.tolist() for words, points in where.items()}
     return head, {"image": image, "palette": np.empty(0, np.uint32)}
 
 
 def spans_of(period: np.ndarray, left: float, right: float) -> list[tuple[float, float, int]]:
-    """Return (left end, right end, period) of each wide span of columns with one period, 0 for none.
-
-    The columns, int (n,), divide the range from `left` to `right` evenly.
+    """Return (left end, right end, period) of each wide span of columns with one period, 0 for none,
+    and without a span for a negative one. The columns, int (n,), divide the range from `left` to `right` evenly.
     """
     ends = np.concatenate([[0], np.flatnonzero(np.diff(period)) + 1, [len(period)]])
     place = left + (right - left) * ends / len(period)

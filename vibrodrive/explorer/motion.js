@@ -64,7 +64,7 @@ const draw_motion = () => {
   stroke(c, Array.from({length: 60 * Math.ceil(last) + 1}, (_, k) => [across(k / 60), low + (high - low) * (1 + Math.sin(2 * Math.PI * k / 60 + phase)) / 6]));
   for (let k = 0; k <= last; k++) c.fillRect(across(k), low, 1, 0.4 * size);
   c.fillText("gap ξ over time, in shakes", 0.3 * size, size);
-  c.fillText("shaking sin τ", 0.3 * size, height - 0.2 * size);
+  c.fillText("shaking sin τ", 0.3 * size, height - 0.4 * size);
   draw_curve(c, motion.state, Array.from(time, across), Array.from(xi, up));
 };
 const draw_mass = () => {
@@ -95,7 +95,7 @@ const draw_mass = () => {
 const flash = (from, to) => {
   const {dot_time, dot, view} = page.motion, [[x0, x1], [y0, y1]] = [span("x"), span("y")];
   const turn = parameter("y") === "impact_phase" ? 2 * Math.PI : 0;
-  if (view.quantity === page.view.quantity && current("neighbour")) dot_time.forEach((hit, n) => {
+  if (view.quantity === page.view.quantity && current("neighbour") && !moved(view).length) dot_time.forEach((hit, n) => {
     if (from < to ? hit <= from || hit > to : hit <= from && hit > to) return;
     const v = dot[n] - turn * Math.floor((dot[n] - y0) / (turn || 1)), ring = make("<i class='flash'></i>");
     Object.assign(ring.style, {left: `${100 * (drawn(view.at, "x") - x0) / (x1 - x0)}%`, top: `${100 * (y1 - v) / (y1 - y0)}%`});
@@ -106,7 +106,7 @@ const flash = (from, to) => {
 const tick = (now) => {
   requestAnimationFrame(tick);
   const sounds = heard(), time = sounds ? sound.context.currentTime : now / 1000, passed = time - clock.last, from = clock.at;
-  const rests = page.pressed && pointers.part !== "handle"; // while the picture is dragged, it has all the time
+  const rests = page.pressed === true && pointers.part !== "handle"; // while the picture is dragged, it has all the time
   if (passed >= 0 && passed < FRAME) return;
   clock.last = time;
   if (!page.motion || !clock.playing || document.hidden || rests || passed < 0 || passed > PAUSE) return;

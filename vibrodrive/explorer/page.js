@@ -28,7 +28,7 @@ const page = {
   again: false, // the picture is wanted even if only the place of the motion has changed
   settled: false, // the picture of the last request is painted and complete
   begun: false, // the address contains the first view; each later change is a step of "back"
-  pressed: false, // a button of the mouse or a finger is down: the ordinate rests
+  pressed: false, // a button of the mouse or a finger is down, or the name of the slider that moves: the ordinate rests
   patience: PATIENCE, seq: 0, since: 0, changed: 0, began: 0, pinged: 0, timer: 0, slow: 0, waiting: 0, resized: 0,
   kind: "", // what the picture shows
   waits: "", // what is said while nothing arrives
@@ -52,11 +52,12 @@ const over_plane = () => page.view.mode === "map";
 
 // What is on the page belongs to one setting. A picture, a motion or a limit of another view is dimmed, and says nothing
 // (`judge`), if a field differs on which it depends: a picture that is moved or zoomed keeps its place on the axes, and
-// a motion from which the knob has moved on is its neighbour, and keeps its sentence.
+// a motion from which the knob or a slider has moved on is its neighbour, and keeps its sentence, which names its place.
 const PLACES = ["at", "at_y"], WINDOW = ["low", "high", "columns", "y_low", "y_high", "rows"], ENDS = ["bottom", "top"];
-const DRAWN = [...PLACES, ...WINDOW, ...ENDS, "mode", "x", "scale", "y", "y_scale", "quantity", "shade", "compare"];
+const LOOK = [...PLACES, ...WINDOW, ...ENDS, "scale", "y_scale", "quantity", "shade", "compare"], DRAWN = [...LOOK, "mode", "x", "y"];
+const BESIDE = Object.keys(known.factor).filter((name) => name !== "eps" && name !== "dtau"); // they have a limit
 const SEARCHED = [...DRAWN, "section_phase", "transient", "periods", "tol", "dtau"];
-const FREE = {window: PLACES, picture: [...PLACES, ...WINDOW], neighbour: DRAWN, motion: DRAWN, dtau: SEARCHED, eps: [...SEARCHED, "method", "eps"]};
+const FREE = {window: PLACES, picture: [...PLACES, ...WINDOW], neighbour: [...LOOK, ...BESIDE], motion: DRAWN, dtau: SEARCHED, eps: [...SEARCHED, "method", "eps"]};
 const setting = (view, what) => {
   const [at, at_y] = what === "neighbour" ? ["x", "y"] : [view.at, view.at_y];
   const on_axes = what in {window: 0, picture: 0} ? {} : {[view.x]: at, ...(view.mode === "map" && {[view.y]: at_y})};

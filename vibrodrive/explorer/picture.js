@@ -14,7 +14,7 @@ const drawn = (v, k) => (scale_of(k) === "log" ? Math.log10(Math.max(Number(v), 
 const span = (k) => keys(k).map((key, end) => drawn(page.view[key] ?? page.fitted[end], k));
 const allowed = (k) => (known.allowed[parameter(k)] ?? [-1e300, 1e300]).map((v) => drawn(v, k));
 const name_of = (k) => (page.view.scene === "SI" && known.in_si[parameter(k)]) || known.symbols[parameter(k)];
-const factor_of = (k) => (known.allowed[parameter(k)] ? known.factor[parameter(k)] ?? 1 : 1);
+const factor_of = (k) => known.factor[parameter(k)] ?? 1;
 
 const set_span = (k, start, end) => {
   if (saved) return;
@@ -146,11 +146,14 @@ const draw = () => {
   canvas.style.transform = `translate(${right}px, ${down}px) scale(${wider}, ${data.dh * up / canvas.height})`;
   odd_canvas.style.transform = `translate(${right}px) scale(${wider}, 1)`;
 };
+// The place of a motion in words; and what else is different there from the view of the page, or is being moved.
+const named = (name, value) => {
+  const [symbol, unit] = known.symbols[name].replace(")", "").split(" (");
+  return [symbol, "=", pretty(plain(value * known.factor[name], 10)), unit].join(" ").trim();
+};
+const place_of = (view) => [named(view.x, view.at), ...(over_plane() ? [named(view.y, view.at_y)] : [])].join(", ");
+const moved = (view) => BESIDE.filter((name) => (view[name] !== page.view[name] || name === page.pressed) && !hidden_now().includes(name));
 // The knob is on the horizontal axis or, in a map, at the point of its motion.
-const label_of_x = ({at, at_y} = page.view) => (over_plane() ? ["x", "y"] : ["x"]).map((k) => {
-  const [symbol, unit] = known.symbols[parameter(k)].replace(")", "").split(" ("), value = k === "x" ? at : at_y;
-  return [symbol, "=", pretty(plain(value * factor_of(k), 10)), unit].join(" ").trim();
-}).join(", ");
 const place_handle = ({left, top, width, height}) => {
   const [[x0, x1], [y0, y1]] = [span("x"), span("y")], map = over_plane(), [tag] = handle.children;
   const x = (drawn(page.view.at, "x") - x0) / (x1 - x0), y = map ? (y1 - drawn(page.view.at_y, "y")) / (y1 - y0) : 1;
@@ -160,12 +163,12 @@ const place_handle = ({left, top, width, height}) => {
   handle.classList.toggle("away", away);
   handle.style.transform = `translate(${left + at * width}px, ${top + down * height}px)`;
   line.style.transform = `translate(${x * width}px)`;
-  line.hidden ||= map || away; tag.textContent = signs + label_of_x() + (x > 1 ? " ▶" : "");
+  line.hidden ||= map || away; tag.textContent = signs + place_of(page.view) + (x > 1 ? " ▶" : "");
   const half = tag.offsetWidth / 2, middle = Math.max(map ? left + half : half, Math.min(axes.offsetWidth - half, left + at * width));
   Object.assign(tag.style, {left: `${middle - left - at * width}px`, top: map && down > 0.5 ? "-3rem" : ""});
   page.tag = map || handle.hidden ? [NaN, NaN] : [middle - half, middle + half];
   const [low, high, now] = [shown(x0, "x"), shown(x1, "x"), page.view.at].map((v) => v * factor_of("x"));
-  Object.assign(handle, {ariaValueMin: low, ariaValueMax: high, ariaValueNow: now, ariaValueText: label_of_x()});
+  Object.assign(handle, {ariaValueMin: low, ariaValueMax: high, ariaValueNow: now, ariaValueText: place_of(page.view)});
 };
 
 // Send the size of the frame in dots, for which pictures are computed.

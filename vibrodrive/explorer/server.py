@@ -29,7 +29,7 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import Application, RequestHandler
 
-from vibrodrive.explorer.controls import NOT_REFUSED, build
+from vibrodrive.explorer.controls import build
 from vibrodrive.explorer.engine import Engine
 from vibrodrive.explorer.session import Session, refusal
 from vibrodrive.explorer.view import View, read_address
@@ -85,7 +85,7 @@ class Page(RequestHandler):
             self.finish(self.why + "\n")
 
     def get(self) -> None:
-        view, refused = self.base, NOT_REFUSED
+        view, refused = self.base, None
         if set(self.request.query_arguments) != {"token"}:
             try:
                 view = read_address(self.request.query)

@@ -97,7 +97,7 @@ def save(session: Session, view: View, halt: Halt) -> None:
     """Send the page of a view as one file that needs no server, with its picture as far as it is computed, and motions
     along its axis."""
     sized, shares = view.sized(*session.pixels), np.linspace(0.0, 1.0, SAVED_MOTIONS).tolist()
-    places = [view.at, *(inside(view.low, view.high, view.scale, share) for share in shares)]
+    places = [*dict.fromkeys([view.at, *(inside(view.low, view.high, view.scale, share) for share in shares)])]
     level = next(work_of(session, sized).levels(session.engine.pace, halt))
     head, arrays = picture_of(sized, level._replace(left=0.0), session.pixels[1])
     picture, motions = stored(message_of("picture", head, arrays)), []
