@@ -1,11 +1,10 @@
-"""A sweep survives kills, a full disk, a second writer and signals without loss, with one line on stderr.
+"""A sweep survives kills, a second writer and signals without loss, with one line on stderr.
 
 The processes run the real command line with simulated blocks (tests.support.fake) that need no computation, so that
 the writer can be tested many times. The last tests use the kernels.
 """
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -244,22 +243,6 @@ def test_one_of_several_processes_writes_until_a_signal(scene, undisturbed):
     assert_one_line(err, "SIGINT", "0 of 60 blocks")
     scene.assert_resumes(undisturbed)
     assert sorted(p.name for p in scene.folder.iterdir()) == ["c.h5", "c.toml"]
-
-
-def test_full_disk_leaves_a_file_that_resumes(scene, undisturbed):
-    """A limit on the size of files has the same effect as a full disk."""
-    process = scene.start(delay=0.2)
-    scene.wait_for_blocks(process, 3)
-    process.kill()
-    process.communicate()
-    kept, size = look(scene.file).done.sum(), scene.file.stat().st_size // 2
-    before = "import sys; sys.dont_write_bytecode = True\n"  # imported modules would be stored in part, and stay so
-    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))  # noqa: E731
-    err, code = scene.run(delay=0, before=before, preexec_fn=limit)
-    assert code == 1
-    assert_one_line(err, "c.h5", "File too large", "blocks are in the file")
-    assert kept <= look(scene.file).done.sum() < 60
-    scene.assert_resumes(undisturbed)
 
 
 @pytest.mark.jit
