@@ -13,7 +13,7 @@ import pytest
 from numba import types
 
 import vibrodrive as vd
-from tests.exact.agreement import same_status
+from tests.exact.agreement import same
 from tests.support.process import python
 from vibrodrive.batch.trajectory import same_array
 from vibrodrive.kernels.lane import LANES, LINE, STRIDE, new_lanes
@@ -150,11 +150,7 @@ def test_batched_equals_single(method, section_phase):
     swept = vd.sweep(**axes, **window)
     for index in list(np.ndindex(*swept.status.shape))[::7]:
         point = {name: values[i] for (name, values), i in zip(axes.items(), index, strict=True)}
-        alone = vd.simulate(**point, **window)
-        assert np.array_equal(alone.section, swept.section[index], equal_nan=True), point
-        assert np.array_equal(np.bincount(alone.switches["after"], minlength=5), swept.switches[index]), point
-        assert alone.margin == swept.margin[index], point
-        assert same_status(alone, swept.status[index]), point
+        assert same(swept, index, vd.simulate(**point, **window)), point
 
 
 def test_lanes_are_aligned_to_cache_lines():
@@ -206,7 +202,10 @@ def test_method_outside_the_engine_gives_the_same_bits(monkeypatch, eps):
 
 
 def test_memory_that_is_used_again_changes_no_bit():
-    """A motion in fresh memory, one after others of other kinds, and one during another have the same bits."""
+    """A motion in fresh memory, one after others of other kinds, and one during another have the same bits.
+
+    So have brief sweeps of one point, which also keep what they have returned.
+    """
     from vibrodrive.batch import memory
 
     kinds = [dict(A=3.04), dict(A=0.5), dict(A=3.04, eps=3e-4), dict(A=2.2, method="fixed", dtau=0.01), dict(A=3.2)]
@@ -223,22 +222,11 @@ def test_memory_that_is_used_again_changes_no_bit():
         patched.setattr("vibrodrive.batch.trajectory.fitting_rows", lambda periods, rows: 2)  # too few, so again with n
         assert [vd.simulate(**kind, transient=3, periods=2) for kind in kinds] == fresh
     assert {rows for _, rows in memory._idle} == {2, 80, 320}  # n depends on the motion: such memory is not kept
+    memory._idle.clear()
+    with ThreadPoolExecutor(4) as pool:
+        swept = list(pool.map(lambda kind: vd.sweep(**kind, transient=3, periods=2, threads=1), 20 * kinds))
+    assert 0 < len(memory._idle[2, 0]) <= 4  # at most one for each thread
+    assert all(same(one, (), motion) for one, motion in zip(swept, again, strict=True))
     kept = again[0].section.copy()
     vd.simulate(2.5, transient=3, periods=2)
     assert np.array_equal(again[0].section, kept)
-
-
-def test_brief_sweeps_of_one_point_share_no_results():
-    """They use memory again, also at the same time. Each has the bits of the motion, and keeps them."""
-    from vibrodrive.batch import memory
-
-    kinds = [dict(A=3.04), dict(A=0.5), dict(A=3.04, eps=3e-4), dict(A=2.2, method="fixed", dtau=0.01), dict(A=3.2)]
-    memory._idle.clear()
-    with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(lambda kind: vd.sweep(**kind, transient=3, periods=2, threads=1), 20 * kinds))
-    assert 0 < len(memory._idle[2, 0]) <= 4  # at most one for each thread
-    for one, kind in zip(found, 20 * kinds, strict=True):
-        motion = vd.simulate(**kind, transient=3, periods=2)
-        assert np.array_equal(one.section, motion.section)
-        assert (one.status, one.margin) == (motion.status, motion.margin)
-        assert np.array_equal(one.switches, np.bincount(motion.switches["after"], minlength=5))

@@ -148,16 +148,6 @@ def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, tmp_path):
     assert bits(vd.load(file)) == local
 
 
-@pytest.mark.jit
-def test_cluster_writes_the_same_file(cluster, tmp_path):
-    text = CONFIG.replace("periods = 30000", 'periods = 300\nrecord = ["section", "impacts", "summary"]')
-    for name, options in (("home", ()), ("away", ("--dask", cluster[0]))):
-        folder = tmp_path / name
-        folder.mkdir()
-        assert_ends(command(folder, *options, text=text))
-    assert (tmp_path / "home" / "c.h5").read_bytes() == (tmp_path / "away" / "c.h5").read_bytes()
-
-
 def test_unreachable_address_prints_one_line_and_leaves_no_file(run, tmp_path, monkeypatch):
     monkeypatch.setattr(job, "REACH_SECONDS", 0.5)
     (tmp_path / "c.toml").write_text(CONFIG)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.exact.agreement import same_status
+from tests.exact.agreement import same
 from vibrodrive.batch.parallel import run
 from vibrodrive.jit.slices import Halt
 from vibrodrive.kernels.arguments import Arguments
@@ -20,16 +20,6 @@ from vibrodrive.model.plan import make_plan
 
 RESTS, DRAWN_IN = 1.5, 3.0
 """Amplitude of a motion that rests in each period, and of a motion that never rests but converges to the last bit."""
-
-
-def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
-    counts = np.bincount(one.switches["after"], minlength=5)
-    return (
-        np.array_equal(one.section, swept.section[index], equal_nan=True)
-        and np.array_equal(counts, swept.switches[index])
-        and one.margin == swept.margin[index]
-        and same_status(one, swept.status[index])
-    )
 
 
 def evaluations(**arguments) -> float:
