@@ -4,7 +4,6 @@ import os
 import resource
 import signal
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import h5py
@@ -12,18 +11,15 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.cli.test_cli import contents
 from tests.support import fake
-from vibrodrive.errors import ConfigError
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures.style import save
-from vibrodrive.jobs import sweep as runner
 from vibrodrive.model import config
 from vibrodrive.model.results import Results
 from vibrodrive.store.tables import write_table
 
 SWEEP = "[sweep]\nA = {start = 3.0, stop = 3.25, num = 40}\neps = [0, 2e-4]\n[run]\ntransient = 0\nperiods = 6\n"
-ORBITS = "orbits sweep.toml --set eps=0 -o"
-TRAJECTORY = "trajectory sweep.toml --set A=3 --set eps=0 -o"
 
 
 @pytest.fixture
@@ -33,80 +29,18 @@ def run(run):
     return run
 
 
-@pytest.fixture
-def idle(monkeypatch):
-    """Let the test fail if a command begins a computation."""
-
-    def begun(*arguments, **options):
-        raise AssertionError("something is computed")
-
-    for name in ("batch.sweep.run_blocks", "batch.trajectory.follow", "jobs.orbits.find"):
-        module, _, function = name.rpartition(".")
-        monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
-
-
 def a_sweep(path):
     """Write a file of a sweep, with artificial results."""
     fake.write(path, SWEEP)
     return Path(path)
 
 
-def contents():
-    """Return the contents of all files of the directory, and the targets of links."""
-    there = {}
-    for p in Path().iterdir():
-        there[p.name] = os.readlink(p) if p.is_symlink() else p.read_bytes() if p.is_file() else p.stat().st_mode
-    return there
-
-
 def assert_refused(run, call, *words, code=2):
     before = contents()
     ended, out, err = run(*call.split())
-    assert (ended, out) == (code, ""), err
-    assert err.startswith("vibrodrive: ")
-    assert err.count("\n") == 1
+    assert (ended, out, err.startswith("vibrodrive: "), err.count("\n")) == (code, "", True, 1), err
     assert [w for w in words if w not in err] == [], err
     assert contents() == before
-
-
-def test_figures_and_tables_never_replace_the_configuration(run, idle):
-    Path("link.svg").symlink_to("sweep.toml")
-    Path("link.h5").symlink_to("sweep.toml")
-    for role, name, call in (
-        ("figure", "c.png", "sweep c.png --plot=c.png"),
-        ("figure", "c.png.part", "sweep c.png.part --plot=c.png -o c.h5"),
-        ("figure", "c.png", "orbits c.png --set eps=0 -o c.png"),
-        ("table", "c.csv", "orbits c.csv --set eps=0 -o c.csv"),
-        ("table", "c.csv.part", "trajectory c.csv.part --set A=3 --set eps=0 -o c.csv"),
-        ("figure", "sweep.toml", f"{TRAJECTORY} link.svg"),
-        ("output", "sweep.toml", "sweep sweep.toml -o link.h5 --overwrite"),
-    ):
-        Path(name).write_text(SWEEP)
-        assert_refused(run, call, role, "another file", name)
-
-
-def test_figures_and_tables_never_replace_a_result(run, idle):
-    a_sweep("s.h5")
-    a_sweep("y.h5").rename("y.png")
-    Path("b.csv").write_text("A,B\n")
-    for name, target in {"s.png": "s.h5", "s.csv": "s.h5", "b.png": "b.csv"}.items():
-        Path(name).symlink_to(target)
-    os.link("s.h5", "s.pdf")
-    with h5py.File("foreign.h5", "w") as file:  # of another program
-        file["section_xi"] = np.arange(6.0)
-    for call, *words in (
-        ("sweep sweep.toml -o foreign.h5", "only result files"),
-        ("sweep sweep.toml -o foreign.h5 --overwrite", "only result files"),
-        ("plot y.png", "figure", "y.png", "another file"),
-        ("plot s.h5", "s.png", "another file"),
-        ("plot s.h5 -o s.pdf", "s.pdf", "another file"),
-        ("plot s.h5 -o y.png", "y.png", "contains data"),
-        ("plot s.h5 --over b.csv -o b.png", "b.png", "another file", "--over[0]"),
-        ("plot y.png s.h5 -o s.pdf", "s.pdf", "another file", "result file 1"),
-        ("sweep sweep.toml -o s.h5 --plot", "s.png", "another file"),
-        (f"{ORBITS} s.csv", "s.csv", "contains data"),
-    ):
-        assert_refused(run, call, *words)
 
 
 @pytest.mark.integration
@@ -119,24 +53,6 @@ def test_overwrite_replaces_a_damaged_result_that_is_recognised(run, quick):
     Path("s.h5").write_bytes(Path("s.h5").read_bytes()[:5000])
     for option, code in (("", 1), (" --overwrite", 2)):
         assert_refused(run, f"sweep sweep.toml -o s.h5{option}", "truncated", "restore or delete it", code=code)
-
-
-@pytest.mark.integration
-def test_loops_and_pipes_are_refused_by_readers_and_figures(run, idle):
-    a_sweep("s.h5")
-    for end in ("h5", "png", "csv"):
-        Path(f"loop.{end}").symlink_to(f"loop.{end}")
-        os.mkfifo(f"pipe.{end}")
-    Path("loop.toml").symlink_to("loop.toml")
-    for calls, *words in (
-        (("sweep loop.toml", "info loop.h5", "plot s.h5 --over loop.csv -o x.png", f"{ORBITS} loop.csv",
-          "plot loop.h5 -o x.png", "plot s.h5 -o loop.png"), "loop", "symbolic links"),
-        (("info s.h5/x.h5", "plot s.h5/x.h5 -o x.png"), "s.h5/x.h5", "Not a directory"),
-        (("info pipe.h5", "plot pipe.h5 -o x.png", "plot s.h5 -o pipe.png", f"{TRAJECTORY} pipe.csv",
-          "sweep sweep.toml -o pipe.h5"), "pipe.", "a named pipe"),
-    ):  # fmt: skip
-        for call in calls:
-            assert_refused(run, call, *words)
 
 
 def test_configuration_may_be_a_pipe(tmp_path):
@@ -173,19 +89,6 @@ def test_full_disk_is_reported_with_the_file_name(tmp_path, small_disk):
         write_table(tmp_path / "x.csv", ["x"], ([k] for k in range(10_000)))
     assert error.value.filename == str(tmp_path / "x.csv")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_bad_scheduler_addresses_and_a_missing_extra_are_refused(run, idle, monkeypatch):
-    monkeypatch.setattr(runner, "find_spec", lambda name: name)
-    for address in ("tcp://scheduler:8786", "10.0.0.1:8786", "tls://[::1]:8786", "node-1.cluster:1"):
-        runner.check_dask(address)
-    for address in ("foo", "foo://x:1", "x:port", "tcp://x:0", "tcp://x:99999", "inproc://1/2/3"):
-        assert_refused(run, f"sweep sweep.toml --dask {address}", "--dask", address, "tcp://scheduler:8786")
-    for address in ("", "a b:1"):
-        with pytest.raises(ConfigError, match=f"--dask = '{address}': must be .*tcp://scheduler:8786"):
-            runner.check_dask(address)
-    monkeypatch.setattr(runner, "find_spec", lambda name: None)
-    assert_refused(run, "sweep sweep.toml --dask tcp://127.0.0.1:1", "pip install 'vibrodrive[dask]'")
 
 
 @pytest.mark.integration

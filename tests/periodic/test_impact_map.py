@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tests.support.mp_flight import next_impact, slope
-from tests.support.process import python
 from vibrodrive.periodic.impact_map import ImpactMap, impact_map
 
 PLACES = [(1.3, 0.1), (1.5, 0.1), (3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (2.0, 0.02), (3.3, 0.5), (2.5, 1.0),
@@ -166,17 +165,3 @@ def test_million_evaluations_need_few_kernel_calls(monkeypatch):
     system(phi)
     assert sum(calls) == len(phi)
     assert len(calls) < 1000
-
-
-@pytest.mark.jit
-def test_each_kernel_is_compiled_once():
-    """The test uses a separate process, in which no other test has compiled kernels."""
-    script = (
-        "from vibrodrive.periodic import fixed_points, flight, impact_map, itineraries, search\n"
-        "search.orbits(3.04); search.orbits(3, 0, 2)\n"
-        "impact_map.impact_map(3)([1, 2]).word; impact_map.impact_map(3.04).breakpoints\n"
-        "kernels = (flight.flight, itineraries.flights, itineraries.split, fixed_points.roots,\n"
-        "           flight.impacts, flight.launch_after, flight.launch_window)\n"
-        "print([len(k.dispatcher.signatures) for k in kernels])\n"
-    )
-    assert python(script) == f"{[1] * 7}\n"
