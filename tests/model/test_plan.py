@@ -1,6 +1,5 @@
 """Tests of the plan of a sweep: the order of its axes, its points and blocks, and arguments that it refuses."""
 
-import itertools
 import math
 from dataclasses import fields
 
@@ -26,13 +25,19 @@ def test_axes_keep_the_order_written():
     assert plan.scalars["eta"] == ETA
     assert math.isnan(plan.scalars["dtau"])
     assert plan.settings == Settings(periods=7)
+    points = {"A": [1.0, 2.0], "B": [0.1, 0.2]}
+    text = "[sweep]\neps = [0, 1]\n[sweep.points]\nA = [1, 2]\nB = [0.1, 0.2]\n"
+    for plan in (make_plan({"eps": [0, 1], "points": points}), config.parse(text).plan()):
+        assert list(plan.axes) == ["eps", "point"]
+        assert plan.points(0, 4)[:, :3].tolist() == [[1.0, 0.1, 0.0], [2.0, 0.2, 0.0], [1.0, 0.1, 1.0], [2.0, 0.2, 1.0]]
+    assert list(make_plan({"points": points, "eps": [0, 1]}).axes) == ["point", "eps"]
 
 
 def test_points_are_the_product_of_the_axes():
     plan = make_plan({"A": [1.0, 2.0], "xi0": [0.0, 0.5, 1.0]})
     points = plan.points(0, 6)
     pairs = points[:, [COLUMNS.index("A"), COLUMNS.index("xi0")]].tolist()
-    assert pairs == [list(p) for p in itertools.product([1.0, 2.0], [0.0, 0.5, 1.0])]
+    assert pairs == [[1.0, 0.0], [1.0, 0.5], [1.0, 1.0], [2.0, 0.0], [2.0, 0.5], [2.0, 1.0]]
     np.testing.assert_array_equal(plan.points(2, 5), points[2:5])
 
 

@@ -8,6 +8,7 @@ import decimal
 import inspect
 import math
 import re
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
@@ -280,6 +281,9 @@ CALLS = [
     (lambda: motion().plot(3), "curves = 3: must be a list of one or more of phase, time, velocity, section"),
     (lambda: motion().sample(points=9), "argument = 'points': must be one of points_per_period. Did you mean …?"),
     (lambda: motion().to_dataframe(table="x"), "argument = 'table': must be one of of"),
+    (lambda: motion().to_dataframe("rows"), "of = 'rows': must be one of switches, impacts, section"),
+    (lambda: recorded().to_dataframe("switches"), "of = 'switches': must be one of points, section, impacts"),
+    (lambda: recorded().to_dataframe("impacts"), 'record = \'section\': must be extended by "impacts"'),
     (lambda: vd.plot.map(summarised(), "kept", undisturbed=3), "undisturbed = 3: must be the gaps …"),
     (lambda: vd.own(len, unit="lenght"), "unit = 'lenght': must be one of length, … Did you mean length?"),
     (lambda: vd.own(len, units="m"), "argument = 'units': must be one of function, version, … Did you mean unit?"),
@@ -360,6 +364,17 @@ def summarised():
 @pytest.mark.parametrize(("call", "told"), SENTENCES, ids=[told for _, told in SENTENCES])
 def test_refusal_is_this_sentence(call, told):
     assert re.fullmatch(".*".join(map(re.escape, told.split("…"))), refusal(call))
+
+
+@pytest.mark.integration
+def test_missing_package_is_named_with_its_extra(monkeypatch):
+    calls = recorded().to_xarray, recorded().to_dataframe, motion().to_dataframe
+    for name in ("xarray", "pandas"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for call in calls:
+        told = rf"^{call.__name__} needs the extra `data`: pip install 'vibrodrive\[data\]'$"
+        with pytest.raises(ImportError, match=told):
+            call()
 
 
 def test_files_that_are_no_configurations_are_refused(tmp_path, monkeypatch):
@@ -472,6 +487,7 @@ def test_points_with_labels_in_another_order_are_refused():
             make_plan({"points": {"A": A, "eps": labelled}})
     for other in (eps[A.index], eps.to_numpy(), [1e-4, 0.0]):
         assert list(make_plan({"points": {"A": A, "eps": other}}).together) == ["A", "eps"]
+    assert make_plan({"points": pd.DataFrame({"A": A})}).together["A"].tolist() == [3.0, 3.1]
 
 
 @pytest.mark.jit

@@ -83,8 +83,9 @@ def test_repr_describes_the_contents(plan):
 
 
 def test_arrays_and_axes_are_items():
-    plan = make_plan({"points": {"A": [3.0, 3.1]}, "eps": [0.0, 1e-4], "record": ["section", "summary"], "periods": 2})
+    plan = make_plan({"eps": [0.0, 1e-4], "points": {"A": [3.0, 3.1]}, "record": ["section", "summary"], "periods": 2})
     r = Results.collect(plan, fake.run_blocks(plan))
+    assert "eps 0…0.0001 (2), point 0…1 (2) with A; section, summary" in repr(r)
     for name in ("section", "status", "margin", "switches", "period", "energy"):
         np.testing.assert_array_equal(r[name], getattr(r, name))
     assert (r["A"].tolist(), r["eps"].tolist()) == ([3.0, 3.1], [0.0, 1e-4])
