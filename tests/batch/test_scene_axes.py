@@ -14,10 +14,7 @@ from vibrodrive.model.results import Results
 from vibrodrive.store.reader import look
 
 SAID = {"impacts": r"\((\S+) per second\)", "impact_speed_mean": r"mean impact speed (\S+) m/s"}
-SAID |= {
-    "impact_speed_max": r"largest (\S+) m/s",
-    "lyapunov": r"exponent (\S+) per second",
-}  # finite at the second point
+SAID |= {"impact_speed_max": r"largest (\S+) m/s", "lyapunov": r"exponent (\S+) per second"}
 MACHINE = vd.Scene(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4, mass=250.0)
 
 
@@ -40,9 +37,6 @@ def test_machines_with_tolerances_are_points(tmp_path):
         row = motion.describe().rows["machine"]
         for name in ("impact_power", "xi_max", "impact_speed_max", "impacts"):
             assert data[name].values[k] == pytest.approx(row[name], rel=1e-14)
-        for name, pattern in SAID.items():
-            value = data[name].values[k]
-            assert re.findall(pattern, motion.describe()) == [f"{value:.4g}"] * int(np.isfinite(value)), name
         for name, pattern in SAID.items():
             value = data[name].values[k]
             assert re.findall(pattern, motion.describe()) == [f"{value:.4g}"] * int(np.isfinite(value)), name

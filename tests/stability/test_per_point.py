@@ -277,19 +277,6 @@ def test_a_function_has_units_and_labels_in_tables_files_and_figures(tmp_path):
     assert vd.sweep(**SCENE, record=record, **SHORT, path=tmp_path / "x.h5").computed == 1.0, "a label is no number"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ((3,), "function = 3: must be a function of a motion"),
-        (("summary",), "function = 'summary': must be a function of a motion"),
-        ((settling, 3), "unit = 3: must be a text of one line"),
-    ],
-)
-def test_units_that_are_none_are_refused(arguments, words):
-    with pytest.raises(TypeError, match=words):
-        vd.own(arguments[0], unit=arguments[1] if arguments[1:] else "")
-
-
 @pytest.mark.slow("6 s: a process that loads the kernels")
 def test_a_function_that_cannot_be_sent_to_processes_is_refused():
     with (
