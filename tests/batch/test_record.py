@@ -1,9 +1,10 @@
-"""Impacts of a sweep equal those of single motions. The choice of recorded quantities changes no other result."""
+"""Impacts of a sweep equal those of single motions. Each parameter changes results, the choice of records does not."""
 
 import numpy as np
 import pytest
 
 import vibrodrive as vd
+from vibrodrive.model.names import PARAMETERS
 from vibrodrive.model.records import check_record
 from vibrodrive.periodic.continuation import bisect
 
@@ -55,3 +56,14 @@ def test_record_does_not_change_other_results(record):
         assert np.array_equal(getattr(plain, name), getattr(other, name), equal_nan=True)
     assert plain.record == ("section",)
     assert other.record == check_record(record)
+
+
+POINT = {"A": 3.04, "B": 0.1, "eps": 1e-3, "method": "muller", "dtau": 0.05, "tol": 1e-9, "transient": 0, "periods": 3}
+OTHERS = {"A": 3.1, "B": 0.15, "eps": 2e-3, "dtau": 0.04, "tol": 0.1}
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_each_parameter_changes_some_result(name):
+    other = OTHERS.get(name, (PARAMETERS[name].default or 0.0) + 0.5)
+    one, two = (vd.simulate(**(POINT | change)) for change in ({}, {name: other}))
+    assert not np.array_equal(one.section, two.section)

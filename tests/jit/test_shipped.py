@@ -252,19 +252,6 @@ def test_two_builds_give_the_same_bytes(made, tmp_path):
     ]
 
 
-NUMBA_FREE = """
-import sys
-import vibrodrive as vd
-from vibrodrive.model.config import read
-import vibrodrive.batch.sweep, vibrodrive.periodic.search, vibrodrive.stability.limit, vibrodrive.explorer.work
-print(sorted({"numba", "llvmlite"} & {*sys.modules}))
-"""
-
-
-def test_the_modules_that_compute_are_imported_without_numba():
-    assert python(NUMBA_FREE) == "[]\n"
-
-
 def test_a_linker_is_asked_for(monkeypatch):
     monkeypatch.setattr(build_kernels, "which", lambda command: None)
     monkeypatch.setattr(build_kernels, "find_spec", lambda name: SimpleNamespace(name=name))

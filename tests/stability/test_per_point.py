@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.test_products import settling
 from vibrodrive.model.own import Own
 from vibrodrive.model.reasons import How
 from vibrodrive.stability.failures import count_failures
@@ -18,11 +19,6 @@ SHORT = {"transient": 50, "periods": 40}
 LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "half_kept")
 
 pytestmark = pytest.mark.jit
-
-
-def settling(motion):
-    """Return the period of the last impact, and the number of switches."""
-    return {"last": motion.impacts["period"][-1], "total": len(motion.switches)}
 
 
 def summary(motion):
