@@ -76,7 +76,6 @@ def arguments(name):
 
 
 each = pytest.mark.parametrize("name", CASES)
-each_function = pytest.mark.parametrize("name", FUNCTIONS)
 
 
 @pytest.fixture(autouse=True)
@@ -141,7 +140,8 @@ def interrupt(name, path, blocks, patch, killed=False):
 
 
 @each
-def test_file_equals_memory(name, whole):
+def test_file_equals_memory(name, whole, run):
+    assert run("info", str(whole), "--check", "--json")[0] == 0
     loaded, now = vd.load(whole), sweep(name)
     assert len(look(whole).done) == 7
     assert same(loaded, now)
@@ -206,12 +206,6 @@ def test_damaged_blocks_are_seen_and_computed_again(name, damage, whole, run):
                     assert here.tobytes() == before[n][block].tobytes(), (n, variable)
         assert sweep(name, whole).computed == 1.0
         assert whole.read_bytes() == sound
-
-
-@each
-def test_sound_file_passes_the_check(name, whole, run):
-    assert run("info", str(whole), "--check")[0] == 0
-    assert run("info", str(whole), "--json")[0] == 0
 
 
 @each
@@ -332,14 +326,6 @@ def test_default_figure_is_drawn_from_memory_and_file(name, whole, run):
     vd.load(whole).plot()
     assert run("plot", str(whole))[0] == 0
     assert whole.with_suffix(".png").exists() or Path("whole.png").exists()
-
-
-@each_function
-def test_another_function_does_not_continue_a_file(name, whole):
-    record = CASES[name] if isinstance(CASES[name], list) else [CASES[name]]
-    other = [vd.own(settling, version="2") if one == "settling" else one for one in record]
-    with pytest.raises(vd.errors.Different, match=r"record is .*\(version 1\).* in the file and .*\(version 2\)"):
-        vd.sweep(**arguments(name) | {"record": other}, path=whole)
 
 
 @pytest.mark.slow("40 s: processes that load the kernels, and a cluster")

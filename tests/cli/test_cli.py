@@ -137,6 +137,7 @@ REFUSED = [
     ("trajectory small.toml --set A=3 --set eps=0 -o t.doc", "--output = 't.doc'", ".csv", ".png, .pdf, .svg"),
     ("trajectory small.toml --set A=3 --set eps=0 -o t.png -o u.svg", "'u.svg'", "at most one of each"),
     ("orbits small.toml", "axes = A, eps: must be one of A, a0, omega0, frequency, alone or with one of B"),
+    ("orbits small.toml --set eps=0 --set A=3 --set B=[0.1,0.2]", "axes = B: must be one of A, a0, omega0, frequency"),
     ("orbits small.toml --set eps=0 -o o.h5", "--output = 'o.h5'", "a table (.csv)"),
     ("plot", "FILE..."),
     ("plot limit.h5 result.h5", "result.h5: record = 'section'", '"limit"'),

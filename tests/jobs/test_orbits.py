@@ -156,18 +156,6 @@ def test_bifurcations_of_machines_are_lines_over_both_axes(x, along):
     assert "a_0" in ax.get_title(loc="right") or x in ("A", "a0")
 
 
-@pytest.mark.parametrize(
-    "axes", ["mu = [0.5, 0.6]", "frequency = [20, 24]\na0 = [1e-4, 2e-4]", "A = [2, 3]\neps = [0, 1]"]
-)
-def test_axes_that_do_not_give_one_A_are_refused(axes):
-    given = "frequency = 24.0\n" * ("frequency" not in axes) + "a0 = 8e-4\n" * ("a0" not in axes and "A =" not in axes)
-    scene = f"[physical]\n{given}" + "mu = 0.6\n" * ("mu" not in axes) + "alpha = 3.4\n"
-    with pytest.raises(
-        ValueError, match=r"^axes = .*: must be one of A, a0, omega0, frequency, alone or with one of B, m"
-    ):
-        check(parse(f"{scene}[sweep]\n{axes}\n"))
-
-
 def test_orbits_on_the_level():
     """Orbits at B = 0 are of the kind `touching` and have no multiplier. Motion begins at A = 1 and changes at 1.862.
 
