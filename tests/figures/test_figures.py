@@ -49,7 +49,7 @@ def note(ax):
 @pytest.mark.parametrize("backwards", [False, True])
 def test_periodic_motion_is_black_lines_and_an_irregular_one_is_grey(two_regimes, backwards):
     if backwards:
-        two_regimes.axes["A"], two_regimes.section = A[::-1], two_regimes.section[::-1]
+        two_regimes = results({"A": A[::-1]}, section=two_regimes.section[::-1])
     (ax,) = figures.bifurcation(two_regimes).axes
     periodic, marked = inked(ax, A[50])
     assert marked == [1, 2]

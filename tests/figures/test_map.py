@@ -326,21 +326,24 @@ def test_only_neighbours_of_one_orbit_are_joined():
     assert [len(line) for line in joined(apart)] == [1, 1, 1]
 
 
+MACHINE = Scene.quiet(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+
+
+def invented(**given):
+    plan = make_plan({"periods": 3, **given})
+    return Results.collect(plan, fake.run_blocks(plan))
+
+
 def scene(x, y):
-    """Return results over two axes of a scene, or A and B. All other quantities have one value."""
-    fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Scene.g}
+    """Return results over two axes of a machine, or A and B, and its other quantities. All points have the period 1."""
+    fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4}
     ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
     ranges |= {"frequency": (13.0, 32.0), "B": (0.05, 0.3)}
-    if "frequency" in (x, y):
-        del fixed["omega0"]
-    swept = results({name: np.linspace(*ranges[name], 3) for name in (x, y)}, period=np.ones((3, 3), int))
-    swept.scalars = {name: value for name, value in fixed.items() if name not in (x, y)}
-    if not {"alpha", "mu", "B"} & {x, y}:
-        swept.scalars["B"] = Scene.quiet(omega0=1.0, mu=0.6, alpha=3.4).B
-    if "A" in (x, y):
-        del swept.scalars["a0"]
-    swept.plan = made.plan_of(swept.axes, swept.scalars)
-    return swept
+    away = {x, y, *({"omega0"} if "frequency" in (x, y) else {}), *({"a0"} if "A" in (x, y) else {})}
+    fixed = {name: value for name, value in fixed.items() if name not in away and "B" not in away}
+    swept = invented(record="summary", **fixed, **{name: np.linspace(*ranges[name], 3) for name in (x, y)})
+    swept.period[...], swept.status[...] = 1, Status.OK
+    return swept, fixed
 
 
 @pytest.mark.parametrize(
@@ -349,8 +352,8 @@ def scene(x, y):
      ("frequency", "a0"), ("alpha", "frequency"), ("A", "B"), ("B", "A")],
 )  # fmt: skip
 def test_bifurcations_are_drawn_over_a_map(x, y):
-    swept = scene(x, y)
-    B = [swept.scalars["B"]] if "B" in swept.scalars else np.linspace(0.0, 0.5, 201)
+    swept, fixed = scene(x, y)
+    B = np.linspace(0.0, 0.5, 201) if {"alpha", "mu", "B"} & {x, y} else [MACHINE.B]
     fig = map_figure(swept, x=x, y=y, over=[Exact("border", 1, 1, 1.0 + 10.0 * b, b) for b in B])
     ax, units = fig.axes[0], {"omega0": "rad/s", "a0": "mm", "alpha": "°", "frequency": "Hz"}
     line = ax.lines[-1]
@@ -359,18 +362,12 @@ def test_bifurcations_are_drawn_over_a_map(x, y):
         shown = {x: u, y: v}
         if "a0" in shown:
             shown["a0"] *= 1e-3
-        here = Scene.quiet(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
-        assert shown.get("A", here.A) == pytest.approx(1.0 + 10.0 * shown.get("B", here.B), rel=1e-9)
+        if "B" not in shown:
+            here = Scene.quiet(**({"a0": 1e-3} | fixed | {n: w for n, w in shown.items() if n != "A"}))
+            shown = {"A": here.A, "B": here.B} | shown
+        assert shown["A"] == pytest.approx(1.0 + 10.0 * shown["B"], rel=1e-9)
     assert key(fig) == ["border collision"]
     assert "numbers on lines: period" in note(fig)
-
-
-MACHINE = Scene.quiet(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
-
-
-def invented(**given):
-    plan = make_plan({"periods": 3, **given})
-    return Results.collect(plan, fake.run_blocks(plan))
 
 
 @pytest.mark.parametrize(("name", "low"), [("A", 2.0), ("a0", 0.5e-3), ("omega0", 130.0), ("frequency", 20.0)])
@@ -467,8 +464,8 @@ def test_lines_over_a_map_of_a_scene_are_in_its_units():
         line = map_figure(swept, "gaps", x=x, over=found).axes[0].lines[-1]
         assert line.get_xydata()[:, order] == pytest.approx(np.array([[0.5, 1e-5], [1.0, 2e-5]]))
     level = [Exact("stick", 1, 1, 1.862, 0.0)]
-    assert not map_figure(scene("mu", "A"), over=level).axes[0].lines
-    (line,) = {line.get_xydata().tobytes() for line in map_figure(scene("alpha", "A"), over=level).axes[0].lines}
+    assert not map_figure(scene("mu", "A")[0], over=level).axes[0].lines
+    (line,) = {line.get_xydata().tobytes() for line in map_figure(scene("alpha", "A")[0], over=level).axes[0].lines}
     assert np.frombuffer(line).tolist() == [0.0, 1.862]
 
 
