@@ -13,10 +13,8 @@ from tests.support import fake
 from vibrodrive.errors import NoResult
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
-from vibrodrive.store.layout import Origin
 from vibrodrive.store.load import load
 from vibrodrive.store.reader import DamagedBlock, look, verify
-from vibrodrive.store.writer import open_writer
 
 RECORDED = {"section": ("section",), "several": ("impacts", "error"), "summary": ("summary",), "limit": ("limit",)}
 BLOCKS = 3
@@ -37,19 +35,6 @@ def block(plan, k):
     return b._replace(status=b.status if k else np.zeros_like(b.status), records=zeros)
 
 
-def compute(path, plan, which=range(BLOCKS)):
-    """Write these blocks of a file, of those that are missing, and return their numbers."""
-    writer = open_writer(path, plan, Origin(""))
-    try:
-        writer.check()
-        todo = [k for k in writer.missing() if k in which]
-        for k in todo:
-            writer.write(block(writer.plan, k))
-    finally:
-        writer.close()
-    return todo
-
-
 def assert_no_wrong_number(path, plan):
     """Assert that each point of each array is right or, by its status, not computed."""
     results, blocks = load(path), [block(plan, k) for k in range(BLOCKS)]
@@ -66,10 +51,10 @@ def assert_no_wrong_number(path, plan):
 def test_hole_anywhere_is_no_result(tmp_path, name, which, size):
     """It is refused, named, or harmless; and what can be computed again is then as it was."""
     path, plan = tmp_path / "x.h5", made(name)
-    compute(path, plan)
+    fake.write(path, plan, of=block)
     whole = path.read_bytes()
     path.unlink()
-    compute(path, plan, which)
+    fake.write(path, plan, "", which, block)
     content, statuses = path.read_bytes(), look(path).statuses
     for start in np.linspace(0, len(content) - size, 16, dtype=int).tolist():
         path.write_bytes(content[:start] + bytes(size) + content[start + size :])
@@ -79,7 +64,7 @@ def test_hole_anywhere_is_no_result(tmp_path, name, which, size):
                 assert_no_wrong_number(path, plan)
                 report = verify(path)
                 assert report.statuses.get("OK", 0) <= statuses["OK"]
-                compute(path, plan)
+                fake.write(path, plan, of=block)
             except NoResult:
                 continue
         assert_no_wrong_number(path, plan)
