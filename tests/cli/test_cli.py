@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -249,6 +250,39 @@ def test_bad_input_is_one_line_exit_2_and_no_file(run, idle, monkeypatch):
         assert (code, out, err.startswith("vibrodrive: "), err.count("\n")) == (2, "", True, 1), (arguments, err)
         assert [w for w in words if w not in err] == [], (arguments, err)
         assert contents() == before, arguments
+
+
+def test_overwrite_replaces_a_damaged_result_that_is_recognised(run, quick):
+    def refused(*more, code=1):
+        before, (ended, out, err) = contents(), run("sweep", "small.toml", "-o", "s.h5", *more)
+        assert (ended, out, err.count("\n"), contents() == before) == (code, "", 1, True)
+        return err
+
+    fake.write("s.h5", SMALL)
+    with h5py.File("s.h5", "r+") as file:
+        file["A"][0] = 7.0
+    assert re.search("axis A.*restore or delete it", refused())
+    assert run("sweep", "small.toml", "-o", "s.h5", "--overwrite")[0] == 0
+    assert run("info", "s.h5", "--check")[0] == 0
+    Path("s.h5").write_bytes(Path("s.h5").read_bytes()[:5000])
+    for err in (refused(), refused("--overwrite", code=2)):
+        assert re.search("truncated.*restore or delete it", err)
+
+
+def test_sweep_of_one_motion_from_a_pipe_has_its_section_drawn(run, quick):
+    """The configuration in `vibrodrive sweep <(…)` is a pipe of the shell."""
+    out, into = os.pipe()
+    os.write(into, (SMALL + '[figure]\nkind = "bifurcation"\nx = "A"\n').encode())
+    os.close(into)
+    code, _, err = run(*f"sweep /dev/fd/{out} -o d.h5 --set A=3.17 --set eps=0 --plot d.png".split())
+    os.close(out)
+    assert code == 0, err
+    assert Path("d.png").read_bytes()[:4] == b"\x89PNG"
+    (ax,) = vd.load("d.h5").plot().axes
+    assert sorted(ax.lines[0].get_xdata()) == pytest.approx(sorted(vd.load("d.h5").section[:, 0]), abs=1e-9)
+    assert "3.17" in ax.get_title(loc="right")
+    code, _, err = run("plot", "d.h5", "--kind", "bifurcation")
+    assert (code, err.count("\n"), "--kind" in err, "poincare" in err) == (2, 1, True, True)
 
 
 def test_what_is_missing_is_named_in_one_line(run, monkeypatch):
