@@ -11,7 +11,6 @@ import time
 import numpy as np
 import pytest
 
-import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import LIMIT, contents, sweeping
 from vibrodrive.jobs.signals import catch
@@ -182,17 +181,3 @@ def test_one_of_several_processes_writes_until_a_signal(scene, undisturbed):
     assert_one_line(scene.end(writing[0], 130), "SIGINT", "0 of 60 blocks")
     assert_resumes(scene, undisturbed)
     assert sorted(p.name for p in scene.folder.iterdir()) == ["c.h5", "c.toml"]
-
-
-@pytest.mark.jit
-def test_signal_does_not_wait_for_the_kernels(scene):
-    (scene.folder / "c.toml").write_text(
-        "[sweep]\nA = [3.04, 3.1]\neps = 1e-4\n[run]\ntransient = 1000000000\nperiods = 1\n"
-    )
-    vd.sweep(A=[3.04, 3.1], eps=1e-4, transient=0, periods=1)  # compiles the kernels
-    process = scene.start()
-    while not scene.file.exists() and process.poll() is None:
-        time.sleep(0.01)
-    time.sleep(1.0)  # now the kernels are running; they take longer than LIMIT
-    process.send_signal(signal.SIGINT)
-    assert_one_line(scene.end(process, 130), "resume with")
