@@ -76,23 +76,6 @@ def test_no_skipped_grid_point_has_a_switch(method, steps, disturbed):
 
 
 @pytest.mark.jit
-def test_fixed_converges_with_order_one():
-    """The error of the switching times at A = 3.04 over three periods grows like Δτ to the power 0.9 to 1.1."""
-    exact = vd.simulate(A=3.04, transient=0, periods=3)
-    steps = 0.01 * 2.0 ** -np.arange(8)
-    errors = []
-    for dtau in steps:
-        t = vd.simulate(A=3.04, method="fixed", dtau=dtau, transient=0, periods=3)
-        assert len(t.switches) == len(exact.switches)
-        late = 2 * np.pi * (t.switches["period"] - exact.switches["period"]) + (
-            t.switches["phase"] - exact.switches["phase"]
-        )
-        errors.append(np.abs(late).mean())
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert 0.9 < slope < 1.1
-
-
-@pytest.mark.jit
 @pytest.mark.parametrize("tol", [1e-3, 1e-5, 1e-7, 1e-9, 1e-12])
 def test_muller_reaches_its_tolerance(tol):
     """The error of a switch is below tol times the factor by which errors grow in the motion (at most 20)."""

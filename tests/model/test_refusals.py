@@ -241,6 +241,7 @@ CALLS = [
     (lambda: vd.sweep(A=3.0, dtau=[0.1]), "dtau = [0.1]: must be left out with … used by fixed and muller only"),
     (lambda: vd.sweep(A=3.0, points={"dtau": [0.1]}), "dtau = [0.1]: must be left out with method = 'certified', …"),
     (lambda: vd.simulate(3.0, method="fixed", dtau=0.1, tol=1e-7), "tol = 1e-07: must be left out … by muller only"),
+    (lambda: vd.limit(1.5, periods=1, transient=10), "periods = 1: must be >= 4 (4 times the period … at A = 1.5)"),
     (lambda: vd.limit(3.0, "dtau", tol=1e-9), "tol = 1e-09: must be left out with method = 'fixed', …"),
     (lambda: vd.sweep(A=3.0, record="sections"), "record = 'sections': … Did you mean section?"),
     (lambda: vd.sweep(A=3.0, record="section,impacts"), "record = … write ['section', 'impacts']"),
@@ -491,13 +492,3 @@ def test_points_with_labels_in_another_order_are_refused():
     for other in (eps[A.index], eps.to_numpy(), [1e-4, 0.0]):
         assert list(make_plan({"points": {"A": A, "eps": other}}).together) == ["A", "eps"]
     assert make_plan({"points": pd.DataFrame({"A": A})}).together["A"].tolist() == [3.0, 3.1]
-
-
-@pytest.mark.jit
-def test_too_few_periods_are_refused():
-    """The comparison omits the first and the last impact of a record. The other impacts must cover the orbit twice."""
-    with pytest.raises(ValueError, match=r"^periods = 1: must be >= 4 \(4 times the period .* at A = 1.5\)$"):
-        vd.limit(A=1.5, periods=1, transient=10)
-    with pytest.raises(ValueError, match=r"^periods = 15: must be >= 16 \(4 times the period .* at A = 3.1\)$"):
-        vd.limit(A=3.1, periods=15, transient=10)
-    assert vd.limit(A=3.1, periods=16, transient=10).k2 > 1e-6
