@@ -1,9 +1,6 @@
-"""Two digests of results: of all switching methods, and of what all other kernels compute. If a change of the code does
-not change the results, the digests are the same.
+"""Two digests of results, the same on every machine: of all switching methods, and of what all other kernels compute.
 
-Sines, logarithms and fused products are implemented in the package (trig.py, branchless.py), so the bits are the same
-on every machine. A correction that changes results also changes a digest. The commit then states which results change,
-and why. See CONTRIBUTING.md.
+A correction that changes results also changes a digest. CONTRIBUTING.md says what the commit then states.
 """
 
 import hashlib

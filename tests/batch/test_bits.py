@@ -115,10 +115,7 @@ print(len(formulas), sorted(twice))
 @pytest.mark.jit
 @pytest.mark.slow("17 s: compiles a kernel of each kind into an empty cache")
 def test_no_formula_is_specialised_for_constants(tmp_path):
-    """Numba could compile a formula, and all formulas that it calls, a second time for a constant argument.
-
-    Only formulas decorated with `inline_each` or `part_each` (jit/compile.py) have a version for each constant.
-    """
+    """Only those decorated with `inline_each` or `part_each` (jit/compile.py) are compiled for each constant."""
     count, twice = python(CONSTANTS, NUMBA_CACHE_DIR=str(tmp_path), VIBRODRIVE_CODE="numba").split(" ", 1)
     assert int(count) > 100
     kernels = Path(vd.__file__).parent.glob("kernels/*.py")

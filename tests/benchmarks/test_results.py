@@ -1,7 +1,4 @@
-"""Tests of the stored results of the set of switches (benchmarks/switches).
-
-The results are complete and belong to this version. The tables of the pages show these results.
-"""
+"""The stored results of the set of switches are complete and of this version, and the tables of the pages show them."""
 
 import json
 import lzma

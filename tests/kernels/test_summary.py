@@ -1,7 +1,4 @@
-"""Comparison of summaries with sums over the switches, with quadrature, and with orbits that are found in another way.
-
-The summary computed from the recorded switches of a single motion must agree with the summary of a sweep to the bit.
-"""
+"""Comparison of summaries with sums over the switches, with quadrature, and with orbits found in another way."""
 
 import math
 from itertools import pairwise

@@ -31,11 +31,6 @@ def of_kind(found, kind):
 
 
 def test_route_of_the_paper(found):
-    """The bifurcations are those of the paper.
-
-    These are the onset at A = 1 + B, period doublings at 2.604 (to period 2) and 3.057 (to period 4), a grazing at 2.69
-    (one impact in two periods), and a fold at 3.19 (period 3).
-    """
     assert [b.A for b in of_kind(found, "onset")] == [1.1]
     doublings = [b.A for b in of_kind(found, "period doubling")]
     assert doublings[:2] == pytest.approx([2.604, 3.057], abs=5e-4)

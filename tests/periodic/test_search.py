@@ -76,10 +76,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 @pytest.mark.jit
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE[::2])
 def test_search_finds_all_orbits_of_a_dense_sampling(A, B):
-    """The search finds exactly the orbits of the sampling in all intervals in which the sampled map is smooth.
-
-    In other intervals the map may have branches that are narrower than the spacing of the sampling.
-    """
+    """In intervals in which the sampled map is not smooth it may have branches that are narrower than the spacing."""
     found = orbits(A, B, 3)
     phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
     for period in (1, 2, 3):

@@ -1,8 +1,4 @@
-"""Tests of the structure of motions that are written by hand, and cases without a result.
-
-The structure is the order of the section points, the gaps (periods between main impacts), the word (the sequence of
-states between them) and the largest distance ρ of the section points.
-"""
+"""The structure of motions that are written by hand: the order of section points, gaps, and the distance ρ."""
 
 from types import SimpleNamespace
 

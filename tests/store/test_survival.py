@@ -1,7 +1,7 @@
 """A sweep survives kills, a second writer and signals without loss, with one line on stderr.
 
 The processes run the real command line with simulated blocks (tests.support.fake) that need no computation, so that
-the writer can be tested many times. The last tests use the kernels.
+the writer can be tested many times.
 """
 
 import os
