@@ -17,6 +17,8 @@ from vibrodrive.periodic.impact_map import states
 from vibrodrive.stability.failures import compared
 from vibrodrive.stability.reach import reach
 
+pytestmark = pytest.mark.jit
+
 DIGEST = "f7c0ae3808dccd32acb0d92d92dbc623a635d338012056ba90dc25addd1ecaf1"
 
 DIAGRAM = dict(A=np.linspace(1.05, 9.0, 90), eps=[0.0, 2e-4], transient=20, periods=12)
@@ -47,7 +49,6 @@ MOTIONS = [
 ]
 
 
-@pytest.mark.jit
 def test_results_have_the_stored_digest():
     digest = hashlib.sha256()
     for arguments in SWEEPS:
@@ -68,7 +69,6 @@ WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3
 RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
 
 
-@pytest.mark.jit
 def test_all_other_kernels_have_the_stored_digest(monkeypatch):
     """Those of records, orbits, the map of impacts, missed switches, proofs and the explorer."""
     called, digest = set(), hashlib.sha256()

@@ -18,6 +18,8 @@ from vibrodrive.kernels.outputs import numbers_of
 from vibrodrive.model.parameters import COLUMNS
 from vibrodrive.model.plan import make_plan
 
+pytestmark = pytest.mark.jit
+
 RESTS, DRAWN_IN = 1.5, 3.0
 """Amplitude of a motion that rests in each period, and of a motion that never rests but converges to the last bit."""
 
@@ -56,7 +58,6 @@ def copied():
         yield dict(A=[RESTS, DRAWN_IN, 3.17], transient=3, periods=30, budget=budget)
 
 
-@pytest.mark.jit
 @pytest.mark.parametrize("scene", [*copied()])
 def test_copied_equals_computed(scene):
     swept = vd.sweep(**scene)
@@ -64,7 +65,6 @@ def test_copied_equals_computed(scene):
         assert same(swept, k, vd.simulate(**scene | {"A": a})), a
 
 
-@pytest.mark.jit
 def test_refined_path_repeats():
     A = np.linspace(1.1, 3.25, 12)
     setting = dict(method="muller", dtau=1e-3, tol=1e-9, transient=20, periods=60)
@@ -74,7 +74,6 @@ def test_refined_path_repeats():
     assert evaluations(A=[RESTS], **setting) < 0.3 * vd.simulate(A=RESTS, **setting).evaluations
 
 
-@pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_repetition_needs_no_evaluations(A):
     few, many = (evaluations(A=[A], transient=400, periods=n) for n in (400, 100_000))
@@ -82,7 +81,6 @@ def test_repetition_needs_no_evaluations(A):
     assert few < 0.5 * vd.simulate(A=A, transient=400, periods=400).evaluations
 
 
-@pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_transient_of_a_billion_periods(A):
     """Cycles are skipped in the transient, too. So the result depends on the transient only modulo a cycle."""
@@ -91,7 +89,6 @@ def test_transient_of_a_billion_periods(A):
     assert np.array_equal(late.switches, early.switches)
 
 
-@pytest.mark.jit
 def test_no_repetition_with_a_disturbance_or_on_a_fixed_grid():
     swept = evaluations(A=[RESTS], eps=2e-4, transient=20, periods=20)
     assert swept == vd.simulate(A=RESTS, eps=2e-4, transient=20, periods=20).evaluations
