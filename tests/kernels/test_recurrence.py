@@ -9,14 +9,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.exact.agreement import same
-from vibrodrive.batch.parallel import run
-from vibrodrive.jit.slices import Halt
-from vibrodrive.kernels.arguments import Arguments
-from vibrodrive.kernels.engine import batch
-from vibrodrive.kernels.lane import LANES, new_lanes
-from vibrodrive.kernels.outputs import numbers_of
-from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.model.plan import make_plan
+from vibrodrive.batch import sweep
 
 pytestmark = pytest.mark.jit
 
@@ -26,17 +19,11 @@ RESTS, DRAWN_IN = 1.5, 3.0
 
 def evaluations(**arguments) -> float:
     """Return the number of evaluations of switching functions in a sweep of these arguments."""
-    plan = make_plan(arguments)
-    s, n = plan.settings, plan.n_points
-    points, work = plan.points(0, n), np.empty(n)
-    w, k = new_lanes(1)
-    kernel = batch(s.method, bool(points[0, COLUMNS.index("eps")] > 0.0), False)
-    arguments = Arguments(
-        w[0], k[0], np.zeros(1, np.int64), points, np.arange(n), np.zeros(1, np.int64), numbers_of(s, LANES),
-        np.empty((n, s.periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), work,
-    )  # fmt: skip
-    run([(kernel, [arguments])], Halt())
-    return float(work.sum())
+    calls, run = [], sweep.run
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweep, "run", lambda given, *more, **options: calls.extend(given) or run(given, *more, **options))
+        vd.sweep(**arguments, threads=1)
+    return float(sum({id(one.work): one.work.sum() for _, given in calls for one in given}.values()))
 
 
 def copied():
