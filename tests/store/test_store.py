@@ -292,16 +292,6 @@ def test_reader_needs_no_permission_of_the_writer(path):
     open_writer(path, make(), Origin(TEXT)).close()
 
 
-def test_file_keeps_its_block_size(path):
-    """A version of the program that uses blocks of another size resumes a file with the blocks of this file."""
-    write(path, make(), which=[0])
-    plan = replace(make(), tiling=None)
-    assert plan.chunk == (90, 2)
-    writer = open_writer(path, plan, Origin(TEXT))
-    assert writer.plan.chunk == (20, 2)
-    writer.close()
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
