@@ -14,7 +14,7 @@ import pytest
 import vibrodrive as vd
 from tests.exact.agreement import same
 from tests.support.process import python
-from vibrodrive.batch.trajectory import same_array
+from tests.test_products import same as same_arrays
 from vibrodrive.kernels.lane import LANES, LINE, STRIDE, new_lanes
 
 RUN = """
@@ -178,12 +178,7 @@ def test_results_do_not_depend_on_memory_that_is_not_set(monkeypatch, method, n)
     clean = [*computed()]
     monkeypatch.setattr(np, "empty", dirty)
     for one, other in zip(clean, computed(), strict=True):
-        if isinstance(one, vd.Trajectory):
-            assert one == other
-        else:
-            names = ["status", "margin", "switches", *(q.name for q in one.quantities)]
-            names += ["section"] if "section" in one.record else []
-            assert all(same_array(getattr(one, name), getattr(other, name)) for name in names)
+        assert one == other if isinstance(one, vd.Trajectory) else same_arrays(one, other)
 
 
 @pytest.mark.jit

@@ -168,6 +168,7 @@ REFUSED = [
     ("orbits small.toml --set eps=0 --set max_period=0", "orbits.max_period = 0: must be an integer >="),
     ("sweep --plot small.toml --set figure.x=B", "figure.x = 'B': must be one of the axes A, eps"),
     ("sweep c.png --plot=c.png", "figure", "another file", "c.png"),
+    ("sweep c.h5.part -o c.h5", "temporary file of the output", "c.h5.part"),
     ("sweep c.png.part --plot=c.png -o c.h5", "figure", "another file", "c.png.part"),
     ("orbits c.png --set eps=0 -o c.png", "figure", "another file", "c.png"),
     ("orbits c.csv --set eps=0 -o c.csv", "table", "another file", "c.csv"),
@@ -175,7 +176,6 @@ REFUSED = [
     (f"{TRAJECTORY} link.svg", "figure", "another file", "small.toml"),
     ("sweep small.toml -o link.h5 --overwrite", "output", "another file", "small.toml"),
     ("sweep small.toml -o foreign.h5", "only result files"),
-    ("sweep small.toml -o foreign.h5 --overwrite", "only result files"),
     ("plot y.png", "figure", "y.png", "another file"),
     ("plot result.h5", "result.png", "another file"),
     ("plot result.h5 -o result.pdf", "result.pdf", "another file"),
@@ -230,7 +230,7 @@ def test_bad_input_is_one_line_exit_2_and_no_file(run, idle, monkeypatch):
     Path("idle.toml").write_text("[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\n")
     for name, text in (("result", SMALL), ("limit", LIMIT), ("other", LIMIT.replace("2.6", "2.7")), ("map", MAP)):
         fake.write(f"{name}.h5", text)
-    for name in ("c.png", "c.png.part", "c.csv", "c.csv.part"):
+    for name in ("c.png", "c.png.part", "c.csv", "c.csv.part", "c.h5.part"):
         Path(name).write_text(SMALL)
     fake.write("y.h5", SMALL)
     Path("y.h5").rename("y.png")
