@@ -54,7 +54,7 @@ def _compile(name: str) -> None:
 
 
 UNIT = (
-    "benchmarks/", "cli/test_files.py", "explorer/test_view.py", "explorer/test_work.py", "figures/test_curves.py",
+    "benchmarks/", "explorer/test_view.py", "explorer/test_work.py", "figures/test_curves.py",
     "jobs/test_maps.py", "kernels/test_lane.py", "kernels/test_scheme.py", "model/",
     "stability/", "store/test_draft.py", "store/test_place.py", "store/test_store.py",
     "test_model_page.py", "test_pages.py",

@@ -1,9 +1,6 @@
-"""Two digests of results: of all switching methods, and of what all other kernels compute. If a change of the code does
-not change the results, the digests are the same.
+"""Two digests of results, the same on every machine: of all switching methods, and of what all other kernels compute.
 
-Sines, logarithms and fused products are implemented in the package (trig.py, branchless.py), so the bits are the same
-on every machine. A correction that changes results also changes a digest. The commit then states which results change,
-and why. See CONTRIBUTING.md.
+A correction that changes results also changes a digest. CONTRIBUTING.md says what the commit then states.
 """
 
 import hashlib
@@ -19,6 +16,8 @@ from vibrodrive.periodic.flight import launch_after
 from vibrodrive.periodic.impact_map import states
 from vibrodrive.stability.failures import compared
 from vibrodrive.stability.reach import reach
+
+pytestmark = pytest.mark.jit
 
 DIGEST = "f7c0ae3808dccd32acb0d92d92dbc623a635d338012056ba90dc25addd1ecaf1"
 
@@ -50,7 +49,6 @@ MOTIONS = [
 ]
 
 
-@pytest.mark.jit
 def test_results_have_the_stored_digest():
     digest = hashlib.sha256()
     for arguments in SWEEPS:
@@ -71,7 +69,6 @@ WAYS = [dict(), dict(method="muller", dtau=1e-3), dict(method="fixed", dtau=2e-3
 RECORDS = ["section", ["summary", "impacts"], ["section", "error"], ["summary", "error"]]
 
 
-@pytest.mark.jit
 def test_all_other_kernels_have_the_stored_digest(monkeypatch):
     """Those of records, orbits, the map of impacts, missed switches, proofs and the explorer."""
     called, digest = set(), hashlib.sha256()

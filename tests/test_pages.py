@@ -221,15 +221,12 @@ def test_every_dependency_has_its_reason():
     assert named == {extra: {Requirement(d).name for d in wanted} for extra, wanted in needed.items()}
 
 
-def test_citation_names_this_version():
+def test_citation_names_this_version_and_gives_an_author_and_a_year_in_bibtex():
+    """BibTeX takes the words of a name that has no braces, as of cffconvert, for a first and a last name."""
     text = (ROOT / "CITATION.cff").read_text()
     assert f"\nversion: {vd.__version__}\n" in text
     assert "An Example for the Orbital Stability of Permanently Disturbed Non-smooth Motions" in text
-
-
-def test_citation_gives_an_author_and_a_year_in_bibtex():
-    """BibTeX takes the words of a name that has no braces, as of cffconvert, for a first and a last name."""
-    about = (ROOT / "CITATION.cff").read_text().partition("\nreferences:")[0]
+    about = text.partition("\nreferences:")[0]
     (author,) = re.findall(r'^  - name: "(.*)"', about, re.MULTILINE)
     assert re.search(r"^date-released: 20\d\d-\d\d-\d\d\b", about, re.MULTILINE)
     assert author.replace(r"\_", "\N{NO-BREAK SPACE}").lower().split(" ") == ["the\xa0vibrodrive\xa0authors"]

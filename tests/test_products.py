@@ -7,10 +7,6 @@ import copy
 import functools
 import pickle
 import re
-import shutil
-import signal
-import subprocess
-import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -22,7 +18,6 @@ import xarray as xr
 
 import vibrodrive as vd
 from tests.store.test_rewritten import CHUNKED, FORMS, rewrite, save_by_xarray
-from tests.support.process import ROOT
 from vibrodrive.errors import NoResult
 from vibrodrive.model import plan
 from vibrodrive.model.own import Own
@@ -81,7 +76,6 @@ def arguments(name):
 
 
 each = pytest.mark.parametrize("name", CASES)
-each_function = pytest.mark.parametrize("name", FUNCTIONS)
 
 
 @pytest.fixture(autouse=True)
@@ -126,12 +120,13 @@ def same(one, other):
     )
 
 
-def interrupt(name, path, blocks, patch):
-    """Compute a part of a file: `blocks` blocks, and then an interruption."""
-    written = []
+def interrupt(name, path, blocks, patch, killed=False):
+    """Compute a part of a file: `blocks` blocks, and then an interruption, or what the system has after a kill."""
+    written, left = [], []
 
     def write(self, block, write=Writer.write):
         if len(written) == blocks:
+            left.append(path.read_bytes())
             raise KeyboardInterrupt
         written.append(block.index)
         write(self, block)
@@ -140,10 +135,13 @@ def interrupt(name, path, blocks, patch):
         m.setattr(Writer, "write", write)
         with pytest.raises(KeyboardInterrupt):
             sweep(name, path)
+    if killed:
+        path.write_bytes(*left)
 
 
 @each
-def test_file_equals_memory(name, whole):
+def test_file_equals_memory(name, whole, run):
+    assert run("info", str(whole), "--check", "--json")[0] == 0
     loaded, now = vd.load(whole), sweep(name)
     assert len(look(whole).done) == 7
     assert same(loaded, now)
@@ -152,10 +150,10 @@ def test_file_equals_memory(name, whole):
 
 
 @each
-def test_interrupted_twice_and_resumed_equals_uninterrupted(name, whole, tmp_path, monkeypatch):
+def test_killed_interrupted_and_resumed_equals_uninterrupted(name, whole, tmp_path, monkeypatch):
     path = tmp_path / "part.h5"
-    for blocks in (3, 2):
-        interrupt(name, path, blocks, monkeypatch)
+    for blocks, killed in ((0, True), (3, False), (2, True)):
+        interrupt(name, path, blocks, monkeypatch, killed)
     assert vd.load(path).computed == pytest.approx(5 / 7)
     sweep(name, path)
     assert path.read_bytes() == whole.read_bytes()
@@ -208,12 +206,6 @@ def test_damaged_blocks_are_seen_and_computed_again(name, damage, whole, run):
                     assert here.tobytes() == before[n][block].tobytes(), (n, variable)
         assert sweep(name, whole).computed == 1.0
         assert whole.read_bytes() == sound
-
-
-@each
-def test_sound_file_passes_the_check(name, whole, run):
-    assert run("info", str(whole), "--check")[0] == 0
-    assert run("info", str(whole), "--json")[0] == 0
 
 
 @each
@@ -336,46 +328,6 @@ def test_default_figure_is_drawn_from_memory_and_file(name, whole, run):
     assert whole.with_suffix(".png").exists() or Path("whole.png").exists()
 
 
-@each_function
-def test_another_function_does_not_continue_a_file(name, whole):
-    record = CASES[name] if isinstance(CASES[name], list) else [CASES[name]]
-    other = [vd.own(settling, version="2") if one == "settling" else one for one in record]
-    with pytest.raises(vd.errors.Different, match=r"record is .*\(version 1\).* in the file and .*\(version 2\)"):
-        vd.sweep(**arguments(name) | {"record": other}, path=whole)
-
-
-KILLED = """
-import sys, numpy as np, vibrodrive as vd
-from tests import test_products as t
-from vibrodrive.model import plan
-plan.LEAST_POINTS = 2
-for kind in {t.Own, *map(type, t.RECORDS.values())}:
-    kind.block_points = 2
-import vibrodrive.store.writer as writer
-write = writer.Writer.write
-def slowly(self, block):
-    write(self, block)
-    print(block.index, flush=True)
-    import time; time.sleep(0.2)
-writer.Writer.write = slowly
-vd.sweep(**t.arguments(sys.argv[1]), path=sys.argv[2])
-"""
-
-
-@each
-@pytest.mark.slow("80 s: a process for each record, which loads the kernels and is killed")
-def test_killed_and_resumed_equals_uninterrupted(name, whole, tmp_path):
-    path = tmp_path / "killed.h5"
-    command = [sys.executable, "-W", "ignore", "-c", KILLED, name, str(path)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE) as process:
-        for _ in range(3):
-            process.stdout.readline()
-        process.send_signal(signal.SIGKILL)
-    assert 0.0 < vd.load(path).computed < 1.0
-    sweep(name, path)
-    assert path.read_bytes() == whole.read_bytes()
-
-
 @pytest.mark.slow("40 s: processes that load the kernels, and a cluster")
 def test_processes_and_dask_give_the_same_bits(tmp_path):
     distributed = pytest.importorskip("distributed")
@@ -406,10 +358,3 @@ def code_of_kernels():
     from vibrodrive.explorer.density import darken
 
     return "of the package" if darken.shipped else "compiled"
-
-
-@each
-@pytest.mark.skipif(shutil.which("ncdump") is None, reason="needs ncdump")
-def test_netcdf_library_reads_the_file(name, whole):
-    header = subprocess.run(["ncdump", "-h", str(whole)], capture_output=True, text=True, check=True).stdout
-    assert all(f" {v.variable}(" in header for v in variables_of(vd.load(whole).plan))

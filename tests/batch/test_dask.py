@@ -6,23 +6,16 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.support.process import LIMIT, ROOT, contents, sweeping
 from vibrodrive.jobs import sweep as job
 from vibrodrive.store.reader import look, verify
 
 distributed = pytest.importorskip("distributed")
-
-ROOT = Path(__file__).parents[2]
-
-LIMIT = 1200.0
-"""Time in seconds after which a test fails instead of waiting for a process, a file or the cluster."""
-
-ARRAYS = ("section", "status", "margin", "switches")
 
 CONFIG = """
 [sweep]
@@ -37,13 +30,17 @@ periods = 30000
 ARGUMENTS = {"A": np.linspace(3.0, 3.25, 20), "eps": [0.0, 1e-4], "transient": 50, "periods": 30000}
 
 
-def bits(results):
-    return {name: getattr(results, name).tobytes() for name in ARRAYS}
-
-
 @pytest.fixture(scope="module")
-def local():
-    return bits(vd.sweep(**ARGUMENTS, threads=1))
+def local(tmp_path_factory):
+    path = tmp_path_factory.mktemp("local") / "c.h5"
+    vd.sweep(**ARGUMENTS, threads=1, path=path)
+    return contents(path)
+
+
+@pytest.fixture
+def scene(tmp_path):
+    with sweeping(tmp_path, CONFIG) as found:
+        yield found
 
 
 def start(module, *arguments):
@@ -89,73 +86,37 @@ def cluster(tmp_path_factory):
             process.wait()
 
 
-def command(folder, *options, text=CONFIG):
-    (folder / "c.toml").write_text(text)
-    return subprocess.Popen(
-        [sys.executable, "-m", "vibrodrive", "sweep", "c.toml", *options],
-        cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-
-
-def assert_ends(process, code=0):
-    _, err = process.communicate(timeout=LIMIT)
-    assert (process.returncode, "Traceback" in err) == (code, False), err
-
-
-def wait_for_a_block(process, file):
-    limit = time.monotonic() + LIMIT
-    while not (file.exists() and look(file).done.any()):
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < limit, "no block was written"
-        time.sleep(0.01)
-
-
 @pytest.mark.jit
 @pytest.mark.slow("8 s: a new worker replaces the killed one and loads the kernels")
-def test_sweep_survives_a_killed_worker(cluster, local, tmp_path):
+def test_sweep_survives_a_killed_worker(cluster, local, scene):
     address, processes, folder = cluster
     worker = processes.pop()
     worker.send_signal(signal.SIGSTOP)  # so that the worker dies before its block is finished
-    process = command(tmp_path, "--dask", address)
-    file = tmp_path / "c.h5"
-    wait_for_a_block(process, file)
-    assert not look(file).complete
+    process = scene.start("--dask", address)
+    scene.wait_for_blocks(process)
+    assert not look(scene.file).complete
     worker.kill()
     worker.wait()
-    assert_ends(process)
-    assert verify(file).sound
-    assert bits(vd.load(file)) == local
+    scene.end(process)
+    assert verify(scene.file).sound
+    assert contents(scene.file) == local
     processes.append(start_worker(address, folder))
 
 
 @pytest.mark.jit
-def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, tmp_path):
+def test_sweep_stopped_on_a_cluster_resumes_locally(cluster, local, scene):
     worker = cluster[1][-1]
     worker.send_signal(signal.SIGSTOP)  # so that some blocks are unfinished when the command receives SIGTERM
     try:
-        process = command(tmp_path, "--dask", cluster[0])
-        file = tmp_path / "c.h5"
-        wait_for_a_block(process, file)
+        process = scene.start("--dask", cluster[0])
+        scene.wait_for_blocks(process)
         process.send_signal(signal.SIGTERM)
-        assert_ends(process, 130)
+        scene.end(process, 130)
     finally:
         worker.send_signal(signal.SIGCONT)
-    report = look(file)
-    assert not report.complete
-    assert_ends(command(tmp_path))
-    assert look(file).done.sum() >= report.done.sum()
-    assert bits(vd.load(file)) == local
-
-
-@pytest.mark.jit
-def test_cluster_writes_the_same_file(cluster, tmp_path):
-    text = CONFIG.replace("periods = 30000", 'periods = 300\nrecord = ["section", "impacts", "summary"]')
-    for name, options in (("home", ()), ("away", ("--dask", cluster[0]))):
-        folder = tmp_path / name
-        folder.mkdir()
-        assert_ends(command(folder, *options, text=text))
-    assert (tmp_path / "home" / "c.h5").read_bytes() == (tmp_path / "away" / "c.h5").read_bytes()
+    assert not look(scene.file).complete
+    scene.end(scene.start())
+    assert contents(scene.file) == local
 
 
 def test_unreachable_address_prints_one_line_and_leaves_no_file(run, tmp_path, monkeypatch):
@@ -168,13 +129,13 @@ def test_unreachable_address_prints_one_line_and_leaves_no_file(run, tmp_path, m
     assert [p.name for p in tmp_path.iterdir()] == ["c.toml"]
 
 
-def test_cluster_without_workers_is_reported(tmp_path):
+def test_cluster_without_workers_is_reported(tmp_path, scene):
     scheduler, file = start_scheduler(tmp_path)
     try:
-        process = command(tmp_path, "--dask", json.loads(file.read_text())["address"])
+        process = scene.start("--dask", json.loads(file.read_text())["address"])
         line = process.stderr.readline()
         process.send_signal(signal.SIGINT)
-        assert_ends(process, 130)
+        scene.end(process, 130)
     finally:
         scheduler.kill()
         scheduler.wait()

@@ -1,7 +1,6 @@
 """Trajectories and lists of orbits as pandas DataFrames."""
 
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -44,14 +43,6 @@ def test_section_points_have_their_times(start):
     begin = start.get("tau0", 0.0) + 2 * math.pi * 2
     assert (table.tau > begin).all()
     assert (table.tau < begin + 3 * 2 * math.pi + 1e-9).all()
-
-
-def test_other_tables_and_a_missing_pandas_are_refused(motion, monkeypatch):
-    with pytest.raises(ValueError, match=r"^of = 'rows': must be one of switches, impacts, section$"):
-        motion.to_dataframe("rows")
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"^to_dataframe needs the extra `data`: pip install 'vibrodrive\[data\]'$"):
-        motion.to_dataframe()
 
 
 def test_motion_is_shown_in_one_line(motion):

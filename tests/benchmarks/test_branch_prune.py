@@ -81,24 +81,54 @@ def test_bounds_of_a_box_hold_for_the_exact_function():
                 assert low <= exact(x, mpmath.mpf(m) + mpmath.mpf(rho) * k / 4, n) <= high, (x, m, rho, k, n)
 
 
-def test_zeros_of_random_sums_agree_with_the_reference_of_90_digits():
+HALF = 2.0**-21
+
+TANGENT = {
+    "at a double": Sum(6.25, -5.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
+    "at π/2": Sum(1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0),
+    "1e-17 above": Sum(1.0, 0.0, 0.0, -1.0, 0.0, 1e-17, 1.0, 0.0),
+}
+BEFORE_A_TANGENCY = Sum(2.0, 0.0, 0.0, -3.0, 0.0, -1.0, 2.0, math.pi / 2)
+"""2 − 3 sin t − cos 2t = (1 − sin t)(1 − 2 sin t), except for the rounding of π/2."""
+AT_A_ZERO = Sum(-0.3 * math.sin(2.0), 1.0, 0.0, 0.3, 2.0, 0.0, 1.0, 0.0)
+
+
+def parabola(middle, c0):
+    """Return (t − m)² + c0, which is exact in doubles."""
+    return Sum(middle**2 + c0, -2.0 * middle, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+def sums():
+    """Yield (function, end of the search, zeros, tolerance): pairs 2⁻²⁰ apart, and sums with a reference of 90 digits.
+
+    The start does not count, be it a simple zero, a double zero or a positive value.
+    """
+    for middle in (0.5, 1.0, 7.25, 19.0):
+        yield parabola(middle, -(HALF**2)), 20.0, [middle - HALF, middle + HALF], 1e-8
+        yield parabola(middle, HALF**2), 20.0, [], 0.0
+    yield BEFORE_A_TANGENCY, 3.0, [math.pi / 6], 1e-15
     draw = random.Random(4)
+    starts = [
+        level0.inputs(c1=-1.1, c2=-0.48, a=0.58, b=0.165, eta=3.27, T=5.9),
+        level0.inputs(c1=0.75, c2=-0.000195, a=-0.75, T=5.8),
+        level0.inputs(c0=1e-9, c1=-1.0, a=0.5, T=2.0),
+    ]
+    for x in (*starts, *(drawn(draw, 30.0) for _ in range(25))):
+        yield *separate(x), [float(zero.at) for zero in level0.solve(x)], 1e-11
+
+
+def test_zeros_are_those_of_the_reference():
     count = 0
-    for _ in range(25):
-        x = drawn(draw, 30.0)
-        true = [float(zero.at) for zero in level0.solve(x)]
-        assert branch_prune.zeros(*separate(x)) == pytest.approx(true, rel=0, abs=1e-11), x
-        count += len(true)
-    assert count > 20
+    for function, end, zeros, off in sums():
+        assert branch_prune.zeros(function, end) == pytest.approx(zeros, rel=0, abs=off), function
+        count += len(zeros)
+    assert count > 30
 
 
-@pytest.mark.parametrize("middle", [0.5, 1.0, 7.25, 19.0])
-def test_pair_a_millionth_apart_is_found(middle):
-    """(t − m)² − 2⁻⁴² is exact in doubles, and its zeros are 2⁻²⁰ apart."""
-    half = 2.0**-21
-    parabola = Sum(middle**2 - half**2, -2.0 * middle, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-    assert branch_prune.zeros(parabola, 20.0) == pytest.approx([middle - half, middle + half], rel=0, abs=1e-8)
-    assert branch_prune.zeros(parabola._replace(c0=middle**2 + half**2), 20.0) == []
+@pytest.mark.parametrize("function", [*TANGENT.values(), AT_A_ZERO], ids=[*TANGENT, "start within rounding of a zero"])
+def test_zero_within_rounding_is_refused(function):
+    with pytest.raises(ArithmeticError, match="rounding hides"):
+        branch_prune.zeros(function, 10.0)
 
 
 def test_pair_a_millionth_apart_in_a_ripple_is_found():
@@ -116,47 +146,6 @@ def test_pair_a_millionth_apart_in_a_ripple_is_found():
             pair = [float(mpmath.findroot(lambda t, x=x: exact(x, t), half, solver="illinois")) for half in halves]
         assert branch_prune.zeros(*separate(x)) == pytest.approx(pair, rel=0, abs=1e-8)
         found += 1
-
-
-TANGENT = {
-    "at a double": Sum(6.25, -5.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
-    "at π/2": Sum(1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0),
-    "1e-17 above": Sum(1.0, 0.0, 0.0, -1.0, 0.0, 1e-17, 1.0, 0.0),
-}
-
-
-@pytest.mark.parametrize("name", TANGENT)
-def test_tangency_within_rounding_is_refused(name):
-    with pytest.raises(ArithmeticError, match="rounding hides"):
-        branch_prune.zeros(TANGENT[name], 10.0)
-
-
-BEFORE_A_TANGENCY = Sum(2.0, 0.0, 0.0, -3.0, 0.0, -1.0, 2.0, math.pi / 2)
-"""2 − 3 sin t − cos 2t = (1 − sin t)(1 − 2 sin t), except for the rounding of π/2."""
-
-
-def test_zeros_before_a_tangency_are_the_answer():
-    assert branch_prune.zeros(BEFORE_A_TANGENCY, 3.0) == pytest.approx([math.pi / 6], abs=1e-15)
-
-
-STARTS = {
-    "a simple zero": level0.inputs(c1=-1.1, c2=-0.48, a=0.58, b=0.165, eta=3.27, T=5.9),
-    "a double zero": level0.inputs(c1=0.75, c2=-0.000195, a=-0.75, T=5.8),
-    "a positive value": level0.inputs(c0=1e-9, c1=-1.0, a=0.5, T=2.0),
-}
-
-
-@pytest.mark.parametrize("name", STARTS)
-def test_start_does_not_count(name):
-    true = [float(zero.at) for zero in level0.solve(STARTS[name])]
-    assert true
-    assert branch_prune.zeros(*separate(STARTS[name])) == pytest.approx(true, rel=1e-12)
-
-
-def test_start_within_rounding_of_a_zero_is_refused():
-    start = Sum(-0.3 * math.sin(2.0), 1.0, 0.0, 0.3, 2.0, 0.0, 1.0, 0.0)
-    with pytest.raises(ArithmeticError, match="rounding hides"):
-        branch_prune.zeros(start, 5.0)
 
 
 class Motions:

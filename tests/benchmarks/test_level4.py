@@ -1,8 +1,4 @@
-"""Tests of level 4 of the set of switches, a table of limits k₂ (benchmarks/switches/level4.py).
-
-A gap is the number of excitation periods between two main impacts. Rows of the table can be made again. The gaps, which
-the test computes in its own way, change at the limits of the table.
-"""
+"""Tests of level 4 of the set of switches, a table of limits k₂ (benchmarks/switches/level4.py)."""
 
 import csv
 import math
@@ -38,8 +34,7 @@ def test_scene_is_reproduced_to_the_byte(table):
 @pytest.mark.jit
 @pytest.mark.parametrize("way", ["eps", "dtau"])
 def test_gaps_are_kept_below_the_limit_only(table, way):
-    """The test selects fast impacts without the criterion of the package. At A = 3.04 there is one in every second
-    period, so every gap is 2."""
+    """Fast impacts are selected without the criterion of the package: one in every second period, so every gap is 2."""
     row = next(r for r in table if (r["A"], r["B"], r["disturbance"]) == ("3.04", "0.1", way))
 
     def gaps(value):

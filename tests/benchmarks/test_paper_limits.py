@@ -1,8 +1,4 @@
-"""Limits of the paper that are functions of a motion: k₁ (starts), k_u (one motion), ϱ (orbit as a curve), and grids.
-
-A search is tested on functions with a known edge, an edge of the model with motions of 50 digits, one motion with naive
-loops, a distance with a naive search over all edges of the curve.
-"""
+"""Limits of the paper that are functions of a motion: k₁ (starts), k_u (one motion), ϱ (orbit as a curve); grids."""
 
 import math
 
@@ -22,8 +18,6 @@ from tests.support import naive
 from vibrodrive.stability.structure import compare_structure, reference_orbit
 
 jit = pytest.mark.jit
-
-# k₁
 
 
 @given(edge=st.floats(1e-11, 5.9), bit=st.sampled_from([0.0, 1e-15]))
@@ -47,9 +41,6 @@ def test_both_sides_of_an_edge_agree_with_fifty_digits():
     here = lands_in(0.0)
     assert [lands_in(share * edge) == here for share in (0.3, 0.7, 1 - 1e-8)] == [True] * 3
     assert lands_in(edge * (1 + 1e-8)) != here
-
-
-# k_u
 
 
 @jit
@@ -82,9 +73,6 @@ def test_band_of_a_function_of_a_motion_is_that_of_vd_limit(disturbance):
     assert max(below, default=0.0) < 0.8 * k.kept_below
 
 
-# ϱ
-
-
 def closed(motion):
     return orbit_curve(motion, reference_orbit(motion).n)
 
@@ -109,9 +97,6 @@ def test_distance_equals_a_naive_search(A, arguments):
         best = max(best, np.linalg.norm(away - share[:, None] * along, axis=1).min())
     assert curve_distance(curve, motion) == pytest.approx(best, rel=1e-12)
     assert curve_distance(curve, motion, enough=0.5 * best) > 0.5 * best
-
-
-# Grids
 
 
 @given(dtau=st.floats(1e-3, 20.0))

@@ -1,7 +1,4 @@
-"""Tests of the set of switches (benchmarks/switches).
-
-Cases satisfy the schema and can be made again byte for byte. score.py gives each verdict to the right answers.
-"""
+"""The cases of the set of switches satisfy the schema and can be made again, and score.py gives the right verdicts."""
 
 import csv
 import json
@@ -41,9 +38,6 @@ def values(case):
     return {name: float.fromhex(value) for name, value in case["inputs_hex"].items()}
 
 
-# the form of a case
-
-
 def digits(number):
     """Return the number of significant digits of a number given as text."""
     return len(re.sub(r"e.*|\D", "", number).lstrip("0"))
@@ -51,7 +45,6 @@ def digits(number):
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_every_case_matches_the_schema(level):
-    """Each case satisfies the schema, its decimal inputs are its doubles, and its numbers have 30 digits."""
     for name, case in stored(level).items():
         assert SCHEMA.is_valid(case), name
         assert (case["id"], case["level"]) == (name, level)
@@ -86,9 +79,6 @@ def test_sizes_of_the_set_agree_with_its_readme():
             assert re.search(rf"^\| {family}( \(level {level}\))? \| (\d+, )?{count}(, \d+)? \|", text, re.M), family
     assert (FOLDER / "VERSION").read_text(encoding="utf-8") == f"{make.VERSION}\n"
     assert f"Version {make.VERSION}." in text
-
-
-# the answers
 
 
 def test_zeros_are_in_order_and_their_slopes_agree():
@@ -156,8 +146,6 @@ def test_answers_shorter_than_a_tick_take_time():
 
     assert all(run.timed(Sums, 0, run.WAVES, {}, 2.0)[1] > 0.0 for _ in range(30))
 
-
-# the score
 
 FAR, PAIR = ["1.0", "3.0"], ["1.0", "1.0000003"]
 

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -20,6 +21,8 @@ import vibrodrive as vd
 from tests.support import fake
 from tests.support.process import python
 from vibrodrive.cli import cli, main
+from vibrodrive.cli.plain import plain
+from vibrodrive.jobs import sweep as runner
 from vibrodrive.jobs.progress import Show, Tally, duration
 from vibrodrive.model import config
 from vibrodrive.model.plan import make_plan
@@ -57,7 +60,10 @@ def flip_bit(path, name, byte):
 
 
 def test_only_what_a_command_needs_is_imported(run):
-    """Light: the import of the package, and --help. Without Numba: the commands that read, draw and check files."""
+    """Light: the import of the package, and --help. Without Numba: commands that read, draw and check, all modules.
+
+    A figure needs no window system.
+    """
     fake.write("s.h5", SMALL)
     code = """if True:
         import sys, vibrodrive as vd
@@ -71,8 +77,9 @@ def test_only_what_a_command_needs_is_imported(run):
                 main(call)
             except SystemExit as end:
                 assert end.code == 0, call
-            assert not ({"numba"} if call[0] != "sweep" else heavy) & {*sys.modules}, call
-        from vibrodrive.batch.sweep import compute
+            assert not ({"numba", "matplotlib.pyplot"} if call[0] != "sweep" else heavy) & {*sys.modules}, call
+        import vibrodrive.batch.sweep, vibrodrive.periodic.search, vibrodrive.stability.limit, vibrodrive.explorer.work
+        assert not {"numba", "llvmlite"} & {*sys.modules}
         assert vd.sweep.__name__ == "sweep"  # the function, not a module of this name
         assert all(dir(m) == sorted(m.__all__) for m in (vd, vd.plot, vd.errors))
         print(*(hasattr(vd, name) for name in (*vd.__all__, "nonsense")))
@@ -102,6 +109,9 @@ def test_sweep_writes_the_file_of_its_configuration_once(run, quick):
     assert quick == [0]
 
 
+ORBITS = "orbits small.toml --set eps=0 -o"
+TRAJECTORY = "trajectory small.toml --set A=3 --set eps=0 -o"
+
 REFUSED = [
     ("sweep missing.toml", "missing.toml", "No such file"),
     ("sweep", "CONFIG"),
@@ -129,6 +139,7 @@ REFUSED = [
     ("trajectory small.toml --set A=3 --set eps=0 -o t.doc", "--output = 't.doc'", ".csv", ".png, .pdf, .svg"),
     ("trajectory small.toml --set A=3 --set eps=0 -o t.png -o u.svg", "'u.svg'", "at most one of each"),
     ("orbits small.toml", "axes = A, eps: must be one of A, a0, omega0, frequency, alone or with one of B"),
+    ("orbits small.toml --set eps=0 --set A=3 --set B=[0.1,0.2]", "axes = B: must be one of A, a0, omega0, frequency"),
     ("orbits small.toml --set eps=0 -o o.h5", "--output = 'o.h5'", "a table (.csv)"),
     ("plot", "FILE..."),
     ("plot limit.h5 result.h5", "result.h5: record = 'section'", '"limit"'),
@@ -157,22 +168,122 @@ REFUSED = [
     ("orbits small.toml --set eps=0 --set method=fixed --set dtau=1", "method = 'fixed': must"),
     ("orbits small.toml --set eps=0 --set max_period=0", "orbits.max_period = 0: must be an integer >="),
     ("sweep --plot small.toml --set figure.x=B", "figure.x = 'B': must be one of the axes A, eps"),
+    ("sweep c.png --plot=c.png", "figure", "another file", "c.png"),
+    ("sweep c.h5.part -o c.h5", "temporary file of the output", "c.h5.part"),
+    ("sweep c.png.part --plot=c.png -o c.h5", "figure", "another file", "c.png.part"),
+    ("orbits c.png --set eps=0 -o c.png", "figure", "another file", "c.png"),
+    ("orbits c.csv --set eps=0 -o c.csv", "table", "another file", "c.csv"),
+    ("trajectory c.csv.part --set A=3 --set eps=0 -o c.csv", "table", "another file", "c.csv.part"),
+    (f"{TRAJECTORY} link.svg", "figure", "another file", "small.toml"),
+    ("sweep small.toml -o link.h5 --overwrite", "output", "another file", "small.toml"),
+    ("sweep small.toml -o foreign.h5", "only result files"),
+    ("plot y.png", "figure", "y.png", "another file"),
+    ("plot result.h5", "result.png", "another file"),
+    ("plot result.h5 -o result.pdf", "result.pdf", "another file"),
+    ("plot result.h5 -o y.png", "y.png", "contains data"),
+    ("plot result.h5 --over b.csv -o b.png", "b.png", "another file", "--over[0]"),
+    ("plot y.png result.h5 -o result.pdf", "result.pdf", "another file", "result file 1"),
+    ("sweep small.toml -o result.h5 --plot", "result.png", "another file"),
+    (f"{ORBITS} result.csv", "result.csv", "contains data"),
+    *((call, "loop", "symbolic links") for call in (
+        "sweep loop.toml", "info loop.h5", "plot map.h5 --over loop.csv -o x.png", f"{ORBITS} loop.csv",
+        "plot loop.h5 -o x.png", "plot map.h5 -o loop.png",
+    )),
+    ("info map.h5/x.h5", "map.h5/x.h5", "Not a directory"),
+    ("plot map.h5/x.h5 -o x.png", "map.h5/x.h5", "Not a directory"),
+    *((call, "pipe.", "a named pipe") for call in (
+        "info pipe.h5", "plot pipe.h5 -o x.png", "plot map.h5 -o pipe.png", f"{TRAJECTORY} pipe.csv",
+        "sweep small.toml -o pipe.h5",
+    )),
+    *((f"sweep small.toml --dask {address}", "--dask", address, "tcp://scheduler:8786") for address in (
+        "foo", "foo://x:1", "x:port", "tcp://x:0", "tcp://x:99999", "inproc://1/2/3",
+    )),
+    (["sweep", "small.toml", "--dask", ""], "--dask = '': must be ", "tcp://scheduler:8786"),
+    (["sweep", "small.toml", "--dask", "a b:1"], "--dask = 'a b:1': must be ", "tcp://scheduler:8786"),
 ]  # fmt: skip
 """(Arguments of the program, *words of its answer)"""
 
 
-def test_bad_input_is_one_line_exit_2_and_no_file(run, quick):
+def contents():
+    """Return the contents of all files of the directory, and the targets of links."""
+    there = {}
+    for p in Path().iterdir():
+        there[p.name] = os.readlink(p) if p.is_symlink() else p.read_bytes() if p.is_file() else p.stat().st_mode
+    return there
+
+
+@pytest.fixture
+def idle(monkeypatch):
+    """Let the test fail if a command begins a computation."""
+
+    def begun(*arguments, **options):
+        raise AssertionError("something is computed")
+
+    for name in ("batch.sweep.run_blocks", "batch.trajectory.follow", "jobs.orbits.find"):
+        module, _, function = name.rpartition(".")
+        monkeypatch.setattr(import_module(f"vibrodrive.{module}"), function, begun)
+
+
+def test_bad_input_is_one_line_exit_2_and_no_file(run, idle, monkeypatch):
+    monkeypatch.setattr("vibrodrive.jobs.sweep.find_spec", lambda name: name)  # of the extra for --dask
     Path("broken.toml").write_text("[sweep]\nA = = 3\n")
     Path("points.toml").write_text("[sweep.points]\nA = [3.0, 3.1]\n")
     Path("idle.toml").write_text("[sweep]\nA = 3.04\n[switching]\ndtau = 0.1\n")
     for name, text in (("result", SMALL), ("limit", LIMIT), ("other", LIMIT.replace("2.6", "2.7")), ("map", MAP)):
         fake.write(f"{name}.h5", text)
-    before = sorted(Path().rglob("*"))
+    for name in ("c.png", "c.png.part", "c.csv", "c.csv.part", "c.h5.part"):
+        Path(name).write_text(SMALL)
+    fake.write("y.h5", SMALL)
+    Path("y.h5").rename("y.png")
+    Path("b.csv").write_text("A,B\n")
+    links = {"result.png": "result.h5", "result.csv": "result.h5", "b.png": "b.csv", "link.svg": "small.toml"}
+    for name, target in {**links, "link.h5": "small.toml", "loop.toml": "loop.toml"}.items():
+        Path(name).symlink_to(target)
+    for end in ("h5", "png", "csv"):
+        Path(f"loop.{end}").symlink_to(f"loop.{end}")
+        os.mkfifo(f"pipe.{end}")
+    os.link("result.h5", "result.pdf")
+    with h5py.File("foreign.h5", "w") as file:  # of another program
+        file["section_xi"] = np.arange(6.0)
+    before = contents()
     for arguments, *words in REFUSED:
         code, out, err = run(*(arguments.split() if isinstance(arguments, str) else arguments))
         assert (code, out, err.startswith("vibrodrive: "), err.count("\n")) == (2, "", True, 1), (arguments, err)
         assert [w for w in words if w not in err] == [], (arguments, err)
-        assert sorted(Path().rglob("*")) == before, arguments
+        assert contents() == before, arguments
+
+
+def test_overwrite_replaces_a_damaged_result_that_is_recognised(run, quick):
+    def refused(*more, code=1):
+        before, (ended, out, err) = contents(), run("sweep", "small.toml", "-o", "s.h5", *more)
+        assert (ended, out, err.count("\n"), contents() == before) == (code, "", 1, True)
+        return err
+
+    fake.write("s.h5", SMALL)
+    with h5py.File("s.h5", "r+") as file:
+        file["A"][0] = 7.0
+    assert re.search("axis A.*restore or delete it", refused())
+    assert run("sweep", "small.toml", "-o", "s.h5", "--overwrite")[0] == 0
+    assert run("info", "s.h5", "--check")[0] == 0
+    Path("s.h5").write_bytes(Path("s.h5").read_bytes()[:5000])
+    for err in (refused(), refused("--overwrite", code=2)):
+        assert re.search("truncated.*restore or delete it", err)
+
+
+def test_sweep_of_one_motion_from_a_pipe_has_its_section_drawn(run, quick):
+    """The configuration in `vibrodrive sweep <(…)` is a pipe of the shell."""
+    out, into = os.pipe()
+    os.write(into, (SMALL + '[figure]\nkind = "bifurcation"\nx = "A"\n').encode())
+    os.close(into)
+    code, _, err = run(*f"sweep /dev/fd/{out} -o d.h5 --set A=3.17 --set eps=0 --plot d.png".split())
+    os.close(out)
+    assert code == 0, err
+    assert Path("d.png").read_bytes()[:4] == b"\x89PNG"
+    (ax,) = vd.load("d.h5").plot().axes
+    assert sorted(ax.lines[0].get_xdata()) == pytest.approx(sorted(vd.load("d.h5").section[:, 0]), abs=1e-9)
+    assert "3.17" in ax.get_title(loc="right")
+    code, _, err = run("plot", "d.h5", "--kind", "bifurcation")
+    assert (code, err.count("\n"), "--kind" in err, "poincare" in err) == (2, 1, True, True)
 
 
 def test_what_is_missing_is_named_in_one_line(run, monkeypatch):
@@ -185,6 +296,12 @@ def test_what_is_missing_is_named_in_one_line(run, monkeypatch):
     monkeypatch.setattr(import_module("vibrodrive.cli.explore"), "find_spec", lambda name: None)
     told = "vibrodrive: explore needs the extra `explore`: pip install 'vibrodrive[explore]'\n"
     assert run("explore", "--no-browser") == (2, "", told)
+    for address in ("tcp://scheduler:8786", "10.0.0.1:8786", "tls://[::1]:8786", "node-1.cluster:1"):
+        monkeypatch.setattr(runner, "find_spec", lambda name: name)
+        runner.check_dask(address)
+        monkeypatch.setattr(runner, "find_spec", lambda name: None)
+        code, _, err = run("sweep", "small.toml", "--dask", address)
+        assert (code, "pip install 'vibrodrive[dask]'" in err, err.count("\n")) == (2, True, 1)
 
 
 def test_what_is_given_in_vain_is_named(run, quick):
@@ -514,3 +631,17 @@ def test_losing_the_file_ends_a_sweep(run, quick, monkeypatch, lose, first):
     told = "vibrodrive: small.h5: moved, deleted or replaced while it was written"
     assert (code, err.splitlines()[-1]) == (1, told)
     assert not Path("small.h5").exists() or Path("small.h5").read_bytes() == other
+
+
+def test_numbers_become_json():
+    numbers = [
+        np.float64(1.5),
+        np.int64(2),
+        np.bool_(True),
+        np.nan,
+        [np.inf, (1,)],
+        np.array([1.0, np.nan]),
+        np.array(3),
+    ]
+    assert plain(numbers) == [1.5, 2, True, None, [None, [1]], [1.0, None], 3]
+    json.dumps(plain(numbers), allow_nan=False)

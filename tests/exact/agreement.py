@@ -193,11 +193,17 @@ def check_order(trajectory: vd.Trajectory) -> None:
         assert (a["period"], a["phase"]) <= (b["period"], b["phase"])
 
 
-def same_status(alone: vd.Trajectory, swept: int) -> bool:
-    """Return True if a single motion has the status that it has in a sweep.
+def same(swept: vd.Results, index: Any, alone: vd.Trajectory) -> bool:
+    """Return True if a point of a sweep has the bits of a single motion, and its status.
 
     A sweep considers each switch separately. A single motion is also TOO_CLOSE if errors of earlier switches may have
     changed a decision.
     """
+    status, counts = swept.status[index], np.bincount(alone.switches["after"], minlength=5)
     inherited = alone.status == vd.Status.TOO_CLOSE and math.isfinite(alone.certain_until)
-    return alone.status == swept or (inherited and swept in (vd.Status.OK, vd.Status.NEVER_LEAVES))
+    return (
+        np.array_equal(alone.section, swept.section[index], equal_nan=True)
+        and np.array_equal(counts, swept.switches[index])
+        and alone.margin == swept.margin[index]
+        and (alone.status == status or (inherited and status in (vd.Status.OK, vd.Status.NEVER_LEAVES)))
+    )

@@ -6,8 +6,9 @@ import pytest
 import vibrodrive as vd
 from examples.driver import DRIVER, course, figure, limit_velocity
 
+pytestmark = pytest.mark.jit
 
-@pytest.mark.jit
+
 def test_course_equals_single_motions():
     found = course([13.5, 19.0, 24.0])
     assert found.impact_power[0] == found.impacts[0] == 0.0, "at the first frequency the mass does not leave"
@@ -22,13 +23,11 @@ def test_course_equals_single_motions():
         assert found.impact_power[i] == pytest.approx(0.5 * scene.mass * (speeds**2).sum() / seconds, rel=1e-6)
 
 
-@pytest.mark.jit
 def test_limit_velocity_is_in_metres_per_second():
     k = vd.limit(DRIVER.A, "eps", B=DRIVER.B, transient=1000, periods=1500)
     assert limit_velocity(24.0) == pytest.approx(k.k2 * vd.ETA * 0.8e-3 * 2.0 * np.pi * 24.0, rel=1e-12)
 
 
-@pytest.mark.jit
 def test_figure_shows_millimetres_per_second():
     found = course([14.0, 19.0])
     _, _, limit = figure(found, [19.0, 20.0], [0.012, 0.01]).axes

@@ -7,46 +7,19 @@ import numpy as np
 
 from tests.support.fake import UNITLESS
 from vibrodrive.model.choices import Method, Status
-from vibrodrive.model.names import Settings
-from vibrodrive.model.plan import Plan
-from vibrodrive.model.records import check_record, quantities
+from vibrodrive.model.plan import make_plan
+from vibrodrive.model.results import Results
 from vibrodrive.model.states import State
-from vibrodrive.model.variables import Variable, constants
 
 SWITCH = np.dtype([("period", "i8"), ("phase", "f8"), ("before", "i1"), ("after", "i1"), ("xi", "f8"), ("dxi", "f8")])
 
 
 def results(axes, record=("section",), **arrays):
-    """Return what figures need of `Results` over these axes, with the given arrays."""
-    axes = {name: np.asarray(values, float) for name, values in axes.items()}
-    shape = tuple(map(len, axes.values()))
-    known = {
-        "status": np.zeros(shape, np.int8),
-        "margin": np.full(shape, 0.5),
-        "points": {},
-        "title": "",
-        "_damaged": (),
-    } | arrays
-    fixed = {"A": 2.0, "B": 0.1, "eps": 0.0, "eta": 101.0}
-    scalars = {name: value for name, value in fixed.items() if name not in axes}
-    record = check_record(record)
-    recorded = {"record": record, "quantities": quantities(record)}
-    return SimpleNamespace(
-        plan=plan_of(axes, scalars),
-        axes=axes,
-        varied=axes,
-        scalars=scalars,
-        settings=Settings(),
-        **recorded,
-        **known,
-        **UNITLESS,
-    )
-
-
-def plan_of(axes, scalars):
-    """Return a plan with these axes, and parameters with one value."""
-    along = {name: Variable(values, name) for name, values in axes.items()}
-    return Plan(constants({"dtau": math.nan} | scalars) | along, Settings())
+    """Return `Results` over these axes, with the given arrays. The status is OK, and A is 2 if it is no axis."""
+    axes = axes if "A" in axes else {"A": 2.0} | axes
+    plan = make_plan({"method": "fixed" if "dtau" in axes else "certified", "eta": 101.0} | axes | {"record": record})
+    status, margin = np.zeros(plan.shape, np.int8), np.full(plan.shape, 0.5)
+    return Results(plan, {"status": status, "margin": margin} | arrays)
 
 
 def motion(periods, irregular=False, **arguments):

@@ -7,7 +7,7 @@ import pytest
 
 import vibrodrive as vd
 from tests.figures.made import fall, motion
-from vibrodrive.figures import curves, sections
+from vibrodrive.figures import curves
 from vibrodrive.figures.curves import curve
 from vibrodrive.model.choices import Method, Status
 
@@ -78,9 +78,8 @@ def test_curves_and_titles_that_fit_no_panel_are_refused():
             curves.trajectory_figure(fall(), wrong)
     with pytest.raises(ValueError, match="shown = 3: must be left out, because no curve over time"):
         curves.trajectory_figure(fall(), ["phase"], shown=3)
-    for draw in (curves.phase_curve, sections.poincare):
-        with pytest.raises(ValueError, match=r"titles = .*: must be a list of 2, one for each panel"):
-            draw([fall(), fall()], titles="ab")
+    with pytest.raises(ValueError, match=r"titles = .*: must be a list of 2, one for each panel"):
+        curves.phase_curve([fall(), fall()], titles="ab")
     first, second = curves.phase_curve([fall(), fall()], titles=["exact", "grid"]).axes
     assert first.get_xlim() == second.get_xlim()
     assert second.get_title(loc="left") == "b) grid"

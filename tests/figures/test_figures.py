@@ -11,7 +11,6 @@ import pytest
 import vibrodrive as vd
 from tests.figures.made import results
 from tests.support import fake
-from tests.support.process import python
 from vibrodrive.figures import diagrams as figures
 from vibrodrive.figures import style
 from vibrodrive.figures.image import PANEL_ROWS
@@ -50,7 +49,7 @@ def note(ax):
 @pytest.mark.parametrize("backwards", [False, True])
 def test_periodic_motion_is_black_lines_and_an_irregular_one_is_grey(two_regimes, backwards):
     if backwards:
-        two_regimes.axes["A"], two_regimes.section = A[::-1], two_regimes.section[::-1]
+        two_regimes = results({"A": A[::-1]}, section=two_regimes.section[::-1])
     (ax,) = figures.bifurcation(two_regimes).axes
     periodic, marked = inked(ax, A[50])
     assert marked == [1, 2]
@@ -202,10 +201,3 @@ def test_diagram_of_motions_that_rest_at_the_section_says_so(two_regimes):
     assert "at rest at 14 % of the section points" in note(figures.bifurcation(two_regimes).axes[0]), "25 of 175"
     two_regimes.status[:50] = Status.NEVER_LEAVES
     assert "section point" not in note(figures.bifurcation(two_regimes).axes[0])
-
-
-def test_figures_load_no_window_system_and_no_numba():
-    code = (
-        "import sys, vibrodrive.figures.diagrams as _; sys.exit(bool({'matplotlib.pyplot', 'numba'} & {*sys.modules}))"
-    )
-    python(code)

@@ -326,21 +326,24 @@ def test_only_neighbours_of_one_orbit_are_joined():
     assert [len(line) for line in joined(apart)] == [1, 1, 1]
 
 
+MACHINE = Scene.quiet(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
+
+
+def invented(**given):
+    plan = make_plan({"periods": 3, **given})
+    return gather(plan, fake.run_blocks(plan))
+
+
 def scene(x, y):
-    """Return results over two axes of a scene, or A and B. All other quantities have one value."""
-    fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4, "g": Scene.g}
+    """Return results over two axes of a machine, or A and B, and its other quantities. All points have the period 1."""
+    fixed = {"a0": 0.8e-3, "omega0": 150.0, "mu": 0.6, "alpha": 3.4}
     ranges = {"omega0": (80.0, 200.0), "a0": (0.3e-3, 1.2e-3), "mu": (0.3, 0.9), "alpha": (1.0, 9.0), "A": (1.0, 8.0)}
     ranges |= {"frequency": (13.0, 32.0), "B": (0.05, 0.3)}
-    if "frequency" in (x, y):
-        del fixed["omega0"]
-    swept = results({name: np.linspace(*ranges[name], 3) for name in (x, y)}, period=np.ones((3, 3), int))
-    swept.scalars = {name: value for name, value in fixed.items() if name not in (x, y)}
-    if not {"alpha", "mu", "B"} & {x, y}:
-        swept.scalars["B"] = Scene.quiet(omega0=1.0, mu=0.6, alpha=3.4).B
-    if "A" in (x, y):
-        del swept.scalars["a0"]
-    swept.plan = made.plan_of(swept.axes, swept.scalars)
-    return swept
+    away = {x, y, *({"omega0"} if "frequency" in (x, y) else {}), *({"a0"} if "A" in (x, y) else {})}
+    fixed = {name: value for name, value in fixed.items() if name not in away and "B" not in away}
+    swept = invented(record="summary", **fixed, **{name: np.linspace(*ranges[name], 3) for name in (x, y)})
+    swept.period[...], swept.status[...] = 1, Status.OK
+    return swept, fixed
 
 
 @pytest.mark.parametrize(
@@ -349,8 +352,8 @@ def scene(x, y):
      ("frequency", "a0"), ("alpha", "frequency"), ("A", "B"), ("B", "A")],
 )  # fmt: skip
 def test_bifurcations_are_drawn_over_a_map(x, y):
-    swept = scene(x, y)
-    B = [swept.scalars["B"]] if "B" in swept.scalars else np.linspace(0.0, 0.5, 201)
+    swept, fixed = scene(x, y)
+    B = np.linspace(0.0, 0.5, 201) if {"alpha", "mu", "B"} & {x, y} else [MACHINE.B]
     fig = map_figure(swept, x=x, y=y, over=[Exact("border", 1, 1, 1.0 + 10.0 * b, b) for b in B])
     ax, units = fig.axes[0], {"omega0": "rad/s", "a0": "mm", "alpha": "°", "frequency": "Hz"}
     line = ax.lines[-1]
@@ -359,13 +362,12 @@ def test_bifurcations_are_drawn_over_a_map(x, y):
         shown = {x: u, y: v}
         if "a0" in shown:
             shown["a0"] *= 1e-3
-        here = Scene.quiet(**({"a0": 1e-3} | {n: w for n, w in (swept.scalars | shown).items() if n not in "AB"}))
-        assert shown.get("A", here.A) == pytest.approx(1.0 + 10.0 * shown.get("B", here.B), rel=1e-9)
+        if "B" not in shown:
+            here = Scene.quiet(**({"a0": 1e-3} | fixed | {n: w for n, w in shown.items() if n != "A"}))
+            shown = {"A": here.A, "B": here.B} | shown
+        assert shown["A"] == pytest.approx(1.0 + 10.0 * shown["B"], rel=1e-9)
     assert key(fig) == ["border collision"]
     assert "numbers on lines: period" in note(fig)
-
-
-MACHINE = Scene.quiet(a0=0.8e-3, frequency=24.0, mu=0.6, alpha=3.4)
 
 
 @pytest.mark.parametrize(("name", "low"), [("A", 2.0), ("a0", 0.5e-3), ("omega0", 130.0), ("frequency", 20.0)])
@@ -375,8 +377,7 @@ def test_bifurcations_are_drawn_over_a_diagram(name, low, along):
     away = {"A": {"a0"}, "a0": {"a0"}}.get(name, {"frequency"})
     given = {key: value for key, value in MACHINE.given.items() if key not in away}
     given.pop("alpha")
-    plan = make_plan({**given, name: np.linspace(low, 1.5 * low, 4), **along, "periods": 3})
-    swept = gather(plan, fake.run_blocks(plan))
+    swept = invented(**given, **{name: np.linspace(low, 1.5 * low, 4)}, **along)
     inclines = [Scene.quiet(**MACHINE.given | {"alpha": alpha}).B for alpha in (3.4, 5.0)]
     fig = swept.plot(x=name, over=[Exact("border", 1, 1, A, B) for B in inclines for A in (2.5, 2.7)])
     for ax, alpha in zip(fig.axes, (3.4, 5.0), strict=True):
@@ -390,38 +391,36 @@ def test_bifurcations_are_drawn_over_a_diagram(name, low, along):
     assert "numbers on lines: period" in fig.axes[0].get_title(loc="right")
 
 
+STEEP = [Exact("border", 1, 1, 2.5, MACHINE.B)]
+BORDER = [Exact("border", 1, 1, 2.0, 0.3)]
+PLANE = {"A": [1.0, 2.0, 3.0], "eps": [1e-6, 1e-5, 1e-4], "eta": 101.0, "record": "summary"}
+OF_POINTS = {"a0": [4e-4, 8e-4], "frequency": 24.0, "alpha": 3.4, "record": "summary"}
+
+
 @pytest.mark.parametrize(
-    ("axes", "over", "told"),
+    ("given", "over", "told"),
     [
         ({"A": [2.0, 3.0]}, lambda: limits_over([1.0, 1.0], A=[1.0, 2.0]), "limits: must be left out for a diagram"),
-        ({"B": [0.1, 0.3], "A": 2.0}, lambda: [Exact("border", 1, 1, 2.0, 0.3)], "A is not given by the axis B alone"),
-        ({"A": [2.0, 3.0]}, lambda: [Exact("border", 1, 1, 2.0, 0.3)], r"must contain B = 0\.1"),
-        ({"xi0": [0.0, 1.0], "A": 2.0}, lambda: [Exact("border", 1, 1, 2.0, 0.1)], "A is not given by the axis xi0"),
-        ({"points": {"A": [2.0, 3.0]}}, lambda: [Exact("border", 1, 1, 2.0, 0.1)], "by the axis point alone"),
+        ({"B": [0.1, 0.3], "A": 2.0}, lambda: BORDER, "A is not given by the axis B alone"),
+        ({"A": [2.0, 3.0]}, lambda: BORDER, r"must contain B = 0\.1"),
+        ({"xi0": [0.0, 1.0], "A": 2.0}, lambda: BORDER, "A is not given by the axis xi0"),
+        ({"points": {"A": [2.0, 3.0]}}, lambda: BORDER, "by the axis point alone"),
+        (PLANE, lambda: limits_over([1.0, 1.0], A=[1.0, 2.0], B=0.2), "limits for B = 0.2: must be for B = 0.1"),
+        (PLANE, lambda: limits_over([1.0, 1.0], A=2.0, B=[0.1, 0.2]), "limits = over B in eps"),
+        (PLANE, lambda: limits_over([1.0, 1.0], A=[1.0, 2.0], method="fixed"), "with the same method"),
+        (PLANE | {"A": 2.0, "tau0": [0.0, 1.0]}, lambda: BORDER, "A is not given by the axes of this map, eps, tau0"),
+        (PLANE, lambda: BORDER, r"over = bifurcations: must contain B = 0\.1"),
+        (OF_POINTS | {"points": {"mu": [0.6, 0.7]}}, lambda: STEEP, "not given by the axes of this map, a0, point"),
     ],
 )  # fmt: skip
-def test_lines_that_do_not_fit_a_diagram_are_refused(axes, over, told):
-    plan = make_plan({**axes, "periods": 3})
+def test_lines_that_do_not_fit_a_figure_are_refused(given, over, told):
     with pytest.raises(ValueError, match=told):
-        gather(plan, fake.run_blocks(plan)).plot("bifurcation", over=over())
+        invented(**given).plot(over=over())
 
 
-def test_lines_over_a_map_of_points_need_one_machine():
-    """Points that have other starts only share the lines of their A and B."""
-    over = [Exact("border", 1, 1, 2.5, MACHINE.B)]
-    for points, told in (
-        ({"xi0": [0.0, 1.0]}, ""),
-        ({"mu": [0.6, 0.7]}, "A is not given by the axes of this map, a0, point"),
-    ):
-        a0, mu = {"a0": [4e-4, 8e-4]}, {} if "mu" in points else {"mu": MACHINE.mu}
-        given = {key: value for key, value in MACHINE.given.items() if key not in ("a0", "mu")}
-        plan = make_plan({**given, **mu, **a0, "points": points, "periods": 3, "record": "summary"})
-        swept = gather(plan, fake.run_blocks(plan))
-        if told:
-            with pytest.raises(ValueError, match=told):
-                swept.plot(over=over)
-        else:
-            assert [line.get_zorder() for line in swept.plot(over=over).axes[0].lines] == [4, 5]
+def test_points_that_have_other_starts_only_share_the_lines_of_their_machine():
+    (ax, *_) = invented(**OF_POINTS, mu=0.6, points={"xi0": [0.0, 1.0]}).plot(over=STEEP).axes
+    assert [line.get_zorder() for line in ax.lines] == [4, 5]
 
 
 @pytest.fixture
@@ -439,8 +438,7 @@ def test_structure_is_kept_if_the_gaps_equal_the_undisturbed_gaps(disturbed):
 
 def limits_over(k2, **parameters):
     """Return results with the record "limit" and the given k2."""
-    plan = make_plan({"record": "limit", "eta": 101.0, **parameters})
-    found = gather(plan, fake.run_blocks(plan))
+    found = invented(record="limit", eta=101.0, **parameters)
     found.k2[...], found.half_kept[...] = k2, 2.0 * np.array(k2)
     found.velocity[...] = found.k2 * 100.0
     found.status[...] = Status.OK
@@ -460,31 +458,15 @@ def test_limit_is_a_line_over_the_map(disturbed):
 def test_lines_over_a_map_of_a_scene_are_in_its_units():
     """A limit over a0 is placed in mm like the map. On the level no coefficient of friction gives a bifurcation."""
     machine = {"frequency": 24.0, "mu": 0.6, "alpha": 3.4, "a0": [0.5e-3, 1e-3]}
-    plan = make_plan({**machine, "eps": [1e-6, 1e-4], "eta": 101.0, "record": "summary"})
-    swept, found = gather(plan, fake.run_blocks(plan)), limits_over([1e-5, 2e-5], **machine)
+    swept = invented(**machine, eps=[1e-6, 1e-4], eta=101.0, record="summary")
+    found = limits_over([1e-5, 2e-5], **machine)
     for x, order in (("a0", slice(None)), ("eps", slice(None, None, -1))):
         line = map_figure(swept, "gaps", x=x, over=found).axes[0].lines[-1]
         assert line.get_xydata()[:, order] == pytest.approx(np.array([[0.5, 1e-5], [1.0, 2e-5]]))
     level = [Exact("stick", 1, 1, 1.862, 0.0)]
-    assert not map_figure(scene("mu", "A"), over=level).axes[0].lines
-    (line,) = {line.get_xydata().tobytes() for line in map_figure(scene("alpha", "A"), over=level).axes[0].lines}
+    assert not map_figure(scene("mu", "A")[0], over=level).axes[0].lines
+    (line,) = {line.get_xydata().tobytes() for line in map_figure(scene("alpha", "A")[0], over=level).axes[0].lines}
     assert np.frombuffer(line).tolist() == [0.0, 1.862]
-
-
-@pytest.mark.parametrize(
-    ("x", "over", "told"),
-    [
-        ("A", lambda: limits_over([1.0, 1.0], A=[1.0, 2.0], B=0.2), "limits for B = 0.2: must be for B = 0.1"),
-        ("A", lambda: limits_over([1.0, 1.0], A=2.0, B=[0.1, 0.2]), "limits = over B in eps"),
-        ("A", lambda: limits_over([1.0, 1.0], A=[1.0, 2.0], method="fixed"), "with the same method"),
-        ("tau0", lambda: [Exact("border", 1, 1, 1.0, 0.3)], "A is not given by the axes of this map, tau0, eps"),
-        ("A", lambda: [Exact("border", 1, 1, 1.0, 0.3)], r"over = bifurcations: must contain B = 0\.1"),
-    ],
-)
-def test_lines_that_do_not_fit_the_map_are_refused(x, over, told, disturbed):
-    disturbed.axes = {x: disturbed.axes["A"], "eps": disturbed.axes["eps"]}
-    with pytest.raises(ValueError, match=told):
-        map_figure(disturbed, "gaps", over=over())
 
 
 def test_limits_over_two_axes_are_a_map_of_k2():

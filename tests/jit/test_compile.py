@@ -70,47 +70,14 @@ def test_machine_code_depends_on_the_named_modules_only():
         (_jit.numba, "__version__", "9.9"),
         (_jit.llvmlite, "__version__", "9.9"),
         (np, "__version__", "9.9"),
+        (_jit, "processor", lambda: ("x86_64", "generic", "")),
     ],
 )
-def test_cache_directory_depends_on_python_and_compiler(monkeypatch, tmp_path, where, name, value):
+def test_cache_directory_depends_on_python_compiler_and_processor(monkeypatch, tmp_path, where, name, value):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     before = _jit._cache_directory()
     monkeypatch.setattr(where, name, value)
     assert _jit._cache_directory() != before
-
-
-KERNEL = """
-from vibrodrive.jit.compilation import compilation
-from vibrodrive.jit.compile import jit
-from vibrodrive.jit.compiler import CACHE
-
-@jit
-def double(x):
-    return 2.0 * x
-
-assert double(3.0) == 6.0
-print(CACHE.name, compilation.seconds > 0)
-"""
-
-
-@pytest.mark.jit
-def test_processors_with_one_cache_neither_share_nor_lose_kernels(monkeypatch, tmp_path):
-    """Each processor compiles its own kernels once, even if several processors use the same cache folder."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))
-    (tmp_path / "kernel.py").write_text(KERNEL)
-
-    def run(**settings) -> list[str]:
-        monkeypatch.delenv("NUMBA_CPU_NAME", raising=False)
-        for key, value in settings.items():
-            monkeypatch.setenv(key, value)
-        done = subprocess.run([sys.executable, str(tmp_path / "kernel.py")], capture_output=True, text=True, check=True)
-        return done.stdout.split()
-
-    here, generic = run(), run(NUMBA_CPU_NAME="generic")
-    assert (here[1], generic[1]) == ("True", "True")
-    assert here[0] != generic[0]
-    assert run() == [here[0], "False"]
 
 
 def test_fingerprint_of_an_archive_and_of_a_frozen_program(tmp_path, monkeypatch):
@@ -125,22 +92,26 @@ def test_fingerprint_of_an_archive_and_of_a_frozen_program(tmp_path, monkeypatch
     assert _sources.read(tmp_path / "frozen") == {"": Path(archive).read_bytes()}
 
 
+FACTORY = "from vibrodrive.jit.compile import jit\ndef kernel(n):\n @jit\n def run(x):\n  return x + n\n return run\n"
+
 NOWHERE = """
-import tempfile
+import sys, tempfile
 tempfile._candidate_tempdir_list = list
-exec(compile(KERNEL, FILE, "exec"))
+sys.path.insert(0, sys.argv[1])
+from kinds import kernel
+from vibrodrive.jit.compiler import CACHE
+print(CACHE, kernel(3)(4))
 """
 
 
 @pytest.mark.jit
 def test_kernels_run_where_nothing_can_be_written(tmp_path):
-    (tmp_path / "kernel.py").write_text(KERNEL.replace("CACHE.name", "CACHE"))
-    code = f"KERNEL, FILE = {(tmp_path / 'kernel.py').read_text()!r}, {str(tmp_path / 'kernel.py')!r}\n{NOWHERE}"
+    (tmp_path / "kinds.py").write_text(FACTORY)
     places = {"NUMBA_CACHE_DIR": "~no user of this name/"}  # as without HOME and without an entry in passwd
     done = subprocess.run(
-        [sys.executable, "-c", code], env={**os.environ, **places}, capture_output=True, text=True, timeout=1200
+        [sys.executable, "-c", NOWHERE, tmp_path], env=os.environ | places, capture_output=True, text=True, timeout=1200
     )
-    assert (done.returncode, done.stdout) == (0, "None True\n"), done.stderr
+    assert (done.returncode, done.stdout) == (0, "None 7\n"), done.stderr
     assert done.stderr.startswith("vibrodrive: kernels are compiled without the cache ([Errno 2] No usable temporary")
     assert done.stderr.count("\n") == 1
 
@@ -389,10 +360,7 @@ print([ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(r.__wrapper_address__())
 
 @pytest.mark.jit
 def test_kernels_of_one_factory_from_two_processes_are_distinguished(tmp_path):
-    source = (
-        "from vibrodrive.jit.compile import jit\ndef kernel(n):\n @jit\n def run(x):\n  return x + n\n return run\n"
-    )
-    (tmp_path / "kinds.py").write_text(source)
+    (tmp_path / "kinds.py").write_text(FACTORY)
 
     def run(*kinds):
         return python(KINDS, tmp_path, *kinds, NUMBA_CACHE_DIR=str(tmp_path / "cache"))

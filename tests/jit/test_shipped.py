@@ -58,32 +58,6 @@ def found(monkeypatch, tmp_path, capsys):
     shipped._table_and_library.cache_clear()
 
 
-def without(*names):
-    return {name: present for name, present in WIDE.items() if name not in names}
-
-
-@pytest.mark.parametrize(
-    ("features", "level"),
-    [
-        (WIDE, V4),
-        (WIDE | {"AVX512VL": False}, V3),
-        (WIDE | {"MOVBE": False}, None),
-        ({name: True for name in WIDE if name.startswith(("AVX", "FMA"))}, V4),  # NumPy before 2.4
-        (dict.fromkeys(WIDE, False), None),
-        ({}, None),  # another processor
-    ],
-)
-def test_widest_library_that_the_processor_can_run_is_taken(found, features, level):
-    assert found(features)[1:] == (level, "")
-
-
-def test_an_unknown_processor_is_one_line(found):
-    """Otherwise a program would compile for a minute without a word."""
-    run, _, said = found(None)
-    assert run is None
-    assert re.fullmatch(".* kernels are compiled .*__cpu_features__.*\n", said)
-
-
 def _damage(folder):
     (folder / f"{V4}.so").write_text("another")
 
@@ -103,46 +77,41 @@ def _leave_out(folder):
     build_kernels.write_table(folder, json.loads((folder / shipped.TABLE).read_text())["kernels"])
 
 
-@pytest.mark.parametrize(
-    ("change", "level", "says"),
-    [
-        (_leave_out, V3, ""),
-        (lambda folder: (folder / f"{V4}.so").unlink(), V3, ""),
-        (_damage, None, f"{V4}.so is damaged"),
-        (lambda folder: (folder / shipped.TABLE).write_text("{"), None, "Expecting property name"),
-        (_swap, None, f"{shipped.TABLE} is damaged"),
-        (_edit, None, ""),  # an edited source is compiled, as in a clone
-        (lambda folder: (folder / shipped.TABLE).unlink(), None, ""),
-    ],
-)
-def test_code_that_is_not_of_these_sources_is_compiled(found, change, level, says):
-    run, opened, said = found(change=change)
+UNKNOWN = f"must be {V3} or numba here)\n"
+
+CODES = [
+    ({"cpu": WIDE}, V4, ""),
+    ({"cpu": WIDE | {"AVX512VL": False}}, V3, ""),
+    ({"cpu": WIDE | {"MOVBE": False}}, None, ""),
+    ({"cpu": {name: True for name in WIDE if name.startswith(("AVX", "FMA"))}}, V4, ""),  # NumPy before 2.4
+    ({"cpu": dict.fromkeys(WIDE, False)}, None, ""),
+    ({"cpu": {}}, None, ""),  # another processor
+    ({"cpu": None}, None, "__cpu_features__"),  # otherwise a program would compile for a minute without a word
+    ({"change": _leave_out}, V3, ""),
+    ({"change": lambda folder: (folder / f"{V4}.so").unlink()}, V3, ""),
+    ({"change": _damage}, None, f"{V4}.so is damaged"),
+    ({"change": lambda folder: (folder / shipped.TABLE).write_text("{")}, None, "Expecting property name"),
+    ({"change": _swap}, None, f"{shipped.TABLE} is damaged"),
+    ({"change": _edit}, None, ""),  # an edited source is compiled, as in a clone
+    ({"change": lambda folder: (folder / shipped.TABLE).unlink()}, None, ""),
+    ({"VIBRODRIVE_CODE": "numba"}, None, ""),
+    ({"VIBRODRIVE_CODE": V3}, V3, ""),
+    ({"VIBRODRIVE_CODE": ""}, V4, ""),
+    ({"NUMBA_CPU_NAME": "generic"}, None, ""),
+    ({"NUMBA_CPU_FEATURES": "+avx2"}, None, ""),
+    ({"VIBRODRIVE_CODE": V4, "change": _leave_out}, None, f"(VIBRODRIVE_CODE = {V4}: {UNKNOWN}"),
+    ({"VIBRODRIVE_CODE": "avx2", "change": _leave_out}, None, f"(VIBRODRIVE_CODE = avx2: {UNKNOWN}"),
+]
+
+
+@pytest.mark.parametrize(("given", "level", "says"), CODES)
+def test_widest_code_of_these_sources_that_the_processor_can_run_is_taken(found, monkeypatch, given, level, says):
+    for name in given.keys() - {"cpu", "change"}:
+        monkeypatch.setenv(name, given[name])
+    run, opened, said = found(**{name: given[name] for name in ("cpu", "change") if name in given})
     assert (opened, run is not None) == (level, level is not None)
     assert said.count("\n") == bool(says)
     assert says in said
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "level"),
-    [
-        ("VIBRODRIVE_CODE", "numba", None),
-        ("VIBRODRIVE_CODE", V3, V3),
-        ("VIBRODRIVE_CODE", "", V4),
-        ("NUMBA_CPU_NAME", "generic", None),
-        ("NUMBA_CPU_FEATURES", "+avx2", None),
-    ],
-)
-def test_variables_choose_the_code(found, monkeypatch, name, value, level):
-    monkeypatch.setenv(name, value)
-    assert found()[1:] == (level, "")
-
-
-@pytest.mark.parametrize("code", [V4, "avx2"])
-def test_code_that_does_not_exist_is_named(found, monkeypatch, code):
-    monkeypatch.setenv("VIBRODRIVE_CODE", code)
-    run, _, said = found(change=_leave_out)
-    assert run is None
-    assert said.endswith(f"(VIBRODRIVE_CODE = {code}: must be {V3} or numba here)\n")
 
 
 def test_arrays_of_other_kinds_are_refused(found):
@@ -250,19 +219,6 @@ def test_two_builds_give_the_same_bytes(made, tmp_path):
     assert [(tmp_path / name).read_bytes() for name in (f"{LEVEL}.so", shipped.TABLE)] == [
         (made / name).read_bytes() for name in (f"{LEVEL}.so", shipped.TABLE)
     ]
-
-
-NUMBA_FREE = """
-import sys
-import vibrodrive as vd
-from vibrodrive.model.config import read
-import vibrodrive.batch.sweep, vibrodrive.periodic.search, vibrodrive.stability.limit, vibrodrive.explorer.work
-print(sorted({"numba", "llvmlite"} & {*sys.modules}))
-"""
-
-
-def test_the_modules_that_compute_are_imported_without_numba():
-    assert python(NUMBA_FREE) == "[]\n"
 
 
 def test_a_linker_is_asked_for(monkeypatch):

@@ -4,7 +4,6 @@ import io
 import sys
 import time
 import types
-from importlib import import_module
 from pathlib import Path
 
 import h5py
@@ -14,7 +13,7 @@ import pytest
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.cli import cli
-from vibrodrive.errors import Busy, Different
+from vibrodrive.errors import Different
 from vibrodrive.jobs import progress
 from vibrodrive.model.config import parse
 from vibrodrive.model.plan import make_plan
@@ -103,16 +102,6 @@ def test_existing_files_are_refused_or_replaced_as_by_the_command(quick):
     assert Path("notes.h5").read_text() == "precious"
     assert sorted(p.name for p in Path().iterdir()) == ["notes.h5", "x.h5"]
     assert vd.sweep(**SWEEP, B=0.2, path="x.h5", overwrite=True).scalars["B"] == 0.2
-
-
-def test_busy_file_is_refused_at_once(quick):
-    def blocks(plan, which, **options):
-        with pytest.raises(Busy, match="another process is writing this file"):
-            vd.sweep(**SWEEP, path="x.h5")
-        yield from fake.run_blocks(plan, which)
-
-    import_module("vibrodrive.batch.sweep").run_blocks = blocks  # the fixture `quick` restores the function
-    assert vd.sweep(**SWEEP, path="x.h5").computed == 1.0
 
 
 class Terminal(io.StringIO):

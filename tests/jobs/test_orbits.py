@@ -9,7 +9,7 @@ from vibrodrive.figures.plane import Exact, read_lines
 from vibrodrive.jobs.orbits import check, columns, drawn, find, printed, rows
 from vibrodrive.model.config import parse
 from vibrodrive.model.names import NAMES
-from vibrodrive.periodic.family import Family, family, section
+from vibrodrive.periodic.family import Family, family
 from vibrodrive.periodic.impact_map import ImpactMap
 from vibrodrive.periodic.search import orbits
 from vibrodrive.store.tables import read_table, write_table
@@ -51,15 +51,6 @@ def test_table_holds_every_orbit_and_bifurcation(found, tmp_path):
     assert read_lines(tmp_path / "o.csv") == [
         Exact(b.kind, b.orbit.period, b.orbit.impacts, b.A, b.B) for b in found.bifurcations
     ]
-
-
-def test_brute_force_agrees_with_the_stable_branches():
-    found = family([2.95, 3.0, 3.05], max_period=2)
-    motion = vd.sweep(A=found.A, transient=2000, periods=6, section_phase=2.0).section
-    for there, points in zip(found.orbits, motion, strict=True):
-        (stable,) = (o for o in there if abs(o.multiplier) < 1)
-        apart = np.abs(points[:, None] - section(stable, 2.0)).max(axis=2)
-        assert apart.min(axis=1).max() < 1e-9
 
 
 def test_orbit_that_reappears_is_a_new_branch():
@@ -154,18 +145,6 @@ def test_bifurcations_of_machines_are_lines_over_both_axes(x, along):
     }
     assert ends == {(round(NAMES[x].scale * row[x], 9), round(row[along], 9)) for row in table}
     assert "a_0" in ax.get_title(loc="right") or x in ("A", "a0")
-
-
-@pytest.mark.parametrize(
-    "axes", ["mu = [0.5, 0.6]", "frequency = [20, 24]\na0 = [1e-4, 2e-4]", "A = [2, 3]\neps = [0, 1]"]
-)
-def test_axes_that_do_not_give_one_A_are_refused(axes):
-    given = "frequency = 24.0\n" * ("frequency" not in axes) + "a0 = 8e-4\n" * ("a0" not in axes and "A =" not in axes)
-    scene = f"[physical]\n{given}" + "mu = 0.6\n" * ("mu" not in axes) + "alpha = 3.4\n"
-    with pytest.raises(
-        ValueError, match=r"^axes = .*: must be one of A, a0, omega0, frequency, alone or with one of B, m"
-    ):
-        check(parse(f"{scene}[sweep]\n{axes}\n"))
 
 
 def test_orbits_on_the_level():

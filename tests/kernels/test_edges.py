@@ -44,9 +44,6 @@ def ulps(x: float) -> list[float]:
     return [math.nextafter(x, -math.inf), x, math.nextafter(x, math.inf)]
 
 
-# --- grazing ------------------------------------------------------------------------------------------------------
-
-
 def dips(f: Callable[[Any], Any], slope: Callable[[Any], Any], end: float) -> list[tuple[Any, Any]]:
     """Return (h, f(h)) for each local minimum of f on (0, end), computed to 50 digits."""
     h = np.linspace(0, end, 3000)
@@ -119,8 +116,6 @@ def check_ladder(scene: Callable[[float], dict[str, float]], terms: float) -> No
     assert len(differ) > 1, "the ladder crosses no decision"
 
 
-# --- several zeros in one step ------------------------------------------------------------------------------------
-
 TWO_ZEROS = {"A": 3.04, "B": 0.2, "eps": 3e-4, "tau0": 3.5, "xi0": 50.0}
 
 
@@ -187,9 +182,6 @@ def test_both_conditions_of_a_slide_down():
     assert both, "no scene with both sign changes"
 
 
-# --- states that begin on a zero ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("A", [1.2, 3.04])
 @pytest.mark.parametrize("B", [0.0, 0.1, 1.0])
 def test_start_where_the_force_is_one(A, B):
@@ -212,9 +204,6 @@ def test_slide_with_tiny_speed(speed):
                 t = vd.simulate(A=3.04, xi0=xi0, dxi0=sign * speed, tau0=tau0, transient=0, periods=5)
                 check_order(t)
                 check_above_obstacle(t)
-
-
-# --- amplitudes on a boundary -------------------------------------------------------------------------------------
 
 
 @pytest.mark.filterwarnings("ignore:A = .*swapped")
@@ -256,9 +245,6 @@ def test_incline_too_steep_to_stick(B):
     for xi0, dxi0, tau0 in ((3.0, 0.0, 0.0), (0.5, 2.0, 4.0), (30.0, -1.0, 1.0), (0.0, 0.0, 0.0)):
         for A in (0.3, 1.7, 3.2):
             check_decisions({"A": A, "B": B, "xi0": xi0, "dxi0": dxi0, "tau0": tau0}, most=20, periods=40)
-
-
-# --- long runs ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("k", [1, -7, 1000, 159_154_943])
@@ -311,9 +297,6 @@ def test_vanishing_disturbance(A):
         np.testing.assert_allclose(t.switches["dxi"], undisturbed.switches["dxi"], rtol=0, atol=1e5 * eps + 1e-12)
 
 
-# --- reversed in time ---------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("A", [0.4, 1.5, 3.04])
 @pytest.mark.parametrize("speed", [0.3, 1.0, 2.5])
 @pytest.mark.parametrize("tau0", [0.0, 0.9, 2.0, 5.5])
@@ -333,9 +316,6 @@ def test_throw_is_reversible_in_time(A, speed, tau0):
     back = 2 * math.pi * int(landed["period"]) + float(landed["phase"])
     assert back == pytest.approx(math.pi - tau0, abs=1e-13 / min(speed, 1.0))
     assert landed["dxi"] == pytest.approx(-speed, rel=1e-13)
-
-
-# --- extreme values -----------------------------------------------------------------------------------------------
 
 
 EXTREMES: dict[str, dict[str, float]] = {

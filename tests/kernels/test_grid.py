@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.kernels.test_recurrence import evaluations, same
+from tests.exact.agreement import same
+from tests.kernels.test_recurrence import evaluations
 from tests.support import naive
 
 SCENES = [
@@ -32,26 +33,12 @@ def compare(plain, ours, tolerance):
     np.testing.assert_allclose(rows["xi"], [s.xi for s in plain.switches], rtol=0, atol=tolerance * 10)
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=str)
-def test_fixed_equals_the_plain_loop(scene):
-    """Grid points and decisions are the same. Times differ by the rounding of τ."""
-    periods = 12
-    compare(
-        naive.fixed(**scene, periods=periods),
-        vd.simulate(method="fixed", transient=0, periods=periods, **scene),
-        1e-11,
-    )
-
-
-@pytest.mark.parametrize("scene", [s for s in SCENES if s["dtau"] <= 0.1], ids=str)
-def test_muller_equals_the_plain_loop(scene):
-    """Kernel and plain loop refine zeros to `tol`, which is far below the tolerance of the comparison."""
-    periods = 8
-    compare(
-        naive.muller(**scene, tol=1e-10, periods=periods),
-        vd.simulate(method="muller", tol=1e-10, transient=0, periods=periods, **scene),
-        1e-7,
-    )
+@pytest.mark.parametrize("scene", [*SCENES, *(dict(s, tol=1e-10) for s in SCENES if s["dtau"] <= 0.1)], ids=str)
+def test_grid_method_equals_the_plain_loop(scene):
+    """Grid points and decisions are the same. Times differ by the rounding of τ, and by `tol` after a refinement."""
+    method, tolerance = ("muller", 1e-7) if "tol" in scene else ("fixed", 1e-11)
+    plain = getattr(naive, method)(**scene, periods=12)
+    compare(plain, vd.simulate(method=method, transient=0, periods=12, **scene), tolerance)
 
 
 @pytest.mark.parametrize(
@@ -86,23 +73,6 @@ def test_no_skipped_grid_point_has_a_switch(method, steps, disturbed):
             compare(getattr(naive, method)(**scene, periods=1), ours, 1e-6)
             count += len(ours.switches)
     assert count > 200
-
-
-@pytest.mark.jit
-def test_fixed_converges_with_order_one():
-    """The error of the switching times at A = 3.04 over three periods grows like Δτ to the power 0.9 to 1.1."""
-    exact = vd.simulate(A=3.04, transient=0, periods=3)
-    steps = 0.01 * 2.0 ** -np.arange(8)
-    errors = []
-    for dtau in steps:
-        t = vd.simulate(A=3.04, method="fixed", dtau=dtau, transient=0, periods=3)
-        assert len(t.switches) == len(exact.switches)
-        late = 2 * np.pi * (t.switches["period"] - exact.switches["period"]) + (
-            t.switches["phase"] - exact.switches["phase"]
-        )
-        errors.append(np.abs(late).mean())
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert 0.9 < slope < 1.1
 
 
 @pytest.mark.jit

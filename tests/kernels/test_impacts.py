@@ -5,12 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from vibrodrive.batch.records import Arrays
-from vibrodrive.batch.sweep import fill
-from vibrodrive.batch.trajectory import MAIN_IMPACT, main_impacts, simulate
-from vibrodrive.jit.slices import Halt
-from vibrodrive.model.plan import make_plan
-from vibrodrive.model.states import State
+import vibrodrive as vd
+from vibrodrive import State
+from vibrodrive.batch.trajectory import MAIN_IMPACT
 
 PATHS = {
     "undisturbed": {},
@@ -46,13 +43,22 @@ def picked(switches):
     return out
 
 
-def computed(plan):
-    """Return the main impacts of all points of a plan, computed as one batch."""
-    n, periods = plan.n_points, plan.settings.periods
-    impacts = np.empty((n, 2 * periods, 4))
-    results = np.empty((n, periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), impacts
-    fill(plan.settings, plan.points(0, n), 2, Halt(), Arrays(*results))
-    return [main_impacts(one) for one in impacts]
+def assert_recorded(A, **arguments):
+    """Assert that a sweep records the main impacts of single motions, and -1 or NaN where there are no more.
+
+    States are counted from the main impact before, of which the first one has none.
+    """
+    swept = vd.sweep(A=A, **arguments, record="impacts")
+    for at, a in enumerate(A):
+        motion = vd.simulate(a, **arguments)
+        wanted = picked(motion.switches)
+        n = len(wanted)
+        assert wanted.tobytes() == motion.impacts.tobytes(), a
+        for name in ("period", "phase", "speed"):
+            assert swept[f"impact_{name}"][at][:n].tolist() == wanted[name].tolist(), a
+        assert swept.impact_states[at][:n].tolist() == [-1, *(np.diff(wanted["row"]) - 1)][:n]
+        assert (swept.impact_period[at][n:] == -1).all()
+        assert np.isnan(swept.impact_phase[at][n:]).all()
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -61,25 +67,18 @@ def computed(plan):
 )
 def test_batches_record_the_main_impacts_of_single_motions(name, motions, transient, periods):
     A = np.random.default_rng(11).uniform(1.0, 4.0, motions) * (1.2 * PATHS[name].get("B", 1 / 1.2))
-    plan = make_plan({"A": A, "transient": transient, "periods": periods, **PATHS[name]})
-    for at, found in enumerate(computed(plan)):
-        motion = simulate(**plan.arguments(at))
-        expected = picked(motion.switches)
-        assert found.tobytes() == expected.tobytes() == motion.impacts.tobytes(), A[at]
+    assert_recorded(A.tolist(), transient=transient, periods=periods, **PATHS[name])
 
 
 @pytest.mark.jit
 def test_impacts_of_a_repeating_motion_are_copied():
     """In a sweep, long records at ε = 0 are copied cycle by cycle. `simulate` computes every switch."""
-    A = [1.5, 2.65, 3.04, 3.1, 3.17, 3.2, 3.25, 3.9]
-    plan = make_plan({"A": A, "transient": 300, "periods": 3000})
-    for at, found in enumerate(computed(plan)):
-        assert found.tobytes() == picked(simulate(**plan.arguments(at)).switches).tobytes(), A[at]
+    assert_recorded([0.5, 1.5, 2.65, 3.04, 3.1, 3.17, 3.2, 3.25, 3.9], transient=300, periods=3000)
 
 
 @pytest.mark.jit
 def test_touches_are_left_out():
-    motion = simulate(1.5, eps=5e-4, transient=100, periods=50)
+    motion = vd.simulate(1.5, eps=5e-4, transient=100, periods=50)
     touches = np.count_nonzero(motion.switches["after"] == State.IMPACT)
     assert touches > 3 * len(motion.impacts)
     apart = 2 * math.pi * np.diff(motion.impacts["period"]) + np.diff(motion.impacts["phase"])

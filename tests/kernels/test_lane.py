@@ -51,12 +51,3 @@ def test_each_row_has_one_owner_or_a_reason():
 def test_codes_and_rows_have_different_names():
     rows = {name for name in vars(lane) if name.isupper()}
     assert not rows & {name for name in vars(codes) if name.isupper()}
-
-
-def test_rows_written_finds_all_forms_of_writing(tmp_path):
-    source = tmp_path / "kernel.py"
-    source.write_text(
-        "w[PHI + i], k[r.STATE + i] = 1, 2\nw[r.WORK + i] += 1.0\nk[r.SWITCHES + to * STRIDE + i] = 0\n"
-        "put(w, r.MARGIN + i, where, 0.0)\n"
-    )
-    assert sorted(rows_written(source)) == ["MARGIN", "PHI", "STATE", "SWITCHES", "WORK"]

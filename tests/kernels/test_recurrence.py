@@ -8,43 +8,22 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
-from tests.exact.agreement import same_status
-from vibrodrive.batch.parallel import run
-from vibrodrive.jit.slices import Halt
-from vibrodrive.kernels.arguments import Arguments
-from vibrodrive.kernels.engine import batch
-from vibrodrive.kernels.lane import LANES, new_lanes
-from vibrodrive.kernels.outputs import numbers_of
-from vibrodrive.model.parameters import COLUMNS
-from vibrodrive.model.plan import make_plan
+from tests.exact.agreement import same
+from vibrodrive.batch import sweep
+
+pytestmark = pytest.mark.jit
 
 RESTS, DRAWN_IN = 1.5, 3.0
 """Amplitude of a motion that rests in each period, and of a motion that never rests but converges to the last bit."""
 
 
-def same(swept: vd.Results, index, one: vd.Trajectory) -> bool:
-    counts = np.bincount(one.switches["after"], minlength=5)
-    return (
-        np.array_equal(one.section, swept.section[index], equal_nan=True)
-        and np.array_equal(counts, swept.switches[index])
-        and one.margin == swept.margin[index]
-        and same_status(one, swept.status[index])
-    )
-
-
 def evaluations(**arguments) -> float:
     """Return the number of evaluations of switching functions in a sweep of these arguments."""
-    plan = make_plan(arguments)
-    s, n = plan.settings, plan.n_points
-    points, work = plan.points(0, n), np.empty(n)
-    w, k = new_lanes(1)
-    kernel = batch(s.method, bool(points[0, COLUMNS.index("eps")] > 0.0), False)
-    arguments = Arguments(
-        w[0], k[0], np.zeros(1, np.int64), points, np.arange(n), np.zeros(1, np.int64), numbers_of(s, LANES),
-        np.empty((n, s.periods, 2)), np.empty(n, np.int8), np.empty(n), np.empty((n, 5), np.int64), work,
-    )  # fmt: skip
-    run([(kernel, [arguments])], Halt())
-    return float(work.sum())
+    calls, run = [], sweep.run
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweep, "run", lambda given, *more, **options: calls.extend(given) or run(given, *more, **options))
+        vd.sweep(**arguments, threads=1)
+    return float(sum({id(one.work): one.work.sum() for _, given in calls for one in given}.values()))
 
 
 def copied():
@@ -66,7 +45,6 @@ def copied():
         yield dict(A=[RESTS, DRAWN_IN, 3.17], transient=3, periods=30, budget=budget)
 
 
-@pytest.mark.jit
 @pytest.mark.parametrize("scene", [*copied()])
 def test_copied_equals_computed(scene):
     swept = vd.sweep(**scene)
@@ -74,7 +52,6 @@ def test_copied_equals_computed(scene):
         assert same(swept, k, vd.simulate(**scene | {"A": a})), a
 
 
-@pytest.mark.jit
 def test_refined_path_repeats():
     A = np.linspace(1.1, 3.25, 12)
     setting = dict(method="muller", dtau=1e-3, tol=1e-9, transient=20, periods=60)
@@ -84,7 +61,6 @@ def test_refined_path_repeats():
     assert evaluations(A=[RESTS], **setting) < 0.3 * vd.simulate(A=RESTS, **setting).evaluations
 
 
-@pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_repetition_needs_no_evaluations(A):
     few, many = (evaluations(A=[A], transient=400, periods=n) for n in (400, 100_000))
@@ -92,7 +68,6 @@ def test_repetition_needs_no_evaluations(A):
     assert few < 0.5 * vd.simulate(A=A, transient=400, periods=400).evaluations
 
 
-@pytest.mark.jit
 @pytest.mark.parametrize("A", [RESTS, DRAWN_IN])
 def test_transient_of_a_billion_periods(A):
     """Cycles are skipped in the transient, too. So the result depends on the transient only modulo a cycle."""
@@ -101,7 +76,6 @@ def test_transient_of_a_billion_periods(A):
     assert np.array_equal(late.switches, early.switches)
 
 
-@pytest.mark.jit
 def test_no_repetition_with_a_disturbance_or_on_a_fixed_grid():
     swept = evaluations(A=[RESTS], eps=2e-4, transient=20, periods=20)
     assert swept == vd.simulate(A=RESTS, eps=2e-4, transient=20, periods=20).evaluations

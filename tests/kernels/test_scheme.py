@@ -1,7 +1,4 @@
-"""Comparison of the decisions of kernels with the table of transitions in Fig. 2, and completeness of this table.
-
-S1 … S5 are the switching functions of eq. (8), whose zeros end a state.
-"""
+"""Comparison of the decisions of kernels with the table of transitions in Fig. 2, and completeness of this table."""
 
 import math
 

@@ -1,7 +1,6 @@
 """Tests of the configuration file: allowed contents. test_refusals.py has the refusals."""
 
 import itertools
-import math
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from vibrodrive.errors import ConfigError
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import parse, read
-from vibrodrive.model.physical import Scene, scene_of
+from vibrodrive.model.physical import Scene
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -56,17 +55,6 @@ def test_every_table():
     assert config.trajectory == {"periods": 3, "curves": ["phase"]}
 
 
-def test_scene_without_a0_needs_an_axis_A_and_gives_B_and_units():
-    scene = "[physical]\nomega0 = 40\nmu = 0.5\nalpha = 3\n"
-    config = parse(scene + "[sweep]\nA = [1.5, 2.0]\n")
-    assert config.plan().axes["A"].tolist() == [1.5, 2.0]
-    assert config.plan().scalars["B"] == pytest.approx(math.tan(math.radians(3)) / 0.5, rel=1e-15)
-    friction = 0.5 * 9.80665 * math.cos(math.radians(3))
-    assert scene_of(config.plan().single(0).scalars).velocity(2.0) == pytest.approx(2.0 * friction / 40, rel=1e-15)
-    with pytest.raises(ConfigError, match=r"^A is missing: must be given, a number >= 0"):
-        parse(scene).plan()
-
-
 def test_options_override_the_file():
     text = "[model]\nB = 0.2\neps = 1e-4\n[sweep]\nA = {start = 1, stop = 2, num = 5}\n[run]\nperiods = 9\n"
     plan = parse(
@@ -79,6 +67,8 @@ def test_options_override_the_file():
     assert plan.axes["eps"].tolist() == [0.0, 1e-3]  # the number in [model] is replaced
     assert plan.scalars["tol"] == 1e-4
     assert parse(text, ["A=3", "sweep.B=[0.1, 0.3]"]).plan().axes["B"].tolist() == [0.1, 0.3]
+    config = parse(text, ["x=eps", "curves=['time']", "max_period=2"])
+    assert (config.figure, config.trajectory, config.orbits) == ({"x": "eps"}, {"curves": ["time"]}, {"max_period": 2})
 
 
 def test_options_move_a_quantity_of_a_scene_between_the_tables():

@@ -201,29 +201,3 @@ def test_g_varies_nowhere():
     with pytest.raises(ValueError, match=r"key of \[sweep.points\] = 'g'"):
         parse("[sweep.points]\ng = [9.8]\n")
     assert {*SCENE} - {*SCENE_AXES} == {"g"}
-
-
-def test_tolerances_of_a_machine_are_points():
-    """All quantities of a scene vary at once, each point with the A, B and units of its own scene."""
-    rng = np.random.default_rng(3)
-    drawn = {
-        "a0": rng.normal(0.8e-3, 1e-5, 8), "frequency": rng.normal(24.0, 0.1, 8), "mu": rng.normal(0.6, 0.02, 8),
-        "alpha": rng.normal(3.4, 0.1, 8), "mass": rng.normal(250.0, 2.0, 8),
-    }  # fmt: skip
-    machine = Scene(**MACHINE)
-    plans = [
-        make_plan({"scene": machine, "points": drawn, "eps": [0.0, 1e-4]}),
-        make_plan({"g": 9.81, "points": drawn, "eps": [0.0, 1e-4]}),
-    ]
-    plans.append(parse(as_toml(plans[0])).plan())
-    scenes = [Scene(g=9.81, **{name: values[k].item() for name, values in drawn.items()}) for k in range(8)]
-    for plan in plans:
-        rows = plan.points(0, 16).reshape(-1, 2, len(COLUMNS))
-        assert plan.shape == (8, 2)
-        assert rows[:, 0, 0].tolist() == rows[:, 1, 0].tolist() == [scene.A for scene in scenes]
-        assert rows[:, 0, 1].tolist() == [scene.B for scene in scenes]
-        results = Results.uncomputed(plan)
-        assert results.measure("energy").one[:, 0] == pytest.approx(
-            [scene.power(1.0) * TURN / scene.omega0 for scene in scenes]
-        )
-        assert results.measure("xi_max").of(np.ones((8, 2)))[:, 1].tolist() == [scene.length(1.0) for scene in scenes]

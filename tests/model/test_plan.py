@@ -1,6 +1,5 @@
 """Tests of the plan of a sweep: the order of its axes, its points and blocks, and arguments that it refuses."""
 
-import itertools
 import math
 from dataclasses import fields
 
@@ -26,14 +25,12 @@ def test_axes_keep_the_order_written():
     assert plan.scalars["eta"] == ETA
     assert math.isnan(plan.scalars["dtau"])
     assert plan.settings == Settings(periods=7)
-
-
-def test_points_are_the_product_of_the_axes():
-    plan = make_plan({"A": [1.0, 2.0], "xi0": [0.0, 0.5, 1.0]})
-    points = plan.points(0, 6)
-    pairs = points[:, [COLUMNS.index("A"), COLUMNS.index("xi0")]].tolist()
-    assert pairs == [list(p) for p in itertools.product([1.0, 2.0], [0.0, 0.5, 1.0])]
-    np.testing.assert_array_equal(plan.points(2, 5), points[2:5])
+    points = {"A": [1.0, 2.0], "B": [0.1, 0.2]}
+    text = "[sweep]\neps = [0, 1]\n[sweep.points]\nA = [1, 2]\nB = [0.1, 0.2]\n"
+    for plan in (make_plan({"eps": [0, 1], "points": points}), config.parse(text).plan()):
+        assert list(plan.axes) == ["eps", "point"]
+        assert plan.points(0, 4)[:, :3].tolist() == [[1.0, 0.1, 0.0], [2.0, 0.2, 0.0], [1.0, 0.1, 1.0], [2.0, 0.2, 1.0]]
+    assert list(make_plan({"points": points, "eps": [0, 1]}).axes) == ["point", "eps"]
 
 
 def test_one_point_has_no_axis():
@@ -140,15 +137,3 @@ def test_settings_agree_with_the_tables_of_a_configuration():
             assert str(told.value) == str(refused.value)
             default = getattr(Settings(), key)
             assert check_setting(key, Settings().words[key]) == default
-
-
-@pytest.mark.parametrize(
-    ("option", "table"),
-    [("periods=3", "run"), ("method=fixed", "switching"), ("mu=0.5", "physical"), ("x=eps", "figure"),
-     ("curves=['time']", "trajectory"), ("max_period=2", "orbits"),
-     ("A=[1, 2]", "sweep"), ("mu=[0.5, 0.6]", "sweep")],
-)  # fmt: skip
-def test_key_without_a_table_is_assigned_to_its_table(option, table):
-    tables = {}
-    config._override(tables, option)
-    assert list(tables) == [table]

@@ -8,6 +8,7 @@ import decimal
 import inspect
 import math
 import re
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
@@ -240,6 +241,7 @@ CALLS = [
     (lambda: vd.sweep(A=3.0, dtau=[0.1]), "dtau = [0.1]: must be left out with … used by fixed and muller only"),
     (lambda: vd.sweep(A=3.0, points={"dtau": [0.1]}), "dtau = [0.1]: must be left out with method = 'certified', …"),
     (lambda: vd.simulate(3.0, method="fixed", dtau=0.1, tol=1e-7), "tol = 1e-07: must be left out … by muller only"),
+    (lambda: vd.limit(1.5, periods=1, transient=10), "periods = 1: must be >= 4 (4 times the period … at A = 1.5)"),
     (lambda: vd.limit(3.0, "dtau", tol=1e-9), "tol = 1e-09: must be left out with method = 'fixed', …"),
     (lambda: vd.sweep(A=3.0, record="sections"), "record = 'sections': … Did you mean section?"),
     (lambda: vd.sweep(A=3.0, record="section,impacts"), "record = … write ['section', 'impacts']"),
@@ -280,8 +282,14 @@ CALLS = [
     (lambda: motion().plot(3), "curves = 3: must be a list of one or more of phase, time, velocity, section"),
     (lambda: motion().sample(points=9), "argument = 'points': must be one of points_per_period. Did you mean …?"),
     (lambda: motion().to_dataframe(table="x"), "argument = 'table': must be one of of"),
+    (lambda: motion().to_dataframe("rows"), "of = 'rows': must be one of switches, impacts, section"),
+    (lambda: recorded().to_dataframe("switches"), "of = 'switches': must be one of points, section, impacts"),
+    (lambda: recorded().to_dataframe("impacts"), 'record = \'section\': must be extended by "impacts"'),
     (lambda: vd.plot.map(summarised(), "kept", undisturbed=3), "undisturbed = 3: must be the gaps …"),
     (lambda: vd.own(len, unit="lenght"), "unit = 'lenght': must be one of length, … Did you mean length?"),
+    (lambda: vd.own(3), "function = 3: must be a function of a motion…"),
+    (lambda: vd.own("summary"), "function = 'summary': must be a function of a motion…"),
+    (lambda: vd.own(len, unit=3), "unit = 3: must be a text of one line…"),
     (lambda: vd.own(len, units="m"), "argument = 'units': must be one of function, version, … Did you mean unit?"),
     (lambda: vd.sweep(A=3, record=[lambda m: 1.0, lambda m: 2.0]), "record = 'function, function': must be functi…"),
     (lambda: vd.sweep(A=3, record=vd.own(lambda m: {"a": 1.0}, label={"b": "x"}), **SHORT),
@@ -360,6 +368,17 @@ def summarised():
 @pytest.mark.parametrize(("call", "told"), SENTENCES, ids=[told for _, told in SENTENCES])
 def test_refusal_is_this_sentence(call, told):
     assert re.fullmatch(".*".join(map(re.escape, told.split("…"))), refusal(call))
+
+
+@pytest.mark.integration
+def test_missing_package_is_named_with_its_extra(monkeypatch):
+    calls = recorded().to_xarray, recorded().to_dataframe, motion().to_dataframe
+    for name in ("xarray", "pandas"):
+        monkeypatch.setitem(sys.modules, name, None)
+    for call in calls:
+        told = rf"^{call.__name__} needs the extra `data`: pip install 'vibrodrive\[data\]'$"
+        with pytest.raises(ImportError, match=told):
+            call()
 
 
 def test_files_that_are_no_configurations_are_refused(tmp_path, monkeypatch):
@@ -472,13 +491,4 @@ def test_points_with_labels_in_another_order_are_refused():
             make_plan({"points": {"A": A, "eps": labelled}})
     for other in (eps[A.index], eps.to_numpy(), [1e-4, 0.0]):
         assert list(make_plan({"points": {"A": A, "eps": other}}).together) == ["A", "eps"]
-
-
-@pytest.mark.jit
-def test_too_few_periods_are_refused():
-    """The comparison omits the first and the last impact of a record. The other impacts must cover the orbit twice."""
-    with pytest.raises(ValueError, match=r"^periods = 1: must be >= 4 \(4 times the period .* at A = 1.5\)$"):
-        vd.limit(A=1.5, periods=1, transient=10)
-    with pytest.raises(ValueError, match=r"^periods = 15: must be >= 16 \(4 times the period .* at A = 3.1\)$"):
-        vd.limit(A=3.1, periods=15, transient=10)
-    assert vd.limit(A=3.1, periods=16, transient=10).k2 > 1e-6
+    assert make_plan({"points": pd.DataFrame({"A": A})}).together["A"].tolist() == [3.0, 3.1]

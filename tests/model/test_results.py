@@ -1,6 +1,7 @@
 """Tests of Results: named axes, selection of values, equality of results, sizes in memory, and the repr."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -53,6 +54,13 @@ def test_trajectories_are_equal_if_arguments_and_results_are_equal():
     assert one != vd.simulate(A=3.04, eps=1e-4, transient=2, periods=3, budget=99)
     assert one != 3
     assert pickle.loads(pickle.dumps(one)) == one, "motions with Δτ = NaN must compare equal"
+    for name in one.switches.dtype.names:
+        switches = one.switches.copy()
+        switches[name][-1] += 1
+        assert replace(one, switches=switches) != one, name
+    on_a_grid = [vd.simulate(1.5, method="fixed", dtau=0.1, transient=0, periods=2) for _ in range(2)]
+    assert np.isnan(on_a_grid[0].error).all()
+    assert on_a_grid[0] == on_a_grid[1]
     assert [one.sample(5) == each for each in (same.sample(5), other.sample(5), one.sample(6))] == [True, False, False]
     given_up = [vd.simulate(A=1.5, eps=5e-4, transient=0, periods=2, budget=9) for _ in range(2)]
     assert np.isnan(given_up[0].section).any()
@@ -84,8 +92,9 @@ def test_repr_describes_the_contents(plan):
 
 
 def test_arrays_and_axes_are_items():
-    plan = make_plan({"points": {"A": [3.0, 3.1]}, "eps": [0.0, 1e-4], "record": ["section", "summary"], "periods": 2})
+    plan = make_plan({"eps": [0.0, 1e-4], "points": {"A": [3.0, 3.1]}, "record": ["section", "summary"], "periods": 2})
     r = gather(plan, fake.run_blocks(plan))
+    assert "eps 0…0.0001 (2), point 0…1 (2) with A; section, summary" in repr(r)
     for name in ("section", "status", "margin", "switches", "period", "energy"):
         np.testing.assert_array_equal(r[name], getattr(r, name))
     assert (r["A"].tolist(), r["eps"].tolist()) == ([3.0, 3.1], [0.0, 1e-4])

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tests.support.mp_flight import next_impact, slope
-from tests.support.process import python
 from vibrodrive.periodic.impact_map import ImpactMap, impact_map
 
 PLACES = [(1.3, 0.1), (1.5, 0.1), (3.04, 0.1), (3.25, 0.1), (5.0, 0.1), (2.0, 0.02), (3.3, 0.5), (2.5, 1.0),
@@ -110,14 +109,6 @@ def test_permanent_rest_has_no_next_impact():
     assert len(system.breakpoints) == 0
 
 
-def test_mass_on_the_level_may_never_land():
-    """For B = 0 slides up and down cancel each other if the first slide down ends in the air."""
-    found = impact_map(2.0, 0.0)([0.55, 0.9])
-    assert found.periods.tolist() == [-1, 1]
-    assert found.word[0].startswith("UP DOWN UP DOWN")
-    assert np.isnan(found.derivative[0])
-
-
 @pytest.mark.jit
 @pytest.mark.parametrize("A", [1.2, 1.8, 1.8621, 1.9, 2.93, 7.0, 1e3])
 def test_launch_on_the_level_lands_in_its_first_fall_or_never(A):
@@ -126,7 +117,8 @@ def test_launch_on_the_level_lands_in_its_first_fall_or_never(A):
     low, high = system.window
     edge = max(low, math.acos(min(0.5 * math.pi / A, 1.0)))
     before, after = np.linspace(low, edge - 1e-12, 200)[1:], np.linspace(edge + 1e-12, high, 200)[:-1]
-    assert (system(before[before < edge]).periods == -1).all() or edge == low
+    away = system(before[before < edge])
+    assert ((away.periods == -1).all() and np.isnan(away.derivative).all()) or edge == low
     landed = system(after)
     assert np.isin(landed.word, ["UP DOWN IMPACT", "UP STICK DOWN IMPACT"]).all()
     assert (landed.derivative <= 0.0).all()
@@ -166,17 +158,3 @@ def test_million_evaluations_need_few_kernel_calls(monkeypatch):
     system(phi)
     assert sum(calls) == len(phi)
     assert len(calls) < 1000
-
-
-@pytest.mark.jit
-def test_each_kernel_is_compiled_once():
-    """The test uses a separate process, in which no other test has compiled kernels."""
-    script = (
-        "from vibrodrive.periodic import fixed_points, flight, impact_map, itineraries, search\n"
-        "search.orbits(3.04); search.orbits(3, 0, 2)\n"
-        "impact_map.impact_map(3)([1, 2]).word; impact_map.impact_map(3.04).breakpoints\n"
-        "kernels = (flight.flight, itineraries.flights, itineraries.split, fixed_points.roots,\n"
-        "           flight.impacts, flight.launch_after, flight.launch_window)\n"
-        "print([len(k.dispatcher.signatures) for k in kernels])\n"
-    )
-    assert python(script) == f"{[1] * 7}\n"

@@ -19,7 +19,7 @@ from vibrodrive.periodic.impact_map import impact_map
 from vibrodrive.periodic.itineraries import FLYING, flights
 from vibrodrive.periodic.search import orbits
 
-SOMEWHERE = [(1.2, 0.1), (2.2, 0.1), (2.61, 0.1), (2.655, 0.1), (2.93, 0.1), (3.07, 0.1), (3.1893, 0.1),
+SOMEWHERE = [(1.2, 0.1), (2.2, 0.1), (2.61, 0.1), (2.655, 0.1), (2.93, 0.1), (3.04, 0.1), (3.07, 0.1), (3.1893, 0.1),
              (3.25, 0.1), (3.6, 0.1), (4.3, 0.1), (3.4, 0.5), (5.0, 1.0), (8.0, 0.5), (3.0, 1.3),
              (9.0, 2.0)]  # fmt: skip
 """Values (A, B) with one to eight orbits of up to three periods, of every kind."""
@@ -77,10 +77,7 @@ def sampled(A: float, B: float, n: int, period: int, phi: np.ndarray) -> tuple[n
 @pytest.mark.jit
 @pytest.mark.parametrize(("A", "B"), SOMEWHERE[::2])
 def test_search_finds_all_orbits_of_a_dense_sampling(A, B):
-    """The search finds exactly the orbits of the sampling in all intervals in which the sampled map is smooth.
-
-    In other intervals the map may have branches that are narrower than the spacing of the sampling.
-    """
+    """In intervals in which the sampled map is not smooth it may have branches that are narrower than the spacing."""
     found = orbits(A, B, 3)
     phi = np.linspace(*impact_map(A, B).window, 40_003)[1:-1]
     for period in (1, 2, 3):
@@ -103,15 +100,6 @@ def test_force_is_within_its_bounds(falling):
         force = abs(A * np.sin(np.linspace(one, other, 99)) - B)
         low, high = force_between.py_func(one, other, falling, A, B)
         assert (low, high) == pytest.approx((force.min(), force.max()), rel=2e-3)
-
-
-def test_two_periodic_motion_of_the_paper():
-    """At A = 3.04 there is one impact in two periods, and the section points of the undisturbed motion are known."""
-    (stable,) = (o for o in orbits(3.04) if o.kind == "stable")
-    assert (stable.period, stable.impacts) == (2, 1)
-    section = reference(3.04, tau0=float(stable.phases[0]), periods=2).section
-    known = [(2.7733816327, -2.6101762195), (1.2155473776, -2.8904206661)]
-    np.testing.assert_allclose(np.array(section, dtype=float), known, atol=1e-9)
 
 
 @pytest.mark.jit
@@ -141,9 +129,6 @@ def test_orbits_with_a_rest_are_superstable():
     assert (orbit.period, orbit.kind, orbit.word) == (1, "superstable", "REST UP STICK DOWN IMPACT")
     for A in (1.1, 0.0):
         assert orbits(A) == []
-    with pytest.warns(UserWarning, match="swapped") as caught:
-        assert orbits(0.1, 3.04) == []
-    assert [one.filename for one in caught] == [__file__]
 
 
 @pytest.mark.jit

@@ -1,7 +1,4 @@
-"""Tests of failure maps, counts of missed, late and wrong switches of `fixed` and `muller`: one motion, the command.
-
-Each switch is compared with the switch of a certified motion that is restarted from the switch before it.
-"""
+"""Missed, late and wrong switches of `fixed` and `muller`, by certified motions that restart at each switch."""
 
 import itertools
 

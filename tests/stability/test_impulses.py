@@ -6,20 +6,16 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.stability.test_always import cycle_of
 from tests.support.blows import attack, main_impacts, strike
 from vibrodrive.model.reasons import Beyond
 from vibrodrive.stability.impulses import find_tolerated
 from vibrodrive.stability.main_impacts import follow_cycle
-from vibrodrive.stability.structure import reference_orbit
 
 pytestmark = pytest.mark.jit
 
 TWO_PI = 2.0 * math.pi
 BRIEF = {"transient": 20, "periods": 100}
-
-
-def cycle_of(A, B=0.1):
-    return reference_orbit(vd.simulate(A, B=B, transient=20_000, periods=256)).cycle
 
 
 def lost(A, B, V, m=0.0, count=20, periods=10, steps=1200):

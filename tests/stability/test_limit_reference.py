@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.exact.reference import IMPACT, reference
+from tests.support.blows import main_impacts
 from vibrodrive.stability.limit import limit
 
 TRANSIENT, PERIODS = 10, 40
@@ -17,16 +18,9 @@ SHARE = 0.1
 
 def landings(A, eps, transient, periods):
     """Return (τ, speed) of each impact without a faster impact within half a period: float64 (n, 2)."""
-    found = []
-    for switch in reference(A, eps=eps, periods=transient + periods).switches:
-        if switch.after != IMPACT or switch.tau <= 2 * math.pi * transient:
-            continue
-        tau, speed = float(switch.tau), float(-switch.dxi)
-        if not found or tau - found[-1][0] > math.pi:
-            found.append((tau, speed))
-        elif speed > found[-1][1]:
-            found[-1] = (tau, speed)
-    return np.array(found)
+    switches = [s for s in reference(A, eps=eps, periods=transient + periods).switches if s.after == IMPACT]
+    found = main_impacts([(float(s.tau), float(-s.dxi)) for s in switches if s.tau > 2 * math.pi * transient])
+    return np.column_stack([2 * math.pi * found["period"] + found["phase"], found["speed"]])
 
 
 def whole_periods(taus):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import vibrodrive as vd
+from tests.test_products import settling
 from vibrodrive.model.own import Own
 from vibrodrive.model.reasons import How
 from vibrodrive.stability.failures import count_failures
@@ -18,11 +19,6 @@ SHORT = {"transient": 50, "periods": 40}
 LIMIT_COLUMNS = ("k2", "last_kept", "share_kept", "half_kept")
 
 pytestmark = pytest.mark.jit
-
-
-def settling(motion):
-    """Return the period of the last impact, and the number of switches."""
-    return {"last": motion.impacts["period"][-1], "total": len(motion.switches)}
 
 
 def summary(motion):
@@ -275,19 +271,6 @@ def test_a_function_has_units_and_labels_in_tables_files_and_figures(tmp_path):
         assert r.dimensionless().plot(quantity="total").axes[0].get_ylabel() == "speed of it all, dimensionless"
     record = vd.own(settling, version="1")
     assert vd.sweep(**SCENE, record=record, **SHORT, path=tmp_path / "x.h5").computed == 1.0, "a label is no number"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ((3,), "function = 3: must be a function of a motion"),
-        (("summary",), "function = 'summary': must be a function of a motion"),
-        ((settling, 3), "unit = 3: must be a text of one line"),
-    ],
-)
-def test_units_that_are_none_are_refused(arguments, words):
-    with pytest.raises(TypeError, match=words):
-        vd.own(arguments[0], unit=arguments[1] if arguments[1:] else "")
 
 
 @pytest.mark.slow("6 s: a process that loads the kernels")

@@ -1,8 +1,4 @@
-"""Tests of the structure of motions that are written by hand, and cases without a result.
-
-The structure is the order of the section points, the gaps (periods between main impacts), the word (the sequence of
-states between them) and the largest distance ρ of the section points.
-"""
+"""The structure of motions that are written by hand: the order of section points, gaps, and the distance ρ."""
 
 from types import SimpleNamespace
 
@@ -105,15 +101,3 @@ def test_orbit_without_impacts_has_the_period_of_its_section():
     found = structure.compare_structure(orbit, flying)
     assert (found.impacts, found.gaps, found.order) == (True, True, True)
     assert not structure.compare_structure(orbit, motion(times=[3], word=(UP, DOWN))).impacts
-
-
-def every(times, until=60):
-    """Return these times, repeated every three periods until the record ends."""
-    return [start + t for start in range(0, until, 3) for t in times]
-
-
-def test_gaps_may_begin_anywhere_in_the_cycle():
-    base = structure.reference_orbit(motion(times=every([0, 1]), word=(UP, DOWN)))
-    assert structure.compare_structure(base, motion(times=every([1, 3]), word=(UP, DOWN))).gaps
-    assert not structure.compare_structure(base, motion(times=every([0, 1, 2]), word=(UP, DOWN))).gaps
-    assert not structure.compare_structure(base, motion(times=[0], word=(UP, DOWN))).gaps, "one impact is no cycle"

@@ -151,6 +151,21 @@ def test_file_of_a_scene_has_coordinates_with_units_and_refuses_another_scene(tm
             fake.write(path, parse(SCENE, [option]).plan())
 
 
+def test_file_of_points_has_them_as_coordinates_and_refuses_others(tmp_path):
+    path, text = tmp_path / "x.h5", "[sweep]\neps = [0, 1e-4]\n[sweep.points]\nA = [3, 3.1, 3.2]\nxi0 = [0, 1, 2]\n"
+    fake.write(path, text)
+    found = vd.load(path)
+    assert {name: values.tolist() for name, values in found.points.items()} == {"A": [3, 3.1, 3.2], "xi0": [0, 1, 2]}
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data.A.dims == data.xi0.dims == ("point",)
+        at = data.section_xi.swap_dims(point="A").sel(A=3.1, method="nearest")
+        np.testing.assert_array_equal(at, found.select(point=1).section[..., 0])
+    assert look(path).header.plan.points(0, 6).tobytes() == parse(text).plan().points(0, 6).tobytes()
+    told = r"points\.xi0 is \[0.0, 1.0, 2.0\] in the file and \[0.0, 1.0, 9.0\] in the configuration"
+    with pytest.raises(Different, match=told):
+        fake.write(path, text.replace("1, 2]", "1, 9]"))
+
+
 ADD = """
 import sys, netCDF4, xarray
 for path in sys.argv[1:]:

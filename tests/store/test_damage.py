@@ -6,7 +6,6 @@ tests/test_products.py damages every variable of every record. Zeros are the har
 import warnings
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 
@@ -14,10 +13,8 @@ from tests.support import fake
 from vibrodrive.errors import NoResult
 from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import make_plan
-from vibrodrive.store.layout import Origin, variables_of
 from vibrodrive.store.load import load
 from vibrodrive.store.reader import DamagedBlock, look, verify
-from vibrodrive.store.writer import open_writer
 
 RECORDED = {"section": ("section",), "several": ("impacts", "error"), "summary": ("summary",), "limit": ("limit",)}
 BLOCKS = 3
@@ -38,19 +35,6 @@ def block(plan, k):
     return b._replace(status=b.status if k else np.zeros_like(b.status), records=zeros)
 
 
-def compute(path, plan, which=range(BLOCKS)):
-    """Write these blocks of a file, of those that are missing, and return their numbers."""
-    writer = open_writer(path, plan, Origin(""))
-    try:
-        writer.check()
-        todo = [k for k in writer.missing() if k in which]
-        for k in todo:
-            writer.write(block(writer.plan, k))
-    finally:
-        writer.close()
-    return todo
-
-
 def assert_no_wrong_number(path, plan):
     """Assert that each point of each array is right or, by its status, not computed."""
     results, blocks = load(path), [block(plan, k) for k in range(BLOCKS)]
@@ -67,10 +51,10 @@ def assert_no_wrong_number(path, plan):
 def test_hole_anywhere_is_no_result(tmp_path, name, which, size):
     """It is refused, named, or harmless; and what can be computed again is then as it was."""
     path, plan = tmp_path / "x.h5", made(name)
-    compute(path, plan)
+    fake.write(path, plan, of=block)
     whole = path.read_bytes()
     path.unlink()
-    compute(path, plan, which)
+    fake.write(path, plan, "", which, block)
     content, statuses = path.read_bytes(), look(path).statuses
     for start in np.linspace(0, len(content) - size, 16, dtype=int).tolist():
         path.write_bytes(content[:start] + bytes(size) + content[start + size :])
@@ -80,7 +64,7 @@ def test_hole_anywhere_is_no_result(tmp_path, name, which, size):
                 assert_no_wrong_number(path, plan)
                 report = verify(path)
                 assert report.statuses.get("OK", 0) <= statuses["OK"]
-                compute(path, plan)
+                fake.write(path, plan, of=block)
             except NoResult:
                 continue
         assert_no_wrong_number(path, plan)
@@ -89,36 +73,3 @@ def test_hole_anywhere_is_no_result(tmp_path, name, which, size):
         if again != whole:  # texts that no reader of this program reads
             holes = np.flatnonzero(np.frombuffer(again, "u1") != np.frombuffer(whole, "u1"))
             assert start <= holes.min() <= holes.max() < start + size
-
-
-@each
-def test_each_lost_digest_is_a_lost_block(tmp_path, name):
-    """As if the values had reached the disk before a loss of power, and their digest had not."""
-    path, plan = tmp_path / "x.h5", made(name)
-    compute(path, plan)
-    whole = path.read_bytes()
-    for quantity in variables_of(plan):
-        with h5py.File(path, "r+") as file:
-            file[f"digests/{quantity.variable}"][1] = 0
-        report = verify(path)
-        assert report.done.tolist() == [True, False, True]
-        assert list(report.faults) == [1] * (quantity.name != "status")
-        assert compute(path, plan) == [1]
-        assert path.read_bytes() == whole
-
-
-@pytest.mark.parametrize("bit", [3, 4, 10, 63])
-def test_damaged_address_leads_no_writer_elsewhere(tmp_path, bit):
-    """Blocks of the variable would not have their digests, and would be written again over those of another."""
-    path, plan = tmp_path / "x.h5", made("section")
-    compute(path, plan, [0])
-    with h5py.File(path) as file:
-        address = file["section_dxi"].id.get_offset()
-    content = path.read_bytes()
-    at = content.index(address.to_bytes(8, "little"))
-    path.write_bytes(content[:at] + (address ^ 1 << bit).to_bytes(8, "little") + content[at + 8 :])
-    holed = path.read_bytes()
-    for attempt in (load, verify, lambda path: compute(path, plan)):
-        with pytest.raises(NoResult, match="section_dxi: no variable of this file"):
-            attempt(path)
-    assert path.read_bytes() == holed

@@ -1,6 +1,5 @@
 """`Results.to_xarray` equals the Dataset that xarray reads from the file. Without xarray the error is one line."""
 
-import sys
 import warnings
 
 import numpy as np
@@ -100,13 +99,6 @@ def test_dataset_survives_a_round_trip(path, tmp_path):
         assert again.attrs["method"] == "certified"
 
 
-@everything
-def test_missing_xarray_is_reported_in_one_line(path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ImportError, match=r"^to_xarray needs the extra `data`: pip install 'vibrodrive\[data\]'$"):
-        load(path).to_xarray()
-
-
 def test_a_column_in_si_units_has_its_unit_in_its_name(tmp_path):
     """So a name that dimensionless tables and tables in SI units share has the same numbers in both."""
     text = SCENE + 'record = ["section", "impacts", "summary", "error"]\n'
@@ -146,14 +138,3 @@ def test_section_and_impacts_are_tables_in_long_form(path):
     there = impacts[impacts.A.eq(results.axes["A"][1]) & impacts.eps.eq(0)]
     assert there.impact.tolist() == [1, 2]
     assert there.impact_speed.tolist() == results.impact_speed[1, 0, :2].tolist()
-    with pytest.raises(ValueError, match=r"^of = 'switches': must be one of points, section, impacts$"):
-        results.to_dataframe("switches")
-
-
-def test_table_of_what_is_not_recorded_is_refused(tmp_path, monkeypatch):
-    fake.write(tmp_path / "x.h5", AXES)
-    with pytest.raises(ValueError, match=r"^record = 'section': must be extended by \"impacts\"$"):
-        load(tmp_path / "x.h5").to_dataframe("impacts")
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"^to_dataframe needs the extra `data`: pip install 'vibrodrive\[data\]'$"):
-        load(tmp_path / "x.h5").to_dataframe()

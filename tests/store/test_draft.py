@@ -1,7 +1,10 @@
 """Every writer makes a complete file, or no file."""
 
 import os
+import resource
+import signal
 import stat
+import sys
 from pathlib import Path
 
 import pytest
@@ -20,7 +23,7 @@ from vibrodrive.store.writer import open_writer
 
 
 def a_table(path):
-    write_table(path, ["A"], [(1.0,)])
+    write_table(path, ["A"], ((float(k),) for k in range(10_000)))
 
 
 def a_sweep(path):
@@ -54,6 +57,26 @@ def test_every_writer_uses_a_draft(write, name, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
     write(target)
     assert list(tmp_path.iterdir()) == [target]
+
+
+@pytest.fixture
+def small_disk(monkeypatch):
+    """Limit files to 2000 bytes, which has the same effect as a full disk."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # an imported module would be stored in part, and stay so
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    signal.signal(signal.SIGXFSZ, handler)
+
+
+@pytest.mark.parametrize(("write", "name"), [(a_table, "x.csv"), (a_figure, "x.png")])
+def test_full_disk_is_reported_with_the_file_name(write, name, tmp_path, small_disk):
+    with pytest.raises(OSError, match="File too large") as caught:
+        write(tmp_path / name)
+    assert caught.value.filename == str(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_failure_keeps_the_older_file_and_links(tmp_path):

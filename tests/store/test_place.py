@@ -9,7 +9,6 @@ import pytest
 
 from vibrodrive.errors import ConfigError, NoResult
 from vibrodrive.model.plan import make_plan
-from vibrodrive.store.draft import draft_of
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.place import check_figure, check_output
 from vibrodrive.store.writer import open_writer
@@ -19,7 +18,7 @@ from vibrodrive.store.writer import open_writer
 def here(tmp_path, monkeypatch):
     """Work in a directory with a configuration, and with files and links that no result may replace."""
     monkeypatch.chdir(tmp_path)
-    for name in ("c.toml", "c.h5.part", "c.png.part", "precious.h5"):
+    for name in ("c.toml", "precious.h5"):
         Path(name).write_text("[sweep]\n")
     Path("folder").mkdir()
     Path("empty.h5").touch()
@@ -82,13 +81,6 @@ def test_file_that_is_mounted_alone_is_not_to_be_replaced(monkeypatch):
     check_output(Path("a b.h5"), None, overwrite=False)
     Path("a b.h5").rename("other.h5")
     check_output(Path("other.h5"), None, overwrite=True)
-
-
-def test_draft_never_replaces_the_configuration():
-    refused("c.h5", ["temporary file of the output", "c.h5.part"], config="c.h5.part")
-    with pytest.raises(ConfigError, match="another file"):
-        check_figure(Path("c.png"), {"configuration": Path("c.png.part")})
-    assert draft_of(Path("c.png")).resolve() == Path("c.png.part").resolve()
 
 
 @pytest.mark.parametrize("spelling", ["new.png", "./new.png", "folder/../new.png", "there/new.png"])

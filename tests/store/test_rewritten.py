@@ -10,10 +10,7 @@ import xarray as xr
 import vibrodrive as vd
 from tests.support import fake
 from vibrodrive.errors import Damaged, NoResult
-from vibrodrive.model.config import parse
-from vibrodrive.store.layout import Origin
 from vibrodrive.store.reader import DamagedBlock, verify
-from vibrodrive.store.writer import open_writer
 
 CONFIG = "[sweep]\nA = {start = 3.0, stop = 3.25, num = 3000}\n[run]\ntransient = 0\nperiods = 6\n"
 
@@ -63,22 +60,6 @@ def theirs(request, paths):
     """Return the path of a complete file that another program has written anew."""
     rewrite(*paths, request.param)
     return paths[1]
-
-
-@pytest.mark.parametrize("form", CHUNKED)
-def test_nothing_is_written_into_an_unfinished_file_of_chunks(tmp_path, form):
-    """Its blocks have no place where a block could be written."""
-    theirs = tmp_path / "theirs.h5"
-    fake.write(tmp_path / "part.h5", CONFIG, which=[1])
-    rewrite(tmp_path / "part.h5", theirs, FORMS[form])
-    before = theirs.read_bytes()
-    told = r"rewritten by another program \(section_xi has chunks or filters\): .*, but it cannot be resumed"
-    writer = open_writer(theirs, parse(CONFIG).plan(), Origin(CONFIG))
-    for attempt in (writer.check, lambda: writer.write(fake.block(writer.plan, 0))):
-        with pytest.raises(NoResult, match=told):
-            attempt()
-    writer.close(sync=False)
-    assert theirs.read_bytes() == before
 
 
 def test_complete_rewritten_file_needs_nothing(paths, theirs, run, quick):
@@ -141,15 +122,3 @@ def test_file_without_a_part_is_no_damaged_file(paths, what, run):
         assert told.removeprefix("theirs.h5: ") in err
         assert "but it cannot be resumed" in err
     assert theirs.read_bytes() == before
-
-
-@pytest.mark.parametrize(
-    "change", [lambda values: values.astype("<f4"), lambda values: values[:-1]], ids=["type", "shape"]
-)
-def test_variable_of_another_type_or_shape_is_damage(paths, change):
-    with h5py.File(paths[0], "r+") as file:
-        values = file["margin"][...]
-        del file["margin"]
-        file["margin"] = change(values)
-    with pytest.raises(Damaged, match=r"damaged \(margin: wrong shape or data type\)"):
-        vd.load(paths[0])

@@ -6,6 +6,7 @@ import itertools
 import json
 import os
 import pickle
+import re
 import signal
 import weakref
 from dataclasses import replace
@@ -49,7 +50,11 @@ def make(**changes):
 
 
 def write(path, plan, which=None, **options):
-    fake.write(path, plan, Origin(TEXT, ("eps=[0, 2e-4]",), "A title"), which, **options)
+    return fake.write(path, plan, Origin(TEXT, ("eps=[0, 2e-4]",), "A title"), which, **options)
+
+
+def resumed(path):
+    return write(path, make(), which=[])
 
 
 def flipped(raw, offset, bit=0):
@@ -191,15 +196,8 @@ def test_error_of_the_system_is_no_damage(finished, monkeypatch):
                 os.dup2(directory, self.fileno())  # a directory cannot be read
             return super().readinto(buffer)
 
-    def resume(path):
-        writer = open_writer(path, make(), Origin(TEXT))
-        try:
-            writer.check()
-        finally:
-            writer.close(sync=False)
-
     monkeypatch.setattr(header, "_Bytes", Failing)
-    for attempt in (load, lambda path: load(path).section, lambda path: load(path).status, verify, resume):
+    for attempt in (load, lambda path: load(path).section, lambda path: load(path).status, verify, resumed):
         for Failing.left in (1, 2, 3, 5, 9, 17, 33):
             with pytest.raises(OSError, match=f"Is a directory: '{finished}'"):
                 attempt(finished)
@@ -251,45 +249,15 @@ def test_changed_attribute_is_found(finished, name, value):
         file.attrs[name] = value
     assert verify(finished).general == [f"attribute {name}: changed after it was written"]
     assert load(finished).scalars["B"] == 0.1
-    writer = open_writer(finished, make(), Origin(TEXT))
     with pytest.raises(Damaged, match=f"attribute {name}"):
-        writer.check()
-    writer.close(sync=False)
-
-
-@pytest.mark.parametrize("name", ["A", "eps"])
-def test_changed_axis_is_found(finished, name):
-    with h5py.File(finished, "a") as file:
-        file[name][0] += 0.5
-    for reads in (load, verify, lambda path: open_writer(path, make(), Origin(TEXT))):
-        with pytest.raises(Damaged, match=f"axis {name}: changed after it was written"):
-            reads(finished)
-
-
-@pytest.mark.parametrize("record", RECORDED, ids="+".join)
-def test_file_of_a_killed_run_ends_as_that_of_an_undisturbed_one(path, tmp_path, record):
-    """In every byte. A process that is killed leaves what the system has of its file."""
-    plan = make(record=record)
-    writer = open_writer(path, plan, Origin(TEXT))
-    left = [path.read_bytes()]
-    for block in fake.run_blocks(plan):
-        writer.write(block)
-        left.append(path.read_bytes())
-    writer.close()
-    killed = tmp_path / "killed.h5"
-    for content in left:
-        killed.write_bytes(content)
-        resumed = open_writer(killed, plan, Origin(TEXT))
-        resumed.check()
-        for block in fake.run_blocks(plan, resumed.missing()):
-            resumed.write(block)
-        resumed.close()
-        assert killed.read_bytes() == path.read_bytes()
+        resumed(finished)
 
 
 def test_unfinished_file_can_be_read(path):
     plan = make(record=("section", "impacts", "summary"))
     write(path, plan, which=[1, 4])
+    with h5py.File(path, "a") as file:
+        file["section_xi"][40:60] = 1.0  # data of a block without its status
     results = load(path)
     done = np.repeat([False, True, False, False, True], [20, 20, 20, 20, 10])
     assert results.computed == pytest.approx(30 / 90)
@@ -298,23 +266,11 @@ def test_unfinished_file_can_be_read(path):
         np.testing.assert_array_equal(results[q.name][~done], np.full_like(results[q.name][~done], q.fill))
     assert np.isnan(results.section[~done]).all()
     assert not np.isnan(results.section[done]).any()
-    assert np.isnan(load(path).select(A=3.0).section).all()
+    for k, there in ((0, False), (19, False), (20, True), (39, True), (40, False)):
+        assert np.isnan(load(path).select(A=plan.axes["A"][k]).section).any() != there
     np.testing.assert_array_equal(load(path).select(A=plan.axes["A"][25], eps=0).section, results.section[25, 0])
     with xr.open_dataset(path, engine="h5netcdf") as data:  # other programs also see it
         assert (data.status.values[~done] == Status.NOT_COMPUTED).all()
-
-
-def test_blocks_without_a_status_are_not_read(path):
-    """From an unfinished file all blocks with a status are read, and no other block."""
-    plan = make()
-    write(path, plan, which=[1])
-    with h5py.File(path, "a") as file:
-        for name in ("section_xi", "section_dxi"):  # data of the next block, without its status
-            file[name][40:60] = 1.0
-    results = load(path)
-    assert np.isnan(results.section[40:60]).all()
-    for k, done in ((19, False), (20, True), (39, True), (40, False)):
-        assert np.isnan(load(path).select(A=plan.axes["A"][k]).section).any() != done
 
 
 XARRAY = """
@@ -336,16 +292,6 @@ def test_reader_needs_no_permission_of_the_writer(path):
         open_writer(path, make(), Origin(TEXT), overwrite=True)
     writer.close()
     open_writer(path, make(), Origin(TEXT)).close()
-
-
-def test_file_keeps_its_block_size(path):
-    """A version of the program that uses blocks of another size resumes a file with the blocks of this file."""
-    write(path, make(), which=[0])
-    plan = replace(make(), tiling=None)
-    assert plan.chunk == (90, 2)
-    writer = open_writer(path, plan, Origin(TEXT))
-    assert writer.plan.chunk == (20, 2)
-    writer.close()
 
 
 @pytest.mark.parametrize(
@@ -373,72 +319,107 @@ def test_another_configuration_is_refused_with_the_keys_that_differ(finished, ch
     assert finished.read_bytes() == before
 
 
+def edited(change):
+    """Return a function that changes the open file."""
+
+    def edit(path):
+        with h5py.File(path, "a") as file:
+            change(file)
+
+    return edit
+
+
+def attribute(name, value):
+    return edited(lambda file: file.attrs.update({name: value}))
+
+
+def cut(change):
+    return lambda path: path.write_bytes(change(path.read_bytes()))
+
+
+def newer(part, **changes):
+    """Return a function that writes a file with a name in its plan that is unknown today."""
+
+    def change(path):
+        write(path, make(**changes), overwrite=True)
+        with h5py.File(path, "a") as file:
+            plan = file.attrs["plan"].decode().replace(part, '"tomorrow"')
+            file.attrs.update({"plan": plan, "plan_sha256": hashlib.sha256(plan.encode()).hexdigest()})
+
+    return change
+
+
+def written_by_a_newer_version(path):
+    with pytest.MonkeyPatch.context() as then:
+        then.setattr(type(SUMMARY), "quantities", (*SUMMARIES, SUMMARIES[-1]._replace(name="tomorrow")))
+        write(path, make(record="summary"), overwrite=True)
+
+
+def replaced(name, change):
+    """Return a function that changes the values, the type or the shape of a variable."""
+
+    def replace_values(file):
+        values = change(file[name][...])
+        if (values.dtype, values.shape) == (file[name].dtype, file[name].shape):
+            file[name][...] = values
+        else:
+            del file[name]
+            file[name] = values
+
+    return edited(replace_values)
+
+
+def address(bit):
+    """Return a function that changes the place at which a variable is said to be, and where a writer would write."""
+
+    def change(path):
+        with h5py.File(path) as file:
+            address = file["section_dxi"].id.get_offset()
+        content = path.read_bytes()
+        path.write_bytes(content.replace(address.to_bytes(8, "little"), (address ^ 1 << bit).to_bytes(8, "little"), 1))
+
+    return change
+
+
 ATTEMPTS = load, look, verify, lambda path: open_writer(path, make(), Origin(TEXT))
+BY = rf"vibrodrive {re.escape(__version__)}; read it with vibrodrive {re.escape(__version__)}, which wrote it$"
+BROKEN = r"sweep.h5: (truncated; |not a result file|too damaged to be read \(.*\); )"
+
+REFUSED = {
+    "a text": (lambda path: path.write_text("no HDF5 at all\n" * 100), NoResult, "not a result file"),
+    "of another program": (edited(lambda file: [file.attrs.clear(), file.clear()]), NoResult, "not a result file"),
+    "another kind": (attribute("kind", "limits"), NoResult, f"kind = limits: must be sweep in {BY}"),
+    "another schema": (attribute("schema_version", 4), NoResult, f"schema_version = 4: must be 5 in {BY}"),
+    "unknown record": (newer('"summary"', record="summary"), NoResult, f"record 'tomorrow': unknown in {BY}"),
+    "unknown setting": (newer('"periods"'), NoResult, f"setting 'tomorrow': unknown in {BY}"),
+    "unknown axis": (newer('"eps"'), NoResult, f"axis 'tomorrow': unknown in {BY}"),
+    "unknown quantity": (written_by_a_newer_version, NoResult, f"quantity 'tomorrow': unknown in {BY}"),
+    "without the last byte": (cut(lambda raw: raw[:-1]), Damaged, BROKEN),
+    "half": (cut(lambda raw: raw[: len(raw) // 2]), Damaged, BROKEN),
+    "the beginning": (cut(lambda raw: raw[:700]), Damaged, BROKEN),
+    "the signature": (cut(lambda raw: raw[:3]), NoResult, BROKEN),
+    "empty": (cut(lambda raw: b""), NoResult, BROKEN),
+    "damaged root": (cut(lambda raw: flipped(raw, raw.find(b"OHDR") + 20)), Damaged, BROKEN),
+    "address beyond the end": (cut(lambda raw: flipped(raw, 48, 6)), Damaged, BROKEN),
+    "axis A": (replaced("A", lambda values: values + 0.5), Damaged, "axis A: changed after it was written"),
+    "axis eps": (replaced("eps", lambda values: values + 0.5), Damaged, "axis eps: changed after it was written"),
+    "another type": (replaced("margin", np.float32), Damaged, r"\(margin: wrong shape or data type\)"),
+    "another shape": (replaced("margin", lambda values: values[:-1]), Damaged, r"\(margin: wrong shape or data type\)"),
+    **{f"address, bit {k}": (address(k), Damaged, "section_dxi: no variable of this file") for k in (3, 4, 10, 63)},
+}  # fmt: skip
+"""By what a file is: how it is made of a sound one, the exception, and its words."""
 
 
-def test_foreign_files_are_refused_and_unchanged(path):
-    path.write_text("no HDF5 at all\n" * 100)
-    with h5py.File(path.with_name("other.h5"), "w") as file:
-        file["x"] = 1.0
-    for p in (path, path.with_name("other.h5")):
-        before = p.read_bytes()
-        for attempt in ATTEMPTS:
-            with pytest.raises(NoResult, match="not a result file"):
-                attempt(p)
-        assert p.read_bytes() == before
-
-
-def test_file_of_another_kind_or_schema_is_refused_with_the_version_that_wrote_it(finished):
-    whole = finished.read_bytes()
-    for name, value, words in (("kind", "limits", "must be sweep"), ("schema_version", 4, "must be 5")):
-        finished.write_bytes(whole)
-        with h5py.File(finished, "a") as file:
-            file.attrs[name] = value
-        told = rf"{name} = {value}: {words} in vibrodrive {__version__}; read it with vibrodrive {__version__}, which"
-        for attempt in ATTEMPTS:
-            with pytest.raises(NoResult, match=told):
-                attempt(finished)
-
-
-FAULTS = {
-    "last byte": lambda raw: raw[:-1],
-    "half": lambda raw: raw[: len(raw) // 2],
-    "all but its beginning": lambda raw: raw[:700],
-    "all but its signature": lambda raw: raw[:3],
-    "all": lambda raw: b"",
-    "root": lambda raw: flipped(raw, raw.find(b"OHDR") + 20),
-    "address that is too large": lambda raw: flipped(raw, 48, 6),
-}
-"""What is lost or damaged, as a function of the contents of a file. The superblock has no address of a driver, 0xFF."""
-
-
-@pytest.mark.parametrize("what", FAULTS)
-def test_file_whose_structure_is_damaged_is_refused(finished, what):
-    finished.write_bytes(FAULTS[what](finished.read_bytes()))
+@pytest.mark.parametrize("what", REFUSED)
+def test_file_is_refused_by_all_readers_and_writers_and_unchanged(finished, what):
+    change, kind, words = REFUSED[what]
+    change(finished)
+    before = finished.read_bytes()
     for attempt in ATTEMPTS:
-        with pytest.raises(
-            NoResult, match=r"sweep.h5: (truncated; |not a result file|too damaged to be read \(.*\); )"
-        ):
+        with pytest.raises(NoResult, match=words) as refused:
             attempt(finished)
-
-
-@pytest.mark.parametrize(
-    ("part", "told"),
-    [
-        ('"summary"', "record 'tomorrow': unknown"),
-        ('"periods"', "setting 'tomorrow': unknown"),
-        ('"eps"', "axis 'tomorrow': unknown"),
-    ],
-)
-def test_plan_of_a_newer_version_is_no_damage(path, part, told):
-    write(path, make(record="summary"))
-    with h5py.File(path, "a") as file:
-        newer = file.attrs["plan"].decode().replace(part, '"tomorrow"')
-        file.attrs.update({"plan": newer, "plan_sha256": hashlib.sha256(newer.encode()).hexdigest()})
-    for attempt in ATTEMPTS:
-        with pytest.raises(NoResult, match=f"{told} in .*; read it with vibrodrive") as refused:
-            attempt(path)
-        assert not isinstance(refused.value, Damaged)
+        assert type(refused.value) is kind
+    assert finished.read_bytes() == before
 
 
 def test_overwrite_replaces_after_the_new_file_exists(finished, monkeypatch):
@@ -549,6 +530,11 @@ def lose(file):
         file[variable.variable][40:60] = file[f"digests/{variable.variable}"][2] = 0
 
 
+def lose_a_digest(file):
+    """Leave the values of a block without their digest."""
+    file["digests/energy"][1] = 0
+
+
 def exchange(file):
     file["energy"][:20], file["momentum"][:20] = file["momentum"][:20], file["energy"][:20]
 
@@ -557,6 +543,7 @@ def exchange(file):
     ("record", "change", "blocks"),
     [
         ("section", lose, [2]),
+        ("summary", lose_a_digest, [1]),
         ("section", lambda file: file["status"].write_direct(np.array(-1, "i1"), None, np.s_[59, 1]), [2]),
         ("section", lambda file: file["digests/status"].write_direct(file["digests/margin"][...]), [*range(5)]),
         ("section", swap("section_xi"), [0, 1]),
@@ -570,10 +557,8 @@ def test_right_bytes_in_a_wrong_place_are_damage(path, record, change, blocks):
         change(file)
     report = verify(path)
     assert (list(report.faults), np.flatnonzero(~report.done).tolist()) == (blocks, blocks)
-    writer = open_writer(path, make(record=record), Origin(TEXT))
-    writer.check()
-    assert writer.missing() == blocks
-    writer.close()
+    assert write(path, make(record=record)) == blocks
+    assert verify(path).complete
 
 
 @pytest.mark.integration
@@ -626,16 +611,3 @@ def test_file_of_an_older_version_has_what_it_has(path, monkeypatch):
     with pytest.raises(AttributeError, match=r"energy: was not recorded by the version .* that wrote this file"):
         _ = found.select(A=3.0).energy
     assert "energy" not in {*found.to_xarray(), *dir(found)}
-
-
-@pytest.mark.parametrize("attempt", [load, look, verify, lambda path: write(path, make(record="summary"))])
-def test_file_of_a_newer_version_is_no_damage(path, monkeypatch, attempt):
-    with monkeypatch.context() as then:
-        then.setattr(type(SUMMARY), "quantities", (*SUMMARIES, SUMMARIES[-1]._replace(name="tomorrow")))
-        write(path, make(record="summary"))
-    before = path.read_bytes()
-    with pytest.raises(
-        NoResult, match=r"quantity 'tomorrow': unknown in .*; read it with vibrodrive [\d.]+, which wrote it$"
-    ):
-        attempt(path)
-    assert path.read_bytes() == before

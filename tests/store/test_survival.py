@@ -1,33 +1,21 @@
-"""A sweep survives kills, a full disk, a second writer and signals without loss, with one line on stderr.
+"""A sweep survives kills, a second writer and signals without loss, with one line on stderr.
 
 The processes run the real command line with simulated blocks (tests.support.fake) that need no computation, so that
-the writer can be tested many times. The last tests use the kernels.
+the writer can be tested many times.
 """
 
 import os
-import resource
 import signal
-import subprocess
-import sys
 import time
-from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import vibrodrive as vd
 from tests.support import fake
+from tests.support.process import LIMIT, contents, sweeping
 from vibrodrive.jobs.signals import catch
 from vibrodrive.store.draft import draft_of
 from vibrodrive.store.reader import look, verify
-
-ROOT = Path(__file__).parents[2]
-
-LIMIT = 1200.0
-"""Seconds after which a test stops waiting for a process or for blocks."""
-
-ARRAYS = ("section", "status", "margin", "switches")
 
 CONFIG = """
 [sweep]
@@ -55,71 +43,24 @@ main(sys.argv[1:])
 """
 
 
-@dataclass
-class Scene:
-    """Directory with a configuration, and the processes that compute this configuration."""
-
-    folder: Path
-    started: list[subprocess.Popen] = field(default_factory=list)
-
-    @property
-    def file(self) -> Path:
-        return self.folder / "c.h5"
-
-    def start(self, *options, delay=0.005, real=False, before="", **popen):
-        front = ["-m", "vibrodrive"] if real else ["-c", before + STAND_IN, str(delay)]
-        process = subprocess.Popen(
-            [sys.executable, *front, "sweep", "c.toml", *options],
-            cwd=self.folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            **popen,
-        )
-        self.started.append(process)
-        return process
-
-    def run(self, *options, **more):
-        process = self.start(*options, **more)
-        return process.communicate(timeout=LIMIT)[1], process.returncode
-
-    def assert_resumes(self, undisturbed):
-        """Assert that the file is sound and that the sweep ends as one without interruption. Return its messages."""
-        assert verify(self.file).sound
-        err, code = self.run(delay=0)
-        assert code == 0, err
-        assert not draft_of(self.file).exists()
-        assert contents(self.file) == undisturbed
-        return err
-
-    def wait_for_blocks(self, process, count=1):
-        """Wait until the file exists and contains `count` blocks."""
-        limit = time.monotonic() + LIMIT
-        while time.monotonic() < limit and process.poll() is None:
-            if self.file.exists() and look(self.file).done.sum() >= count:
-                return
-            time.sleep(0.005)
-        if process.poll() == 0:  # the process has already finished
-            return
-        raise AssertionError(f"no blocks: {process.poll()} {process.stderr.read() if process.poll() else ''}")
-
-
 @pytest.fixture
 def scene(tmp_path):
-    (tmp_path / "c.toml").write_text(CONFIG)
-    found = Scene(tmp_path)
-    yield found
-    for process in found.started:  # after a failed test a process may be stopped, or run for hours
-        process.kill()
-        with process:  # closes its pipes
-            pass
+    with sweeping(tmp_path, CONFIG) as found:
+        yield found
 
 
-def contents(path):
-    results = vd.load(path)
-    assert results.computed == 1.0
-    return {name: getattr(results, name).tobytes() for name in ARRAYS}
+def assert_resumes(scene, undisturbed):
+    """Assert that the file is sound and that the sweep ends as one without interruption. Return its messages."""
+    assert verify(scene.file).sound
+    err = scene.end(start(scene, delay=0))
+    assert not draft_of(scene.file).exists()
+    assert contents(scene.file) == undisturbed
+    return err
+
+
+def start(scene, *options, delay=0.005, before="", **popen):
+    """Start the command line with simulated blocks."""
+    return scene.start(*options, front=["-c", before + STAND_IN, str(delay)], **popen)
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +97,7 @@ def test_kill_at_a_random_time_leaves_a_file_that_resumes(scene, undisturbed):
     random = np.random.default_rng()
     committed, struck = 0, 0
     while struck < 5:
-        process = scene.start(delay=0.02)
+        process = start(scene, delay=0.02)
         if struck % 4:  # three of four kills happen while blocks are written, the fourth also before
             while not scene.file.exists() and process.poll() is None:
                 time.sleep(0.002)
@@ -172,21 +113,20 @@ def test_kill_at_a_random_time_leaves_a_file_that_resumes(scene, undisturbed):
             if report.complete:
                 scene.file.unlink()
                 committed = 0
-    scene.assert_resumes(undisturbed)
+    assert_resumes(scene, undisturbed)
 
 
 @pytest.mark.parametrize("announced", ANNOUNCED[:2])
 def test_signal_ends_a_sweep_with_the_command_to_resume(scene, undisturbed, announced):
-    process = scene.start("--overwrite", delay=0.3)
+    process = start(scene, "--overwrite", delay=0.3)
     scene.wait_for_blocks(process)
     process.send_signal(announced)
-    _, err = process.communicate(timeout=LIMIT)
-    assert process.returncode == 130
+    err = scene.end(process, 130)
     assert_one_line(err, announced.name, "of 60 blocks", "resume with: vibrodrive sweep c.toml")
     assert "--overwrite" not in err
     done = look(scene.file).done.sum()
     assert 0 < done < 60
-    assert f"resumed with {done} of 60 blocks" in scene.assert_resumes(undisturbed)
+    assert f"resumed with {done} of 60 blocks" in assert_resumes(scene, undisturbed)
 
 
 IN_A_WRITE = """
@@ -218,16 +158,16 @@ fake.block = block
     ids=["interrupt in a write", "failed computation"],
 )
 def test_blocks_before_the_end_are_kept(scene, undisturbed, before, ends, words):
-    err, code = scene.run(delay=0.01, before=before, preexec_fn=lambda: os.close(0))  # the lock may be the file 0
+    err = scene.end(start(scene, delay=0.01, before=before, preexec_fn=lambda: os.close(0)), ends)  # a lock may be 0
     done = look(scene.file).done.sum()
-    assert (code, 0 < done < 60) == (ends, True), err
+    assert 0 < done < 60
     assert_one_line(err, f"{done} of 60 blocks", *words)
-    scene.assert_resumes(undisturbed)
+    assert_resumes(scene, undisturbed)
 
 
 def test_one_of_several_processes_writes_until_a_signal(scene, undisturbed):
     """The signal does not wait for the end of a block."""
-    processes = [scene.start(delay=10 * LIMIT) for _ in range(2)]
+    processes = [start(scene, delay=10 * LIMIT) for _ in range(2)]
     limit = time.monotonic() + LIMIT
     while sum(p.poll() is None for p in processes) > 1 and time.monotonic() < limit:
         time.sleep(0.01)
@@ -235,44 +175,9 @@ def test_one_of_several_processes_writes_until_a_signal(scene, undisturbed):
     assert len(writing) == 1
     for process in processes:
         if process not in writing:
-            assert process.returncode == 2
-            assert_one_line(process.communicate()[1], "another process is writing this file")
+            assert_one_line(scene.end(process, 2), "another process is writing this file")
     assert writing[0].stdout.readline() == "computing\n"
     writing[0].send_signal(signal.SIGINT)
-    _, err = writing[0].communicate(timeout=LIMIT)
-    assert writing[0].returncode == 130
-    assert_one_line(err, "SIGINT", "0 of 60 blocks")
-    scene.assert_resumes(undisturbed)
+    assert_one_line(scene.end(writing[0], 130), "SIGINT", "0 of 60 blocks")
+    assert_resumes(scene, undisturbed)
     assert sorted(p.name for p in scene.folder.iterdir()) == ["c.h5", "c.toml"]
-
-
-def test_full_disk_leaves_a_file_that_resumes(scene, undisturbed):
-    """A limit on the size of files has the same effect as a full disk."""
-    process = scene.start(delay=0.2)
-    scene.wait_for_blocks(process, 3)
-    process.kill()
-    process.communicate()
-    kept, size = look(scene.file).done.sum(), scene.file.stat().st_size // 2
-    before = "import sys; sys.dont_write_bytecode = True\n"  # imported modules would be stored in part, and stay so
-    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))  # noqa: E731
-    err, code = scene.run(delay=0, before=before, preexec_fn=limit)
-    assert code == 1
-    assert_one_line(err, "c.h5", "File too large", "blocks are in the file")
-    assert kept <= look(scene.file).done.sum() < 60
-    scene.assert_resumes(undisturbed)
-
-
-@pytest.mark.jit
-def test_signal_does_not_wait_for_the_kernels(scene):
-    (scene.folder / "c.toml").write_text(
-        "[sweep]\nA = [3.04, 3.1]\neps = 1e-4\n[run]\ntransient = 1000000000\nperiods = 1\n"
-    )
-    vd.sweep(A=[3.04, 3.1], eps=1e-4, transient=0, periods=1)  # compiles the kernels
-    process = scene.start(real=True)
-    while not scene.file.exists() and process.poll() is None:
-        time.sleep(0.01)
-    time.sleep(1.0)  # now the kernels are running; they take longer than LIMIT
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=LIMIT)
-    assert process.returncode == 130
-    assert_one_line(err, "resume with")

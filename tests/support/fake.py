@@ -4,7 +4,7 @@ As with kernels, the results of a point depend on this point only. `delay` is th
 """
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -49,19 +49,23 @@ def write(
     plan: Plan | str,
     origin: Origin | str = "",
     which: Sequence[int] | None = None,
+    of: Callable[[Plan, int], Block] | None = None,
     **options: Any,
 ) -> list[int]:
-    """Write all or some of the missing blocks of the file of a sweep. Return the numbers of these blocks.
+    """Write all or some of the blocks of the file of a sweep that are missing or damaged. Return their numbers.
 
-    `plan` may be a configuration as text.
+    `plan` may be a configuration as text, and `of` gives a block (default: `block`).
     """
     if isinstance(plan, str):
         plan, origin = parse(plan).plan(), origin or plan
     writer = open_writer(Path(path), plan, Origin(origin) if isinstance(origin, str) else origin, **options)
-    todo = [k for k in writer.missing() if which is None or k in which]
-    for one in run_blocks(writer.plan, todo):
-        writer.write(one)
-    writer.close()
+    try:
+        writer.check()
+        todo = [k for k in writer.missing() if which is None or k in which]
+        for k in todo:
+            writer.write((of or block)(writer.plan, k))
+    finally:
+        writer.close()
     return todo
 
 
