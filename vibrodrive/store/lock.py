@@ -7,8 +7,10 @@ import errno
 import fcntl
 import io
 import os
+import signal
 import struct
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -122,7 +124,8 @@ class Lock:
         os.ftruncate(self._fd, 0)
         content = Content(self._fd)
         try:
-            yield content
+            with _signals_waiting():
+                yield content
         finally:
             if content.error is not None:
                 raise content.error
@@ -140,6 +143,25 @@ class Lock:
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1
+
+
+@contextlib.contextmanager
+def _signals_waiting() -> Iterator[None]:
+    """Let signals wait for the end of the block, in which C code calls Python: it would lose what a handler raises."""
+    waiting: list[int] = []
+    handlers: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # which handles all signals
+        handlers = {s: signal.getsignal(s) for s in sorted(signal.valid_signals(), reverse=True)}
+    handlers = {s: handler for s, handler in handlers.items() if callable(handler)}
+    try:
+        for s in handlers:
+            signal.signal(s, lambda number, _: waiting.append(number))
+        yield
+    finally:
+        for s, handler in handlers.items():  # Ctrl-C last: what it raises would end this loop
+            signal.signal(s, handler)
+        for number in waiting:
+            signal.raise_signal(number)
 
 
 def _lock(fd: int) -> bool:

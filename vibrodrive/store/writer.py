@@ -7,7 +7,6 @@ else of the file changes. Only the layout is written by HDF5.
 from __future__ import annotations
 
 import errno
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -164,8 +163,8 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool) -> Writer:
                 if not overwrite:  # another process has created the file meanwhile
                     raise Busy(f"{path}: {WRITING}")
                 old = Lock(path)
-            with ThreadPoolExecutor(1) as aside:  # Ctrl-C acts in the main thread: HDF5 would lose it in `Content`
-                aside.submit(_lay_out, lock, plan, origin).result()
+            with lock.rewritten() as content, netcdf.create(content) as file:
+                layout.lay_out(file, plan, origin)
             lock.reserve()
         return Writer(lock, path, plan)
     except BaseException as error:
@@ -175,8 +174,3 @@ def _create(path: Path, plan: Plan, origin: Origin, overwrite: bool) -> Writer:
     finally:
         if old is not None:
             old.release()
-
-
-def _lay_out(lock: Lock, plan: Plan, origin: Origin) -> None:
-    with lock.rewritten() as content, netcdf.create(content) as file:
-        layout.lay_out(file, plan, origin)
