@@ -138,12 +138,19 @@ def _meant(path: Path) -> str:
     return f"; `vibrodrive init {name}` writes {name}.toml" if (configurations() / f"{name}.toml").exists() else ""
 
 
+def special(path: str | Path) -> str | None:
+    """Return the type of a path that is not a regular file, such as "a named pipe"; None for a regular file.
+
+    Opening such a path may block. Raises OSError if the path does not exist, or if the system refuses access.
+    """
+    mode = os.stat(path).st_mode
+    kind = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
+    return None if stat.S_ISREG(mode) else kind
+
+
 def _text_of(path: Path) -> str:
-    mode = path.stat().st_mode
     # a pipe of the shell, <(…), has no path and can be read; a read of a named pipe would block until data are written
-    anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
-    if not (stat.S_ISREG(mode) or anonymous):
-        kind = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
+    if (kind := special(path)) and os.path.exists(os.path.realpath(path)):
         raise ConfigError(f"must be a configuration file, but is {kind}")
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)

@@ -6,7 +6,6 @@ import io
 import json
 import os
 import re
-import stat
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -18,6 +17,7 @@ import numpy as np
 
 from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.choices import Method
+from vibrodrive.model.config import special
 from vibrodrive.model.names import AXES, IDLE, NAMES, Settings
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import Refusal, check_count, has_control
@@ -148,24 +148,6 @@ def interpreting(path: str | Path) -> Iterator[None]:
 def _raised_by_h5py(error: BaseException) -> bool:
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     return bool(frames) and str(frames[-1].f_globals.get("__name__")).startswith("h5py")
-
-
-def special(path: str | Path) -> str | None:
-    """Return the type of a path that is not a regular file, such as "a named pipe"; None for a regular file.
-
-    Opening such a path may block. Raises OSError if the path does not exist, or if the system refuses access.
-    """
-    mode = os.stat(path).st_mode
-    return None if stat.S_ISREG(mode) else _SPECIAL.get(stat.S_IFMT(mode), "no file")
-
-
-_SPECIAL = {
-    stat.S_IFIFO: "a named pipe",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-    stat.S_IFSOCK: "a socket",
-    stat.S_IFDIR: "a directory",
-}
 
 
 def is_ours(file: h5py.File) -> bool:
