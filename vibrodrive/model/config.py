@@ -75,13 +75,8 @@ DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 """Pattern of a key with more than 100 parts. Such a key is refused, because the time to read a key grows as the square
 of the number of its parts."""
 
-HALF = re.compile(r"[+-]?(\d+\.|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-"""Numbers without digits on one side of the point, such as ".5", which are none in TOML."""
-
-SEVERAL = re.compile(r"[+-]?[\d.][\d.e+-]*(\s*,\s*[+-]?[\d.][\d.e+-]*)+", re.IGNORECASE)
-
-COMMA = re.compile(r"(?<![\w.,])[+-]?\d+,\d+(e[+-]?\d+)?(?![\w.]|,\d)", re.IGNORECASE)
-"""Pattern of a number with a decimal comma, or of two integers."""
+COMMA = re.compile(r"[-+\d.,e\s\[\]]*,[-+\d.,e\s\[\]]*", re.IGNORECASE)
+"""Pattern of numbers with a decimal comma, or of several numbers."""
 
 ALONG = (*AXES, POINT)  # values of `x` and `y` in [figure]: names of axes
 
@@ -175,21 +170,13 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
         raise ConfigError("invalid TOML: lists or tables are nested too deeply") from None
     except ValueError as error:
         why = error if isinstance(error, tomllib.TOMLDecodeError) else "an integer has too many digits"
-        raise ConfigError(f"invalid TOML: {why}{_pointed(text, str(error))}") from None
-    overrides = [_in_utf8(option) for option in overrides]
+        raise ConfigError(f"invalid TOML: {why}") from None
     for option in sorted(overrides, key=lambda option: "method" not in option.partition("=")[0]):
         _override(tables, option)  # the method first, because it removes parameters of the file, not of other options
     try:
         return _checked(tables, text, tuple(overrides))
     except (TypeError, ValueError) as error:
         raise ConfigError(*error.args) from None
-
-
-def _pointed(text: str, error: str) -> str:
-    """Return a hint if the line of an error of TOML has a decimal comma."""
-    at = re.search(r"at line (\d+)", error)
-    comma = COMMA.search(text.split("\n")[int(at[1]) - 1]) if at else None
-    return f". Write {comma[0].replace(',', '.')} for {comma[0]}" if comma else ""
 
 
 def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> Config:
@@ -260,16 +247,14 @@ def _axis(key: str, value: object, table: str) -> Any:
     return _range(key, value, f"{table}.{key}") if isinstance(value, dict) else value
 
 
-def _points(table: object, at: dict[str, str]) -> dict[str, Any]:
-    """Return the values in [sweep.points] by key, and add the keys to `at`.
+def _points(table: Any, at: dict[str, str]) -> Any:
+    """Return the values in [sweep.points] by key, which `make_plan` checks, and add the keys to `at`.
 
     Raises ValueError if `at` already contains one of the keys.
     """
     if not isinstance(table, dict):
-        raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
+        return table
     for key, value in table.items():
-        if key not in AXES:
-            raise ValueError(unknown("key of [sweep.points]", key, AXES))
         if key in at:
             raise ValueError(bad(f"sweep.points.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
         at[key] = "sweep.points"
@@ -280,7 +265,7 @@ def _range(key: str, table: Mapping[str, Any], place: str) -> np.ndarray:
     keys = ("start", "stop", "num", "scale")
     for k in table:
         if k == "step":
-            raise ValueError(bad(f"{place}.step", table[k], f"replaced by num, the number of values{_counted(table)}"))
+            raise ValueError(bad(f"{place}.step", table[k], "replaced by num, the number of values"))
         if k not in keys:
             raise ValueError(unknown(f"key of {place}", k, keys))
     for k in keys[:3]:
@@ -301,15 +286,6 @@ def _range(key: str, table: Mapping[str, Any], place: str) -> np.ndarray:
         if end <= 0:
             raise ValueError(bad(f"{place}.{k}", end, 'a number > 0 with scale = "log"'))
     return geometric(start, stop, num)
-
-
-def _counted(table: Mapping[str, Any]) -> str:
-    """Return the number of values of {start, stop, step}, as ", here 26", "" if they do not give a whole number."""
-    try:
-        steps = (table["stop"] - table["start"]) / table["step"]
-        return f", here {steps + 1:.0f}" if 0 < steps < 1e9 and abs(steps - round(steps)) < 1e-6 else ""
-    except (KeyError, TypeError, ArithmeticError):
-        return ""
 
 
 def _count(key: str, value: object) -> int:
@@ -342,14 +318,6 @@ def _extra(table: str, key: str, value: Any) -> Any:
     return value
 
 
-def _in_utf8(option: str) -> str:
-    """Return an option of the command line as text. Python makes surrogates of bytes that its locale does not know."""
-    try:
-        return os.fsencode(option).decode() if any("\ud800" <= c <= "\udfff" for c in option) else option
-    except UnicodeError:
-        raise ConfigError(bad("--set", option, "text in UTF-8")) from None
-
-
 def _override(tables: dict[str, Any], option: str) -> None:
     """Store the value of one option KEY=VALUE of `--set` in the tables read from a file."""
     key, equals, written = option.partition("=")
@@ -359,7 +327,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     try:
         value = tomllib.loads(f"value = {written.strip()}")
     except ValueError:
-        value = {"value": _bare(key.strip(), path[-1], written.strip())}
+        value = {"value": _bare(key.strip(), written.strip())}
     if set(value) != {"value"}:
         raise ConfigError(bad("--set", option, "one KEY=VALUE"))
     if path[0] not in TABLES and path != ["title"]:
@@ -378,16 +346,14 @@ def _override(tables: dict[str, Any], option: str) -> None:
         _leave_out_idle(table)
 
 
-def _bare(key: str, name: str, word: str) -> str | float:
-    """Return the value of an option that is no TOML: a bare word, as in method=fixed, or half a number."""
-    listed = f"a list in brackets, such as {key}=[{word}]"
-    if comma := COMMA.search(word):
-        pointed = f"written with a decimal point, such as {comma[0].replace(',', '.')}"
-        several = comma[0] == word and name in AXES and ",0" not in word
-        raise ConfigError(bad(key, word, f"{pointed}, or as {listed}" if several else pointed))
-    if SEVERAL.fullmatch(word):
-        raise ConfigError(bad(key, word, listed))
-    return float(word) if HALF.fullmatch(word) else word
+def _bare(key: str, word: str) -> str | float:
+    """Return the value of an option that is no TOML: a bare word, as in method=fixed, or half a number, as in .5."""
+    if COMMA.fullmatch(word):
+        raise ConfigError(bad(key, word, f"a number with a decimal point, or a list such as {key}=[0.5, 1]"))
+    try:
+        return float(word) if "." in word else word
+    except ValueError:
+        return word
 
 
 def _take_out(tables: Mapping[str, Any], home: str, key: str) -> None:
