@@ -6,12 +6,10 @@ import asyncio
 import contextlib
 import errno
 import logging
-import re
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic
 from types import ModuleType
@@ -21,7 +19,6 @@ from vibrodrive.errors import ConfigError, Failed, NoResult, Unwritable
 from vibrodrive.jobs.progress import Show, Tally, duration, shown
 from vibrodrive.jobs.signals import Interrupted
 from vibrodrive.model.described import counted
-from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import how_repeated
 from vibrodrive.store.layout import Origin
@@ -200,19 +197,6 @@ def _computing(plan: Plan) -> ModuleType:
     return sweep
 
 
-def check_dask(address: str) -> None:
-    """Raise ConfigError if the address of a scheduler is invalid, or if Dask is not installed."""
-    match = _ADDRESS.fullmatch(address)
-    if match is None or not 0 < int(match["port"]) < 2**16:
-        raise ConfigError(bad("--dask", address, "the address of a scheduler, such as tcp://scheduler:8786"))
-    if find_spec("distributed") is None:
-        raise ConfigError(_NO_DASK)
-
-
-_ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+\]):(?P<port>\d{1,5})")
-
-_NO_DASK = "--dask needs the extra `dask`: pip install 'vibrodrive[dask]'"
-
 REACH_SECONDS = 10  # largest time for the answer of a scheduler, in seconds
 WORKERS_SECONDS = 1.0  # interval of reading the number of workers of a cluster, in seconds
 
@@ -226,7 +210,6 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     if address is None:
         yield None
         return
-    check_dask(address)
     try:
         from distributed import Client
 
@@ -235,7 +218,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
     except ImportError:
-        raise ConfigError(_NO_DASK) from None
+        raise ConfigError("--dask needs the extra `dask`: pip install 'vibrodrive[dask]'") from None
     except TimeoutError as error:
         why = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
         raise ConfigError(f"--dask {address}: {why}") from None

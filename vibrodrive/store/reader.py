@@ -1,6 +1,5 @@
 """Read a result file, finished or not, and verify it."""
 
-import contextlib
 import functools
 import itertools
 import math
@@ -12,7 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.errors import ConfigError, Different
+from vibrodrive.errors import Different
 from vibrodrive.model.described import Lines, axis_facts, counted, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
@@ -21,7 +20,6 @@ from vibrodrive.model.records import functions, how_repeated
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
-from vibrodrive.store.compare import compare, written
 from vibrodrive.store.describe import acting
 from vibrodrive.store.digests import check_blocks, read_blocks, read_marks
 from vibrodrive.store.header import (
@@ -236,11 +234,3 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
         marks = check_blocks(file, plan, progress)
         general = [f"{name}: changed after it was written" for name in damaged_descriptions(file, plan)]
     return Report(header, marks.done, count_statuses(marks.status), marks.wrong, general)
-
-
-def contradictions(header: Header) -> list[str]:
-    """Return in words what the configuration in a file says otherwise than its header."""
-    with contextlib.suppress(ConfigError):  # the configuration was written by another version
-        differences = compare(header.plan, written(header.plan, header.origin.parsed().plan()))
-        return [f"the configuration and the file differ: {difference}" for difference in differences]
-    return []
