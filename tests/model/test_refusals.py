@@ -253,7 +253,7 @@ CALLS = [
     (lambda: recorded().plot("map", xlim=(3, 4)), "argument = 'xlim': must be one of kind, …, notes"),
     (lambda: choose_configured(recorded(), {}, {"units": "SI"}), "--units = 'SI': must be left out, because …"),
     (lambda: choose_configured(recorded(), {"units": "SI"}, {}), "figure.units = 'SI': must be left out, because …"),
-    (lambda: motion().switches["tau"], "field = 'tau': must be one of period, …, dxi. to_dataframe() has tau"),
+    (lambda: motion().switches["tau"], "no field of name tau"),
     (lambda: recorded().select(3.0), 'method = 3.0: must be "nearest", or … the name of its axis, such as A=3.0'),
     (lambda: recorded().select(B=1), "axis = 'B': must be one of A"),
     (lambda: recorded().select(A=99), 'A = 99: must be one of the 2 values of this axis; method="nearest" … 3.1'),

@@ -72,7 +72,7 @@ def run(job: Job, show: Show | None, after: float | None = None) -> list[str]:
             work.print_news(show)
     if show is not None:
         show.say(work.summary)
-    return work.raised
+    return work.tally.raised
 
 
 class _Work:
@@ -83,7 +83,6 @@ class _Work:
         self.compilation: Compilation | None = None  # set when Numba is loaded
         self._writer: Writer | None = None
         self._news: list[str] = []
-        self.raised: list[str] = []  # for each point at which a function of the record raised, a text with both
 
     def print_news(self, show: Show) -> None:
         """Print the messages since the last call."""
@@ -165,8 +164,7 @@ class _Work:
         with contextlib.closing(computed) as blocks:
             for block in blocks:
                 writer.write(block)
-                self.raised += block.raised
-                tally.add(block.stop - block.start)
+                tally.add(block)
         took = duration(monotonic() - tally.began)
         self.summary = f"{self.job.path}: {counted(tally.fresh, 'point')} in {took} ({tally.speed(', ')}), {prepared}"
 
