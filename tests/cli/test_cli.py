@@ -418,7 +418,7 @@ def test_progress_shows_rate_and_remaining_time(monkeypatch):
     tally.start(make_plan({"A": np.arange(1000.0), "transient": 10, "periods": 40}), done=400)
     assert tally.line() == " 40.0 %"
     monkeypatch.setattr("time.monotonic", lambda: 110.0)
-    tally.add(200)
+    tally.add(SimpleNamespace(start=400, stop=600, raised=()))
     assert tally.line() == " 60.0 %  1.00e+03 periods/s  20 points/s  20.0 s left"
     tally.periods = 0  # of limits, for which each point needs many motions
     assert tally.line() == " 60.0 %  20 points/s  20.0 s left"

@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import inspect
 import keyword
 import re
+import traceback
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 from unicodedata import normalize
 
 from vibrodrive.errors import Failed
-from vibrodrive.model.parameters import bad, did_you_mean, has_control, real_number, shortened, unknown, with_sentences
+from vibrodrive.model.parameters import bad, has_control, real_number, shortened, unknown, with_sentences
 from vibrodrive.model.physical import UNITS, column
 from vibrodrive.model.quantities import SCALES, Quantity, number
 from vibrodrive.model.record import OfMotion
 
 _TEXT = re.compile(r"(?P<name>[^:,]+): (?P<numbers>[^()]*) \(version (?P<version>.*)\)")
 
-ALIKE = 0.8
-"""Likeness, as in `difflib`, from which on a unit is taken for a slip, such as "lenght" or "Velocity"."""
-
 LONGEST = 200
-"""Largest number of characters of the message of an exception that a function raised."""
+"""Largest number of characters of the type and message of an exception that a function raised."""
 
 Row = tuple[str, str, str]
 NO_ROWS: Mapping[str, Row] = {}
@@ -185,8 +182,8 @@ def own(
 
     Raises
     ------
-    TypeError, ValueError
-        if an argument has another type, or a unit is written wrongly. The message is one line.
+    TypeError
+        if an argument has another type. The message is one line.
 
     Examples
     --------
@@ -212,9 +209,6 @@ def own(
                 raise TypeError(bad(key, argument, "a text of one line, or a dict of them by the names of the numbers"))
             texts.append(text)
         scales = texts[0] if texts[0] in SCALES else ""
-        if not scales and difflib.get_close_matches(texts[0].lower(), SCALES, 1, ALIKE):
-            allowed = f"one of {', '.join(SCALES)}, which follow a scene, or another unit, such as m s-1"
-            raise ValueError(bad("unit", texts[0], allowed) + did_you_mean(texts[0], SCALES))
         rows[name] = ("1" if scales else texts[0] or "1", scales, texts[1])
     return Own(str(Own.from_function(function)), version=version, function=function, rows=rows)
 
@@ -229,11 +223,8 @@ def _name_of(function: Callable[..., Any]) -> str:
 
 def message_of(error: Exception) -> str:
     """Return the type and the message of an exception of a function in one line."""
-    try:
-        text = "".join(c if c.isprintable() else " " for c in str(error))
-    except Exception:  # of its own method __str__
-        text = ""
-    return f"{type(error).__name__}: {shortened(text, LONGEST)}".removesuffix(": ")
+    text = "".join(traceback.format_exception_only(error))  # also if its own method __str__ raises
+    return shortened("".join(c if c.isprintable() else " " for c in text), LONGEST)
 
 
 def as_own(text: str) -> Own | None:
