@@ -43,12 +43,6 @@ def check_range(key: str, limits: tuple[float, float] | None, row: Quantity) -> 
         check_limits(key, limits)
 
 
-def check_kind(kind: Any) -> None:
-    """Refuse what is no kind of figure. Raises ValueError with one sentence."""
-    if kind not in (None, *FIGURE_KINDS):
-        _refuse("kind", kind, "one of " + ", ".join(FIGURE_KINDS))
-
-
 def check_swept(swept: Any) -> None:
     """Refuse what is no sweep. Raises TypeError with one sentence."""
     if not hasattr(swept, "record"):
@@ -83,6 +77,8 @@ def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = N
     the figure. Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
     """
     arguments = {name: value for name, value in {"quantity": quantity, **options}.items() if value is not None}
+    if kind not in (None, *FIGURE_KINDS):
+        _refuse("kind", kind, "one of " + ", ".join(FIGURE_KINDS))
     if not swept.axes and kind not in (None, POINCARE):
         _refuse("kind", kind, f"{POINCARE} for one motion, which has no axis")
     free = kind is None and quantity is not None and options.get("y") is None  # then the quantity selects the kind

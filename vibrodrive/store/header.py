@@ -19,11 +19,11 @@ from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import special
 from vibrodrive.model.names import AXES, IDLE, NAMES, Settings
-from vibrodrive.model.own import Own
+from vibrodrive.model.own import Own, as_own
 from vibrodrive.model.parameters import Refusal, check_count, has_control
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.quantities import Quantity
-from vibrodrive.model.records import SECTION, Record, quantities, read_record
+from vibrodrive.model.quantities import Quantity, length_along
+from vibrodrive.model.records import RECORDS, SECTION, Record, quantities
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.variables import POINT
 from vibrodrive.store import layout
@@ -139,15 +139,11 @@ def interpreting(path: str | Path) -> Iterator[None]:
     except VibrodriveError:
         raise
     except BROKEN as error:
-        if isinstance(error, TypeError) and not _raised_by_h5py(error):
+        *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+        if isinstance(error, TypeError) and not str(frame.f_globals.get("__name__")).startswith("h5py"):
             raise
         message = " ".join(str(error).split())
         raise Damaged(f"{path}: too damaged to be read ({message}); {RESTORE}") from error
-
-
-def _raised_by_h5py(error: BaseException) -> bool:
-    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
-    return bool(frames) and str(frames[-1].f_globals.get("__name__")).startswith("h5py")
 
 
 def is_ours(file: h5py.File) -> bool:
@@ -305,7 +301,7 @@ def offsets(file: h5py.File, plan: Plan) -> dict[Quantity, list[int | None]]:
     """
     places: dict[Quantity, list[int | None]] = {}
     for v in variables_of(plan):
-        shape = layout.shape_of(v, plan)
+        shape = (plan.shape or (1,)) + length_along(v.along, plan.settings.periods)
         for name, dtype, expected in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", (plan.n_blocks,))):
             data = variable(file, name)
             if data.dtype != np.dtype(dtype) or data.shape != expected:
@@ -329,7 +325,7 @@ def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
     """Return the records of a file. Raises NoResult if one is that of another version."""
     records = []
     for text in outline.get("record", (SECTION,)):
-        if (record := read_record(text)) is None:
+        if (record := as_own(text) or RECORDS.get(text)) is None:
             raise of_another_version(file, f"record {text!r}: unknown")
         if isinstance(record, Own) and record in outline.get("rows", {}):
             rows = {name: tuple(row) for name, row in outline["rows"][record].items()}

@@ -120,11 +120,6 @@ def tiles(plan: Plan) -> list[Tile]:
     ]
 
 
-def shape_of(variable: Quantity, plan: Plan) -> tuple[int, ...]:
-    """Return the shape of a variable in the file."""
-    return (plan.shape or (1,)) + length_along(variable.along, plan.settings.periods)
-
-
 def lay_out(file: h5py.File, plan: Plan, origin: Origin) -> None:
     """Write all parts of an empty file except the results, and allocate the results.
 

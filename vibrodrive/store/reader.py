@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from vibrodrive.errors import Different
-from vibrodrive.model.described import Lines, axis_facts, counted, numbers
+from vibrodrive.model.described import Lines, counted, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import POINTS, SECTIONS, Quantity, length_along
@@ -184,7 +184,7 @@ class Report:
         scalars = {name: value for name, value in shared.items() if name in plan.scalars}
         return {
             "blocks": {"computed": int(self.done.sum()), "of": len(self.done)},
-            "axes": {name: axis_facts(values) for name, values in plan.axes.items()},
+            "axes": {n: {"first": float(v[0]), "last": float(v[-1]), "num": len(v)} for n, v in plan.axes.items()},
             "parameters": scalars,
             "settings": {name: value for name, value in shared.items() if name not in scalars},
             "statuses": self.statuses,
