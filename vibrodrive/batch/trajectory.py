@@ -27,7 +27,7 @@ from vibrodrive.model.parameters import COLUMNS, check_count, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes
 from vibrodrive.model.quantities import row_of
-from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
+from vibrodrive.model.size import MOTION_BYTES, ROW_BYTES, fitting_rows, refuse_large
 from vibrodrive.model.slips import names_scene, unlikely, warn
 
 if TYPE_CHECKING:
@@ -346,7 +346,8 @@ class Trajectory:
         count = check_count("points_per_period", points_per_period, 1, 10**8)
         settings, rows = self._plan.settings, np.concatenate([self._start, self.switches])
         total = settings.periods * count + 1
-        refuse_large_sample(count, total)
+        # τ, ξ, ξ', H and the state, and temporary arrays
+        refuse_large(f"points_per_period = {count}", f"{total} instants take", 64 * total)
         out = np.empty((total, 3))
         state = np.empty(total, np.int8)
         w, k = new_lanes(1)
@@ -446,7 +447,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         n = int(a.stored[0])
         if n <= capacity:
             break
-        refuse_many_rows(s.periods, n)
+        refuse_large(f"periods = {s.periods}", f"{n} switches take", MOTION_BYTES * s.periods + ROW_BYTES * n)
         if reused:
             memory.give_back(a)
         reused, capacity = False, n  # there are more switches than estimated: repeat the computation with enough rows

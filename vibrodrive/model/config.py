@@ -51,7 +51,7 @@ from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad, check, check_count, has_control, missing, placed, unknown
 from vibrodrive.model.physical import PACES
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.size import refuse_large_axis
+from vibrodrive.model.size import refuse_large
 from vibrodrive.model.spacing import geometric
 from vibrodrive.model.variables import POINT
 
@@ -279,7 +279,7 @@ def _range(key: str, table: Mapping[str, Any], place: str) -> np.ndarray:
     if num == 1 and start != stop:
         allowed = f">= 2, because a range contains both of its ends (one value is written as {key} = {start!r})"
         raise ValueError(bad(f"{place}.num", num, allowed))
-    refuse_large_axis(f"{place}.num", num)
+    refuse_large(f"{place}.num = {num}", "its values and their copies take", 4 * 8 * num)
     if scale == LINEAR:
         return np.linspace(start, stop, num)
     for k, end in (("start", start), ("stop", stop)):
