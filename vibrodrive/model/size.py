@@ -124,8 +124,7 @@ def result_bytes(plan: Plan) -> int:
 
 def file_bytes(plan: Plan) -> int:
     """Return the bytes of a result file, within about 1 %."""
-    blocks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
-    digests = 8 * blocks * (6 + len(plan.quantities))
+    digests = 8 * plan.n_blocks * (6 + len(plan.quantities))
     axes = 8 * (sum(plan.shape) + plan.settings.periods)
     headers = 22_000 + 1_000 * len(plan.quantities)
     return plan.n_points * _bytes_of_a_point(plan) + digests + axes + headers

@@ -90,7 +90,7 @@ def open_result(path: Path) -> Iterator[h5py.File]:
                     raise no_result(path, f"not a result file; `vibrodrive sweep {path} --plot` computes and draws one")
                 raise no_result(path, "not a result file (not HDF5, or its beginning is damaged)")
             access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
-            with _opened(path, access) as file:
+            with _opened(path, access) as file, interpreting(path):
                 yield file
     except Refused as refused:
         raise OSError(refused.args[0].errno, refused.args[0].strerror, str(path)) from None
@@ -154,17 +154,16 @@ def is_ours(file: h5py.File) -> bool:
 def check_kind(file: h5py.File) -> None:
     """Raise NoResult unless an open file is a sweep of a schema that this version reads."""
     path = file.filename
-    with interpreting(path):
-        if not is_ours(file):
-            raise no_result(path, "not a result file of vibrodrive")
-        if (kind := attribute(file, "kind")) != SWEEP:
-            raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
-        if lacking := [name for name in NEEDED if name not in file.attrs]:
-            raise rewritten(path, f"without the attribute {lacking[0]}")
-        if (number := attribute(file, SCHEMA)) != NUMBER:
-            raise of_another_version(file, f"{SCHEMA} = {number}: must be {NUMBER}")
-        if DIGESTS not in file:
-            raise rewritten(path, f"without the group {DIGESTS}")
+    if not is_ours(file):
+        raise no_result(path, "not a result file of vibrodrive")
+    if (kind := attribute(file, "kind")) != SWEEP:
+        raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
+    if lacking := [name for name in NEEDED if name not in file.attrs]:
+        raise rewritten(path, f"without the attribute {lacking[0]}")
+    if (number := attribute(file, SCHEMA)) != NUMBER:
+        raise of_another_version(file, f"{SCHEMA} = {number}: must be {NUMBER}")
+    if DIGESTS not in file:
+        raise rewritten(path, f"without the group {DIGESTS}")
 
 
 NEEDED = (SCHEMA, "title", "config", "overrides", "versions", "plan", "plan_sha256")
@@ -186,11 +185,10 @@ def versions_of(file: h5py.File) -> dict[str, str]:
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[h5py.File]:
-    """Open the file of a sweep. Raises the exceptions of `check_kind`, `open_result` and `interpreting`."""
+    """Open the file of a sweep. Raises the exceptions of `check_kind` and `open_result`."""
     with open_result(path) as file:
         check_kind(file)
-        with interpreting(path):
-            yield file
+        yield file
 
 
 def identity(file: h5py.File) -> tuple[object, ...]:
@@ -201,19 +199,17 @@ def identity(file: h5py.File) -> tuple[object, ...]:
 
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
-    check_kind(file)
-    with interpreting(file.filename):
-        for name, word in (("config", "configuration"), ("plan", "plan")):
-            if digest(_text(file, name)) != attribute(file, f"{name}_sha256"):
-                raise damaged(file.filename, f"the SHA-256 of the {word} differs from the stored SHA-256")
-        try:
-            plan = _plan(file, _parsed(file, "plan"))
-            origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides")), _text(file, "title"))
-            return Header(plan, origin, versions_of(file), how_rewritten(offsets(file, plan)))
-        except VibrodriveError:
-            raise
-        except NO_PLAN as error:
-            raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
+    for name, word in (("config", "configuration"), ("plan", "plan")):
+        if digest(_text(file, name)) != attribute(file, f"{name}_sha256"):
+            raise damaged(file.filename, f"the SHA-256 of the {word} differs from the stored SHA-256")
+    try:
+        plan = _plan(file, _parsed(file, "plan"))
+        origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides")), _text(file, "title"))
+        return Header(plan, origin, versions_of(file), how_rewritten(offsets(file, plan)))
+    except VibrodriveError:
+        raise
+    except NO_PLAN as error:
+        raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
 
 
 NO_PLAN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)

@@ -77,12 +77,12 @@ def refuse_foreign(path: Path) -> None:
 
     A damaged file may be replaced if it can be recognised.
     """
-    from vibrodrive.store.header import interpreting, is_ours, no_result, open_result
+    from vibrodrive.store.header import is_ours, no_result, open_result
 
     if not path.exists():
         return
     try:
-        with open_result(path) as file, interpreting(path):
+        with open_result(path) as file:
             ours = is_ours(file)
     except NoResult as error:
         raise NoResult(f"{error}; only result files are overwritten") from None

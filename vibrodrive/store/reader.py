@@ -26,7 +26,6 @@ from vibrodrive.store.header import (
     Header,
     damaged_descriptions,
     identity,
-    interpreting,
     open_result,
     read_header,
     reading,
@@ -67,7 +66,7 @@ def _read(
     index = index if plan.axes else (0,)
     quantities = SECTIONS if name == "section" else (q for q in (*plan.quantities, *POINTS) if q.name == name)
     names = [q.variable for q in quantities]
-    with open_result(path) as file, interpreting(path):
+    with open_result(path) as file:
         if identity(file) != expected:
             raise Different(f"{path}: was replaced since by the file of another sweep; load it again")
         variables = [q for q in variables_of(plan) if q.variable in names]
