@@ -112,7 +112,7 @@ REFUSED = [
     ("sweep small.toml --threads 9999", "--threads = 9999", "<="),
     ("sweep small.toml --set periods=0", "small.toml", "periods = 0", ">= 1"),
     ("sweep small.toml --set A.num=1000000 --set periods=1000000", "TB", "free"),
-    ("sweep small.toml --set periods 10", "--set = 'periods': must be KEY=VALUE"),
+    ("sweep small.toml --set periods 10", "unexpected extra argument (10)"),
     ("info limit", "limit: No such file or directory. Did you mean limit.h5?"),
     ("sweep small.toml -o .", "-o", "directory"),
     ("sweep small.toml --plot c1.jpg", "figure = 'c1.jpg'", ".png, .pdf, .svg"),

@@ -1,25 +1,8 @@
-"""Read and check a configuration file (TOML).
+"""Read and check a configuration file (TOML). docs/commands.md lists its tables and keys.
 
-    title = "…"            # any text
-    [model]                # numbers: A, B, eps, … (names.py gives the table of each parameter and setting)
-    [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s) or frequency (Hz), mu, alpha (degrees),
-                           # optional mass (kg), g (m/s²). If a0 is left out, another table gives A, and this
-                           # table gives only B and the units
-    [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log"}. An axis of a0, omega0, frequency, mu,
-                           # alpha or mass replaces the entry of [physical]; A and B are then computed for each point
-    [sweep.points]         # lists or ranges of equal length, of parameters and quantities of a scene that change
-                           # together: one axis, `point`
-    [switching]            # method and its parameters
-    [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
-                           # a list of several of these names; or one of the others of records.py alone
-    [figure]               # kind, quantity, x, y, limits: the figure of `plot`; units ("SI", "dimensionless") of a
-                           # scene, style ("screen", "print") and width ("double", "single" columns of a page) of all
-    [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
-    [orbits]               # max_period: longest period of the orbits that `orbits` finds
-
-Each parameter is given once. An option of the command line replaces the value in the file, in any table. An option for
-the method also removes `dtau` and `tol` of the file if this method does not use them.
+Each parameter is given once. An axis of a quantity of a scene replaces its entry of [physical]; A and B are then
+computed for each point. An option of the command line replaces the value in the file, in any table. An option for the
+method also removes `dtau` and `tol` of the file if this method does not use them.
 """
 
 import os

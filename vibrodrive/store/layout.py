@@ -71,15 +71,11 @@ class Origin(NamedTuple):
         """Return the origin that a configuration describes; `title` is used if the configuration has none."""
         return cls(config.text, config.overrides, config.title or title)
 
-    def parsed(self) -> Config:
-        """Return the checked configuration. Raises ConfigError if this version cannot read it."""
-        return parse(self.config, self.overrides)
-
     @property
     def figure(self) -> dict[str, Any]:
         """[figure] of the configuration; {} if it has a function or is of another version."""
         try:
-            return dict(self.parsed().figure)
+            return parse(self.config, self.overrides).figure
         except ConfigError:
             return {}
 

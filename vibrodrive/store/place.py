@@ -64,11 +64,7 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except Damaged:
         raise
     except NoResult as error:
-        advice = "choose another file, or overwrite this one"
-        try:
-            refuse_foreign(path)
-        except NoResult:
-            advice = "choose another file, because only result files are overwritten"
+        advice = "choose another file, or overwrite this one; only result files are overwritten"
         raise ConfigError(error.args[0].at(f"{role} = {str(path)!r}") + f"; {advice}") from None
 
 
