@@ -21,7 +21,7 @@ def drafted(path: Path) -> Iterator[Path]:
     """Yield the path of a temporary file, which replaces any file at `path` if the block ends without an error.
 
     A replaced file leaves its permissions to the new one. After an error no temporary file remains, and an existing
-    file is unchanged. A link remains a link.
+    file is unchanged. A link remains a link. An OSError gets the name `path`.
     """
     target, draft = Path(os.path.realpath(path)), draft_of(path)
     try:
@@ -29,7 +29,9 @@ def drafted(path: Path) -> Iterator[Path]:
         with contextlib.suppress(OSError):  # there is no file to replace, or a file system without permissions
             shutil.copymode(target, draft)
         os.replace(draft, target)
-    except BaseException:
+    except BaseException as error:
         with contextlib.suppress(OSError):
             draft.unlink()
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror or str(error), str(path)) from None
         raise
