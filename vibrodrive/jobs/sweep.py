@@ -46,20 +46,9 @@ def run(job: Job, show: Show | None, after: float | None = None) -> list[str]:
     """Compute the missing blocks of a file, and return a text for each point at which a function of the record raised.
 
     `show` shows the progress, as `shown` does, and a summary. An exception in this thread, such as KeyboardInterrupt,
-    ends the sweep with a file that can be resumed.
+    ends the sweep with a file that can be resumed; an Interrupted then has the progress in its message.
 
-    Raises
-    ------
-    exceptions of `store.open_writer`
-        before the computation.
-    ConfigError
-        before the computation, also if a cluster cannot be reached.
-    Failed
-        if the computation failed.
-    Unwritable
-        if the file could not be written.
-    Interrupted
-        with the progress in its message.
+    Raises the exceptions of `open_writer` before the computation, and ConfigError if a cluster cannot be reached.
     """
     work = _Work(job)
     try:
@@ -115,18 +104,13 @@ class _Work:
                 self._complete(writer, executor)
                 self.tally.stage = "waiting for the disk"
                 writer.close()
-            except Unwritable as error:
-                writer.close(sync=False)
-                if error.errno == errno.ENOENT:  # the file is gone
-                    raise
-                raise Unwritable(error.errno, f"{error.strerror}; {_held(writer)}", str(path)) from None
-            except NoResult:
-                writer.close(sync=False)
-                raise
-            except BaseException as error:
+            except BaseException as error:  # KeyboardInterrupt in the main thread, too
+                of_file = isinstance(error, Unwritable | NoResult)
                 with contextlib.suppress(Unwritable):  # the first error is the reason
-                    writer.close(sync=isinstance(error, Exception))
-                if not isinstance(error, Exception):  # KeyboardInterrupt in the main thread
+                    writer.close(sync=isinstance(error, Exception) and not of_file)
+                if isinstance(error, Unwritable) and error.errno != errno.ENOENT:  # the file is not gone
+                    raise Unwritable(error.errno, f"{error.strerror}; {_held(writer)}", str(path)) from None
+                if of_file or not isinstance(error, Exception):
                     raise
                 raise Failed(f"{path}: {_one_line(error)}; {_held(writer)}") from error
 
