@@ -154,6 +154,8 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
     except ValueError as error:
         why = error if isinstance(error, tomllib.TOMLDecodeError) else "an integer has too many digits"
         raise ConfigError(f"invalid TOML: {why}") from None
+    # Python makes surrogates of bytes that its locale does not know
+    overrides = [option.encode("utf-8", "surrogateescape").decode("utf-8", "surrogateescape") for option in overrides]
     for option in sorted(overrides, key=lambda option: "method" not in option.partition("=")[0]):
         _override(tables, option)  # the method first, because it removes parameters of the file, not of other options
     try:
@@ -166,7 +168,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     title = tables.pop("title", "")
     if not isinstance(title, str):
         raise TypeError(bad("title", title, "a string"))
-    if has_control(title):
+    if has_control(title) or title != title.encode(errors="replace").decode():  # an option may have other bytes
         raise ValueError(bad("title", title, "one line, without control characters"))
     for name, table in tables.items():
         if name not in TABLES:

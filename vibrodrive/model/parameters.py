@@ -149,8 +149,8 @@ def with_sentences(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def has_control(text: str) -> bool:
-    """Return True if a string has line separators, characters that control a terminal, or bytes that are no text."""
-    return any(unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") for c in text)
+    """Return True if a string has line separators or characters that control a terminal."""
+    return any(unicodedata.category(c) in ("Cc", "Zl", "Zp") for c in text)
 
 
 def as_number(key: str, value: object, allowed: str, index: str = "") -> object:
