@@ -22,7 +22,7 @@ def test_motion_uses_only_the_memory_of_its_switches(method):
     dtau = None if method == "certified" else 0.1
     motion = vd.simulate(3.04, method=method, dtau=dtau, transient=0, periods=3)
     n = 1 + len(motion.switches)
-    assert motion.switches.base.base.nbytes == n * SWITCH.itemsize
+    assert motion.switches.base.nbytes == n * SWITCH.itemsize
     assert motion.switch_errors.base.nbytes == n * SWITCH_ERROR.itemsize
 
 

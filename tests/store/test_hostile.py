@@ -19,7 +19,7 @@ from vibrodrive.model.parameters import has_control
 from vibrodrive.model.plan import make_plan
 from vibrodrive.store.layout import Origin
 from vibrodrive.store.load import load
-from vibrodrive.store.reader import contradictions, look, verify
+from vibrodrive.store.reader import look, verify
 
 OWN = Own("settle", ("last", "share"), "0" * 64).with_rows({"last": ("1", "length", "label")})
 PLANS = {
@@ -52,7 +52,7 @@ def read(path, _):
 
 def show(path, _):
     report = look(path)
-    report.lines(), report.facts(), contradictions(report.header)
+    report.lines(), report.facts()
 
 
 def refusals(path, plan):

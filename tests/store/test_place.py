@@ -71,18 +71,6 @@ def test_result_files_are_replaced():
         check_output(a_sweep("s.h5"), None, overwrite=overwrite)
 
 
-def test_file_that_is_mounted_alone_is_not_to_be_replaced(monkeypatch):
-    """As a file of a container: the system would refuse the renaming at the end. It may be resumed."""
-    a_sweep("a b.h5")
-    table = f"42 27 254:0 /m1 {os.getcwd()}/a\\040b.h5 rw,relatime - ext4 /dev/vda rw\n"
-    Path("mounts").write_text("22 1 254:0 / / rw - ext4 /dev/vda rw\n" + table)
-    monkeypatch.setattr("vibrodrive.store.place.MOUNTS", "mounts")
-    refused("a b.h5", ["mounted alone"], overwrite=[True])
-    check_output(Path("a b.h5"), None, overwrite=False)
-    Path("a b.h5").rename("other.h5")
-    check_output(Path("other.h5"), None, overwrite=True)
-
-
 @pytest.mark.parametrize("spelling", ["new.png", "./new.png", "folder/../new.png", "there/new.png"])
 def test_figure_may_not_have_the_path_of_a_new_map(spelling):
     """Neither file exists yet. The file that is written last would replace the other one."""

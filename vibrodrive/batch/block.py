@@ -1,12 +1,11 @@
 """A finished block of a sweep, and blocks as results."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrodrive.model.choices import Status
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.results import Results
 
@@ -34,17 +33,14 @@ class Block(NamedTuple):
     raised: tuple[str, ...] = ()
 
 
-def gather(plan: Plan, blocks: Iterable[Block]) -> Results:
-    """Return all blocks of a plan as results in memory. Raises TooLarge (a ValueError) if they do not fit."""
-    results = Results.uncomputed(plan)
-    section, status, margin, switches = results.rows(0, plan.n_points)
+def gather(plan: Plan, blocks: Iterable[Block], tell: Callable[[Block], None] = lambda block: None) -> Results:
+    """Return all blocks of a plan as results in memory, and call `tell` after each block.
+
+    Raises TooLarge (a ValueError) if they do not fit.
+    """
+    results = Results.new(plan)
     for b in blocks:
-        if section is not None:
-            section[b.start : b.stop] = b.section
-        results.put(b.start, b.stop, b.records)
-        status[b.start : b.stop] = b.status
-        margin[b.start : b.stop] = b.margin
-        switches[b.start : b.stop] = b.switches
-    if section is not None:
-        section[status == int(Status.NOT_COMPUTED)] = np.nan
+        arrays = {"status": b.status, "margin": b.margin, "switches": b.switches, **b.records}
+        results.put(b.start, b.stop, arrays if b.section is None else arrays | {"section": b.section})
+        tell(b)
     return results

@@ -121,22 +121,15 @@ class Description(str):
         return f"<pre>{escape(chr(10).join(self._lines))}</pre>{below}"
 
 
-def summary_of(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
-    """Return the summary of the first motion of a plan: a dict of numbers by the names in model/records.py.
-
-    Raises Halted if `halt` is called.
-    """
-    return {name: values[0].item() for name, values in _summaries(plan, halt).items()}
-
-
 def _long(plan: Plan) -> Plan:
     """Return the plan of a motion, with at least LEAST recorded periods."""
     return replace(plan, settings=replace(plan.settings, periods=max(LEAST, plan.settings.periods)))
 
 
 def long_summary(plan: Plan, halt: Halt | None = None) -> dict[str, Any]:
-    """Return the summary of the single motion of a plan, from at least LEAST periods. Raises Halted."""
-    return summary_of(_long(plan), halt)
+    """Return the summary of the single motion of a plan, from at least LEAST periods: numbers by the names in
+    model/records.py. Raises Halted if `halt` is called."""
+    return {name: values[0].item() for name, values in _summaries(_long(plan), halt).items()}
 
 
 def _summaries(plan: Plan, halt: Halt | None = None) -> Mapping[str, np.ndarray]:
@@ -148,7 +141,7 @@ def described(status: Status, margin: float, plan: Plan) -> Description:
     a, scene, long = plan.scalars, scene_of(plan.scalars), _long(plan)
     place = ", ".join(f"{name} = {a[name]:g}" for name in ("A", "B", "eps") if name != "eps" or a[name])
     if scene is None:
-        return Description.of([place, *sentences(status, margin, summary_of(long), plan)], {}, {})
+        return Description.of([place, *sentences(status, margin, long_summary(plan), plan)], {}, {})
     pull = a["A"] * (1.0 + a["eps"] * a["eta"] * a["eta"])  # largest excitation
     leaves = "the mass leaves the obstacle" if pull > 1.0 + a["B"] else "the mass rests at the obstacle"
     quantities = {name: value for name, value in scene.given.items() if name != "g" or value != Scene.g}
@@ -209,7 +202,7 @@ def conveying(plan: Plan, A: np.ndarray, B: np.ndarray) -> np.ndarray:
 def sentences(status: Status, margin: float, summary: Mapping[str, Any], plan: Plan) -> list[str]:
     """Return the lines of the description: status, margin, period, impacts, cycle of states, impact speeds.
 
-    `summary` is the result of `summary_of`. With a scene, times and speeds are in SI units.
+    `summary` is the result of `long_summary`. With a scene, times and speeds are in SI units.
     """
     scene, advice = scene_of(plan.scalars), status.advice
     if status == Status.OK and plan.settings.method == Method.FIXED:

@@ -37,7 +37,8 @@ class Arrays(NamedTuple):
         section, status, margin, counts = rows
         impacts = np.empty((n, 2 * periods, 4)) if IMPACTS in plan.record else None
         summary = np.empty((n, OUT)) if plan.summarised else None
-        errors = new_errors(plan.settings.method, n, 1) if plan.bounded else None
+        bound = np.nan if plan.settings.method == Method.FIXED else 0.0  # its kernels compute no bounds
+        errors = Errors(np.full((n, 1, 2), bound), np.full(n, bound)) if plan.bounded else None
         return cls(section, status, margin, counts, impacts, summary, errors)
 
     def block(self, span: tuple[int, int, int], at: int) -> Block:
@@ -64,15 +65,3 @@ class Arrays(NamedTuple):
             columns = *self.errors.section[part, 0].T, self.errors.until[part]
             arrays.update(zip((q.name for q in ERROR.quantities), columns, strict=True))
         return arrays
-
-
-def new_errors(method: int, points: int, instants: int) -> Errors:
-    """Return arrays for the error bounds of `points` motions. The array `section` has the shape (points, instants, 2).
-
-    With `instants` = 1, a kernel stores only the largest bounds of all section points. The initial values are 0. For
-    the method FIXED, whose kernels compute no bounds, the initial values are NaN.
-    """
-    section, until = np.zeros((points, instants, 2)), np.zeros(points)
-    if method == Method.FIXED:
-        section[:], until[:] = np.nan, np.nan
-    return Errors(section, until)

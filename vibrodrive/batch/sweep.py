@@ -42,7 +42,6 @@ from vibrodrive.model.names import Settings
 from vibrodrive.model.parameters import bad, check_count
 from vibrodrive.model.plan import BLOCK_WORK, IN_FLIGHT, Plan
 from vibrodrive.model.results import Results
-from vibrodrive.model.size import LARGE, refuse_large_results, result_bytes
 
 RETRIES = 3
 """Number of times that a failed block is submitted again. With a larger number, a sweep can lose more workers and
@@ -382,34 +381,24 @@ def collect(
     plan: Plan,
     threads: int | None = None,
     executor: Executor | None = None,
-    progress: Callable[[int], None] | None = None,
+    tell: Callable[[Block], None] = lambda block: None,
 ) -> Results:
     """Compute all points of a plan in memory.
 
-    After each block, `progress` is called with the number of points in it. Raises TypeError or ValueError if the number
-    of threads or the executor is invalid, or if the results do not fit into memory.
+    After each block `tell` is called. Raises TypeError or ValueError if the number of threads or the executor is
+    invalid, or if the results do not fit into memory.
     """
-    tell = progress or (lambda points: None)
     count = check_threads(threads)
     if executor is not None:
         check_executor(executor)
         with closing(run_blocks(plan, executor=executor)) as blocks:  # `closing` cancels tasks that have not started
-            return gather(plan, _counted(blocks, tell))
-    if result_bytes(plan) > LARGE:
-        refuse_large_results(plan)
-        load_kernels(plan)  # they take memory too, before the results do
+            return gather(plan, blocks, tell)
     results, halt = Results.new(plan), Halt()
 
     def put(block: Block) -> None:
         results.put(block.start, block.stop, block.records)
-        tell(block.stop - block.start)
+        tell(block)
 
     for wave in _waves(plan, spans(plan)):
         compute_wave(plan, wave, count, halt, put, results.rows(wave[0][1], wave[-1][2]))
     return results
-
-
-def _counted(blocks: Iterable[Block], tell: Callable[[int], None]) -> Iterator[Block]:
-    for block in blocks:
-        yield block
-        tell(block.stop - block.start)

@@ -23,11 +23,11 @@ from vibrodrive.model.choices import Method, MethodLike, Status
 from vibrodrive.model.described import counted
 from vibrodrive.model.figure import documented
 from vibrodrive.model.keywords import Point, takes
-from vibrodrive.model.parameters import COLUMNS, check_count, unknown, with_sentences
+from vibrodrive.model.parameters import COLUMNS, check_count, with_sentences
 from vibrodrive.model.physical import Measure, Scene, measure, scene_of
 from vibrodrive.model.plan import Plan, make_plan, refuse_axes
 from vibrodrive.model.quantities import row_of
-from vibrodrive.model.size import fitting_rows, refuse_large_sample, refuse_many_rows
+from vibrodrive.model.size import MOTION_BYTES, ROW_BYTES, fitting_rows, refuse_large
 from vibrodrive.model.slips import names_scene, unlikely, warn
 
 if TYPE_CHECKING:
@@ -44,18 +44,6 @@ SWITCH_ERROR = np.dtype([("tau", "f8"), ("xi", "f8"), ("dxi", "f8")])
 
 MAIN_IMPACT = np.dtype([("period", "i8"), ("phase", "f8"), ("speed", "f8"), ("row", "i8")])
 """Row of `Trajectory.impacts`; `row` is the index of the impact in `Trajectory.switches`."""
-
-
-class Rows(np.ndarray):
-    """Switches. An unknown field is refused with the names of the fields."""
-
-    def __getitem__(self, key: Any) -> Any:
-        if not isinstance(key, str):
-            return super().__getitem__(key)
-        if key not in (names := self.dtype.names or (key,)):
-            hint = ". to_dataframe() has tau" if key == "tau" else ""
-            raise ValueError(unknown("field", key, names) + hint)
-        return np.asarray(self).__getitem__(key)
 
 
 def main_impacts(written: np.ndarray) -> np.ndarray:
@@ -358,7 +346,8 @@ class Trajectory:
         count = check_count("points_per_period", points_per_period, 1, 10**8)
         settings, rows = self._plan.settings, np.concatenate([self._start, self.switches])
         total = settings.periods * count + 1
-        refuse_large_sample(count, total)
+        # τ, ξ, ξ', H and the state, and temporary arrays
+        refuse_large(f"points_per_period = {count}", f"{total} instants take", 64 * total)
         out = np.empty((total, 3))
         state = np.empty(total, np.int8)
         w, k = new_lanes(1)
@@ -458,7 +447,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
         n = int(a.stored[0])
         if n <= capacity:
             break
-        refuse_many_rows(s.periods, n)
+        refuse_large(f"periods = {s.periods}", f"{n} switches take", MOTION_BYTES * s.periods + ROW_BYTES * n)
         if reused:
             memory.give_back(a)
         reused, capacity = False, n  # there are more switches than estimated: repeat the computation with enough rows
@@ -473,7 +462,7 @@ def follow(plan: Plan, halt: Halt | None = None) -> Trajectory:
     switch_errors = off[1:].view(SWITCH_ERROR)[:, 0]
     arguments = {**dict(zip(COLUMNS, point, strict=True)), **vars(s)}
     trajectory = Trajectory(
-        rows[1:].view(Rows), section, main_impacts(a.impacts[0]), Status(int(a.status[0])), float(a.margin[0]), bounds,
+        rows[1:], section, main_impacts(a.impacts[0]), Status(int(a.status[0])), float(a.margin[0]), bounds,
         switch_errors, float(a.until[0]), int(a.work[0]), arguments, plan, rows[:1],
     )  # fmt: skip
     if reused:

@@ -58,13 +58,10 @@ for command in (init, sweep, plot, info, trajectory, orbits, explore):
     cli.add_command(command)
 
 
-def _on_signal(signum: int, frame: object) -> None:
-    leave(130, f"stopped by {signal.Signals(signum).name}; start again with: {same_command()}")
-
-
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
-    catch(_on_signal)
+    again = f"start again with: {same_command()}"
+    catch(lambda number, frame: leave(130, f"stopped by {signal.Signals(number).name}; {again}"))
     warnings.showwarning = lambda message, *place: say(f"warning: {message}")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # the encoding of a terminal need not contain ξ

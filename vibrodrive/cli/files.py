@@ -36,7 +36,7 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
 
     from vibrodrive.jobs.progress import Show
     from vibrodrive.model.size import human
-    from vibrodrive.store.reader import contradictions, look, verify
+    from vibrodrive.store.reader import look, verify
 
     show = Show(sys.stderr, file.name)
     try:
@@ -48,8 +48,6 @@ def info(file: Path, check: bool, as_json: bool, as_csv: bool) -> None:
     size, versions = file.stat().st_size, report.header.versions
     written = f"{np.datetime64(int(file.stat().st_mtime), 's')}+00:00"  # also in the year 10000
     title, faults = report.header.origin.title, report.complaints()
-    if check:
-        faults += contradictions(report.header)
     if as_json:
         import json
 

@@ -22,7 +22,7 @@ def init(name: str | None) -> None:
 
     supplied, name = titles(), name and name.removesuffix(".toml")
     if name is None:
-        wide = max(map(len, supplied))
+        wide = max(map(len, supplied), default=0)
         for each, title in supplied.items():
             click.echo(f"{each:<{wide}}  {title}")
         return

@@ -8,7 +8,6 @@ import click
 
 from vibrodrive.cli import common
 from vibrodrive.cli.common import FILE, SET
-from vibrodrive.store.place import check_figure
 
 
 @click.command()
@@ -29,8 +28,6 @@ def orbits(config: Path, outputs: tuple[Path, ...], overrides: tuple[str, ...]) 
     settings = common.read(config, overrides)
     common.judge_slip(settings, always=True)
     table, picture = common.targets(outputs, Path(config.stem + ".png"), config)
-    if picture:
-        check_figure(picture, {"configuration": config})
     from vibrodrive.figures.style import save
     from vibrodrive.jobs.orbits import check, columns, drawn, find, printed, rows
     from vibrodrive.store.tables import write_table

@@ -96,10 +96,6 @@ def sweep(
     if picture:
         with common.in_one_line():
             choose_configured(plan, settings.figure, {})
-    if dask is not None:
-        from vibrodrive.jobs.sweep import check_dask
-
-        check_dask(dask)
     refuse_large_block(plan, remote=dask is not None)
     if threads and not dask:
         from vibrodrive.batch.sweep import check_threads

@@ -191,7 +191,11 @@ def trajectory_figure(
     notes: bool | None = None,
 ) -> Figure:
     """Draw one motion, with one panel for each of `curves`. `Trajectory.plot` describes the arguments."""
-    _check_curves(curves, shown)
+    check_curves("curves", curves)
+    if shown is not None:
+        check_count("shown", shown, 1)
+    if shown not in (None, FIRST) and not set(OVER_TIME) & set(curves):
+        raise ValueError(bad("shown", shown, "left out, because no curve over time is drawn"))
     tall = [1.5 if name in ("phase", "section") else 1.0 for name in curves]
     common = shared_by([trajectory], section="section" in curves)
     shows = [CURVES[name] for name in curves]
@@ -216,15 +220,6 @@ def trajectory_figure(
                 shared = [*shared, f"first {shown} of {periods} periods shown"]
             sheet.note(ax, shared)
         return fig
-
-
-def _check_curves(curves: Sequence[str], shown: int | None) -> None:
-    """Refuse unknown curves, and a number of periods that no curve would show. Raises TypeError or ValueError."""
-    check_curves("curves", curves)
-    if shown is not None:
-        check_count("shown", shown, 1)
-    if shown not in (None, FIRST) and not set(OVER_TIME) & set(curves):
-        raise ValueError(bad("shown", shown, "left out, because no curve over time is drawn"))
 
 
 def _joined(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from vibrodrive.figures.drawing import Drawing, check_kind, choose_drawing
+from vibrodrive.figures.drawing import Drawing, choose_drawing
 from vibrodrive.figures.limits import draw_bands
 from vibrodrive.figures.map import draw_map, map_figure
 from vibrodrive.figures.plane import read_lines
@@ -23,7 +23,6 @@ def from_results(
     ax: Any = None, style: Any = None, width: Any = None, notes: bool | None = None, **options: Any,
 ) -> Figure:  # fmt: skip
     """Draw a sweep. The arguments are those of `Results.plot`; `options` are x, y and limits."""
-    check_kind(kind)
     lines = read_lines(over)
     drawing = choose_drawing(results, kind, quantity, cmap=cmap, over=lines or None, **options)
     with drawn_on(ax, style, width, notes, cmap) as sheet:

@@ -43,12 +43,6 @@ def check_range(key: str, limits: tuple[float, float] | None, row: Quantity) -> 
         check_limits(key, limits)
 
 
-def check_kind(kind: Any) -> None:
-    """Refuse what is no kind of figure. Raises ValueError with one sentence."""
-    if kind not in (None, *FIGURE_KINDS):
-        _refuse("kind", kind, "one of " + ", ".join(FIGURE_KINDS))
-
-
 def check_swept(swept: Any) -> None:
     """Refuse what is no sweep. Raises TypeError with one sentence."""
     if not hasattr(swept, "record"):
@@ -67,22 +61,16 @@ class Drawing(NamedTuple):
 
 
 def choose_drawing(swept: Any, kind: str | None = None, quantity: str | None = None, **options: Any) -> Drawing:
-    """Return what a figure of a sweep shows, the kind, quantity and axes that are None chosen by this function.
+    """Return what a figure of a sweep shows, with the kind, quantity and axes that are None as `Results.plot` says.
 
-    A quantity of maps (MAP_QUANTITIES) or an ordinate `y` selects a map, a quantity of the impacts a bifurcation
-    diagram. Otherwise the first of these conditions selects the kind. None of them counts values.
-
-    * Without an axis: a Poincaré section.
-    * If there are several axes, all of them coordinates of the start: a map of the last section point.
-    * With a section: a bifurcation diagram.
-    * With limits over one axis: bands from the first loss to the last value kept.
-    * With numbers for each point: a map of the period, of k₂, of missed switches or of the first number of a function.
-    * With impacts: a diagram of their phases.
+    No choice depends on the number of values.
 
     `swept` is a Plan or Results. `options` contains `x`, `y`, `limits`, `cmap` and `over`, which must have an effect on
     the figure. Raises ValueError for them, for an unknown or unrecorded quantity, and for one motion without a section.
     """
     arguments = {name: value for name, value in {"quantity": quantity, **options}.items() if value is not None}
+    if kind not in (None, *FIGURE_KINDS):
+        _refuse("kind", kind, "one of " + ", ".join(FIGURE_KINDS))
     if not swept.axes and kind not in (None, POINCARE):
         _refuse("kind", kind, f"{POINCARE} for one motion, which has no axis")
     free = kind is None and quantity is not None and options.get("y") is None  # then the quantity selects the kind

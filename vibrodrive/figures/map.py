@@ -34,13 +34,6 @@ from vibrodrive.model.figure import MAP, Style, Width, documented
 from vibrodrive.model.names import NAMES
 from vibrodrive.model.parameters import bad
 from vibrodrive.model.quantities import KEPT, LAST, LIMITS, Quantity
-from vibrodrive.model.results import Results
-
-
-def label_of(results: Results, row: Quantity) -> str:
-    """Return the name of a quantity for its scale. The limit k₂ is named with its disturbance."""
-    return f"limit $k_2$ in ${NAMES[results.plan.sought].mathtext}$" if row.name == LIMITS[0].name else row.words
-
 
 WIDTH = 4.7
 CLASS = 34  # largest number of letters in a line of the name of a class
@@ -138,7 +131,9 @@ def draw_map(
     alone = y is not None or row.classes  # such a figure hides others, or has its own ordinate
     shows = None if alone else (x, row.name)
     fig, panels = sheet.new(width=WIDTH, height=3.7 + (TALLER if numbered else 0.0), shows=[shows], phrases=phrases)
-    ax, label = panels[0, 0], unit.label(label_of(results, row))
+    disturbance = NAMES[results.plan.sought].mathtext
+    words = f"limit $k_2$ in ${disturbance}$" if row.name == LIMITS[0].name else row.words
+    ax, label = panels[0, 0], unit.label(words)
     across = as_shown(x, results.axes[x])
     if y is None:
         _draw_line(sheet, ax, painted, values, across, label)

@@ -32,7 +32,7 @@ from vibrodrive.figures.texts import (
 )
 from vibrodrive.model.choices import Status
 from vibrodrive.model.figure import BIFURCATION, Style, Width, documented
-from vibrodrive.model.parameters import bad, bad_axes, real_array
+from vibrodrive.model.parameters import bad, real_array
 from vibrodrive.model.physical import Measure
 from vibrodrive.model.quantities import SECTIONS
 
@@ -97,8 +97,6 @@ def bifurcation(
     (2, '$A$')
     """
     check_swept(results)
-    if not results.axes:
-        raise ValueError(bad_axes((), "at least one axis for a bifurcation diagram (for one motion, draw its section)"))
     drawing = choose_drawing(results, BIFURCATION, quantity, x=x, limits=limits, cmap=cmap)
     with drawn_on(ax, style, width, notes, cmap) as sheet:
         return draw_bifurcation(sheet, results, drawing, read_lines(over))

@@ -264,14 +264,10 @@ def named_in(axes: Sequence[Axes]) -> dict[str, Artist]:
     return named
 
 
-def label_share(ax: Axes) -> float:
-    """Return the extent of the label of the ordinate, or of a colour bar, as a share of the height of its axes."""
-    return ax.yaxis.label.get_window_extent().height / ax.get_window_extent().height
-
-
 def fit_label(ax: Axes) -> None:
     """Break the label of the ordinate, or of a colour bar, into lines that are not longer than its axes."""
-    ax.yaxis.label.set_text(in_short_lines(ax.get_ylabel(), math.ceil(label_share(ax))))
+    share = ax.yaxis.label.get_window_extent().height / ax.get_window_extent().height
+    ax.yaxis.label.set_text(in_short_lines(ax.get_ylabel(), math.ceil(share)))
 
 
 def in_lines(phrases: Iterable[str], letters: int, between: str = ", ") -> str:

@@ -150,12 +150,9 @@ def save(fig: Figure, path: str | Path, dpi: int | None = None) -> Path:
     if ending not in FORMATS:
         raise ValueError(bad("figure", str(path), "a file name ending in " + ", ".join(FORMATS)))
     undated = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-    try:
-        with drafted(path) as draft:
-            fig.savefig(draft, format=ending[1:], dpi=dpi or RESOLUTION, metadata=undated[ending])
-            if ending == ".svg":  # Matplotlib writes the title only
-                text = f"</title>\n <desc>{escape(about(fig)[1])}</desc>".encode()
-                draft.write_bytes(draft.read_bytes().replace(b"</title>", text, 1))
-    except OSError as error:
-        raise OSError(error.errno, error.strerror or str(error), str(path)) from None
+    with drafted(path) as draft:
+        fig.savefig(draft, format=ending[1:], dpi=dpi or RESOLUTION, metadata=undated[ending])
+        if ending == ".svg":  # Matplotlib writes the title only
+            text = f"</title>\n <desc>{escape(about(fig)[1])}</desc>".encode()
+            draft.write_bytes(draft.read_bytes().replace(b"</title>", text, 1))
     return path

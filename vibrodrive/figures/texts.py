@@ -81,8 +81,6 @@ def phase(value: float) -> str:
 
 def equation(name: str, value: float) -> str:
     """Return an equation such as “ε = 2·10⁻⁴” as mathtext."""
-    if name not in SYMBOLS:
-        return f"{name} = ${number(value)}$"
     unit, value = UNITS.get(name, ""), float(as_shown(name, value))
     written = phase(value) if name in PHASES else number(value)
     return f"${SYMBOLS[name]} = {written}$" + (unit if unit == "°" else f" {unit}".rstrip())

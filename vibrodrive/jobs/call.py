@@ -8,11 +8,11 @@ from __future__ import annotations
 import contextlib
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any, Unpack
 
-from vibrodrive.batch.block import Block, gather
+from vibrodrive.batch.block import gather
 from vibrodrive.jobs.progress import Tally, make_display, shown
 from vibrodrive.model.choices import MethodLike
 from vibrodrive.model.described import counted
@@ -172,18 +172,10 @@ def _into_memory(plan: Plan, threads: int | None, executor: Executor | None) -> 
             return collect(plan, threads, executor, tally.add)
         from vibrodrive.stability.per_point import run_blocks
 
-        raised: list[str] = []
         with contextlib.closing(run_blocks(plan, threads=threads, executor=executor)) as blocks:
-            results = gather(plan, _noted(blocks, tally, raised))
-    _warn_of_raised(raised)
+            results = gather(plan, blocks, tally.add)
+    _warn_of_raised(tally.raised)
     return results
-
-
-def _noted(blocks: Iterable[Block], tally: Tally, raised: list[str]) -> Iterator[Block]:
-    for block in blocks:
-        yield block
-        tally.add(block.stop - block.start)
-        raised += block.raised
 
 
 def _warn_of_raised(raised: Sequence[str]) -> None:

@@ -105,8 +105,6 @@ def _at(result: Result, item: Orbit | Bifurcation) -> tuple[Any, ...]:
 
 
 def _impact(result: Result, orbit: Orbit) -> tuple[Any, ...]:
-    if not orbit.impacts:
-        return "", "", orbit.word
     speed = orbit.speeds[0]
     return orbit.phases[0], orbit.scene.velocity(speed) if result.si and orbit.scene else speed, orbit.word
 

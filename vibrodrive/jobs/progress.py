@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
+    from vibrodrive.batch.block import Block
     from vibrodrive.jit.compilation import Compilation
     from vibrodrive.model.plan import Plan
 
@@ -37,6 +38,7 @@ class Tally:
     elsewhere: str = ""  # possible activity of workers before the first point arrives
     waiting: str = ""  # reason why a cluster waits
     began: float = field(default_factory=time.monotonic)  # start of the computation
+    raised: list[str] = field(default_factory=list)  # for each point at which a function raised, a text with both
 
     def start(self, plan: Plan, done: int = 0) -> None:
         """Set the numbers of points and periods, and start the measurement of time."""
@@ -44,9 +46,12 @@ class Tally:
         self.periods = 0 if several else plan.settings.transient + plan.settings.periods
         self.points, self.done, self.stage, self.began = plan.n_points, done, "", time.monotonic()
 
-    def add(self, points: int) -> None:
+    def add(self, block: Block) -> None:
+        """Count a block that is finished."""
+        points = block.stop - block.start
         self.done += points
         self.fresh += points
+        self.raised += block.raised
 
     @property
     def rate(self) -> float:

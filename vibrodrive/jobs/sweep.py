@@ -6,12 +6,10 @@ import asyncio
 import contextlib
 import errno
 import logging
-import re
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic
 from types import ModuleType
@@ -21,7 +19,6 @@ from vibrodrive.errors import ConfigError, Failed, NoResult, Unwritable
 from vibrodrive.jobs.progress import Show, Tally, duration, shown
 from vibrodrive.jobs.signals import Interrupted
 from vibrodrive.model.described import counted
-from vibrodrive.model.parameters import bad
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.records import how_repeated
 from vibrodrive.store.layout import Origin
@@ -49,20 +46,9 @@ def run(job: Job, show: Show | None, after: float | None = None) -> list[str]:
     """Compute the missing blocks of a file, and return a text for each point at which a function of the record raised.
 
     `show` shows the progress, as `shown` does, and a summary. An exception in this thread, such as KeyboardInterrupt,
-    ends the sweep with a file that can be resumed.
+    ends the sweep with a file that can be resumed; an Interrupted then has the progress in its message.
 
-    Raises
-    ------
-    exceptions of `store.open_writer`
-        before the computation.
-    ConfigError
-        before the computation, also if a cluster cannot be reached.
-    Failed
-        if the computation failed.
-    Unwritable
-        if the file could not be written.
-    Interrupted
-        with the progress in its message.
+    Raises the exceptions of `open_writer` before the computation, and ConfigError if a cluster cannot be reached.
     """
     work = _Work(job)
     try:
@@ -75,7 +61,7 @@ def run(job: Job, show: Show | None, after: float | None = None) -> list[str]:
             work.print_news(show)
     if show is not None:
         show.say(work.summary)
-    return work.raised
+    return work.tally.raised
 
 
 class _Work:
@@ -86,7 +72,6 @@ class _Work:
         self.compilation: Compilation | None = None  # set when Numba is loaded
         self._writer: Writer | None = None
         self._news: list[str] = []
-        self.raised: list[str] = []  # for each point at which a function of the record raised, a text with both
 
     def print_news(self, show: Show) -> None:
         """Print the messages since the last call."""
@@ -119,18 +104,13 @@ class _Work:
                 self._complete(writer, executor)
                 self.tally.stage = "waiting for the disk"
                 writer.close()
-            except Unwritable as error:
-                writer.close(sync=False)
-                if error.errno == errno.ENOENT:  # the file is gone
-                    raise
-                raise Unwritable(error.errno, f"{error.strerror}; {_held(writer)}", str(path)) from None
-            except NoResult:
-                writer.close(sync=False)
-                raise
-            except BaseException as error:
+            except BaseException as error:  # KeyboardInterrupt in the main thread, too
+                of_file = isinstance(error, Unwritable | NoResult)
                 with contextlib.suppress(Unwritable):  # the first error is the reason
-                    writer.close(sync=isinstance(error, Exception))
-                if not isinstance(error, Exception):  # KeyboardInterrupt in the main thread
+                    writer.close(sync=isinstance(error, Exception) and not of_file)
+                if isinstance(error, Unwritable) and error.errno != errno.ENOENT:  # the file is not gone
+                    raise Unwritable(error.errno, f"{error.strerror}; {_held(writer)}", str(path)) from None
+                if of_file or not isinstance(error, Exception):
                     raise
                 raise Failed(f"{path}: {_one_line(error)}; {_held(writer)}") from error
 
@@ -168,8 +148,7 @@ class _Work:
         with contextlib.closing(computed) as blocks:
             for block in blocks:
                 writer.write(block)
-                self.raised += block.raised
-                tally.add(block.stop - block.start)
+                tally.add(block)
         took = duration(monotonic() - tally.began)
         self.summary = f"{self.job.path}: {counted(tally.fresh, 'point')} in {took} ({tally.speed(', ')}), {prepared}"
 
@@ -200,19 +179,6 @@ def _computing(plan: Plan) -> ModuleType:
     return sweep
 
 
-def check_dask(address: str) -> None:
-    """Raise ConfigError if the address of a scheduler is invalid, or if Dask is not installed."""
-    match = _ADDRESS.fullmatch(address)
-    if match is None or not 0 < int(match["port"]) < 2**16:
-        raise ConfigError(bad("--dask", address, "the address of a scheduler, such as tcp://scheduler:8786"))
-    if find_spec("distributed") is None:
-        raise ConfigError(_NO_DASK)
-
-
-_ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?(?:[^\s:/\[\]]+|\[[^\s\]]+\]):(?P<port>\d{1,5})")
-
-_NO_DASK = "--dask needs the extra `dask`: pip install 'vibrodrive[dask]'"
-
 REACH_SECONDS = 10  # largest time for the answer of a scheduler, in seconds
 WORKERS_SECONDS = 1.0  # interval of reading the number of workers of a cluster, in seconds
 
@@ -226,7 +192,6 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
     if address is None:
         yield None
         return
-    check_dask(address)
     try:
         from distributed import Client
 
@@ -235,7 +200,7 @@ def _executor(address: str | None, watch: Callable[[int], None]) -> Iterator[Exe
         asyncio.run(asyncio.wait_for(_reach(address), REACH_SECONDS + 1))
         client = Client(address, timeout=f"{REACH_SECONDS}s", set_as_default=False)
     except ImportError:
-        raise ConfigError(_NO_DASK) from None
+        raise ConfigError("--dask needs the extra `dask`: pip install 'vibrodrive[dask]'") from None
     except TimeoutError as error:
         why = _one_line(error) if str(error) else f"no scheduler answered within {REACH_SECONDS} s"
         raise ConfigError(f"--dask {address}: {why}") from None

@@ -1,25 +1,8 @@
-"""Read and check a configuration file (TOML).
+"""Read and check a configuration file (TOML). docs/commands.md lists its tables and keys.
 
-    title = "…"            # any text
-    [model]                # numbers: A, B, eps, … (names.py gives the table of each parameter and setting)
-    [physical]             # SI units instead of A and B: a0 (m), omega0 (rad/s) or frequency (Hz), mu, alpha (degrees),
-                           # optional mass (kg), g (m/s²). If a0 is left out, another table gives A, and this
-                           # table gives only B and the units
-    [sweep]                # an entry per axis, of any parameter: a number, a list,
-                           # or {start, stop, num, scale = "linear" | "log"}. An axis of a0, omega0, frequency, mu,
-                           # alpha or mass replaces the entry of [physical]; A and B are then computed for each point
-    [sweep.points]         # lists or ranges of equal length, of parameters and quantities of a scene that change
-                           # together: one axis, `point`
-    [switching]            # method and its parameters
-    [run]                  # transient, periods, …; record: "section" (the default), "impacts", "summary", "error", or
-                           # a list of several of these names; or one of the others of records.py alone
-    [figure]               # kind, quantity, x, y, limits: the figure of `plot`; units ("SI", "dimensionless") of a
-                           # scene, style ("screen", "print") and width ("double", "single" columns of a page) of all
-    [trajectory]           # periods, curves ("phase", "time", "velocity", "section") of the figure of `trajectory`
-    [orbits]               # max_period: longest period of the orbits that `orbits` finds
-
-Each parameter is given once. An option of the command line replaces the value in the file, in any table. An option for
-the method also removes `dtau` and `tol` of the file if this method does not use them.
+Each parameter is given once. An axis of a quantity of a scene replaces its entry of [physical]; A and B are then
+computed for each point. An option of the command line replaces the value in the file, in any table. An option for the
+method also removes `dtau` and `tol` of the file if this method does not use them.
 """
 
 import os
@@ -51,7 +34,7 @@ from vibrodrive.model.packaged import configurations
 from vibrodrive.model.parameters import bad, check, check_count, has_control, missing, placed, unknown
 from vibrodrive.model.physical import PACES
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.size import refuse_large_axis
+from vibrodrive.model.size import refuse_large
 from vibrodrive.model.spacing import geometric
 from vibrodrive.model.variables import POINT
 
@@ -75,13 +58,8 @@ DEEP_KEY = re.compile(r"(?:\.[ \t]{0,9}[\w\"'-]{1,99}[ \t]{0,9}){100}")
 """Pattern of a key with more than 100 parts. Such a key is refused, because the time to read a key grows as the square
 of the number of its parts."""
 
-HALF = re.compile(r"[+-]?(\d+\.|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-"""Numbers without digits on one side of the point, such as ".5", which are none in TOML."""
-
-SEVERAL = re.compile(r"[+-]?[\d.][\d.e+-]*(\s*,\s*[+-]?[\d.][\d.e+-]*)+", re.IGNORECASE)
-
-COMMA = re.compile(r"(?<![\w.,])[+-]?\d+,\d+(e[+-]?\d+)?(?![\w.]|,\d)", re.IGNORECASE)
-"""Pattern of a number with a decimal comma, or of two integers."""
+COMMA = re.compile(r"[-+\d.,e\s\[\]]*,[-+\d.,e\s\[\]]*", re.IGNORECASE)
+"""Pattern of numbers with a decimal comma, or of several numbers."""
 
 ALONG = (*AXES, POINT)  # values of `x` and `y` in [figure]: names of axes
 
@@ -138,12 +116,19 @@ def _meant(path: Path) -> str:
     return f"; `vibrodrive init {name}` writes {name}.toml" if (configurations() / f"{name}.toml").exists() else ""
 
 
+def special(path: str | Path) -> str | None:
+    """Return the type of a path that is not a regular file, such as "a named pipe"; None for a regular file.
+
+    Opening such a path may block. Raises OSError if the path does not exist, or if the system refuses access.
+    """
+    mode = os.stat(path).st_mode
+    kind = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
+    return None if stat.S_ISREG(mode) else kind
+
+
 def _text_of(path: Path) -> str:
-    mode = path.stat().st_mode
     # a pipe of the shell, <(…), has no path and can be read; a read of a named pipe would block until data are written
-    anonymous = stat.S_ISFIFO(mode) and not os.path.exists(os.path.realpath(path))
-    if not (stat.S_ISREG(mode) or anonymous):
-        kind = "a directory" if stat.S_ISDIR(mode) else "a named pipe" if stat.S_ISFIFO(mode) else "a device or socket"
+    if (kind := special(path)) and os.path.exists(os.path.realpath(path)):
         raise ConfigError(f"must be a configuration file, but is {kind}")
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -169,7 +154,8 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
     except ValueError as error:
         why = error if isinstance(error, tomllib.TOMLDecodeError) else "an integer has too many digits"
         raise ConfigError(f"invalid TOML: {why}{_pointed(text, str(error))}") from None
-    overrides = [_in_utf8(option) for option in overrides]
+    # Python makes surrogates of bytes that its locale does not know
+    overrides = [option.encode("utf-8", "surrogateescape").decode("utf-8", "surrogateescape") for option in overrides]
     for option in sorted(overrides, key=lambda option: "method" not in option.partition("=")[0]):
         _override(tables, option)  # the method first, because it removes parameters of the file, not of other options
     try:
@@ -181,7 +167,7 @@ def parse(text: str, overrides: Sequence[str] = ()) -> Config:
 def _pointed(text: str, error: str) -> str:
     """Return a hint if the line of an error of TOML has a decimal comma."""
     at = re.search(r"at line (\d+)", error)
-    comma = COMMA.search(text.split("\n")[int(at[1]) - 1]) if at else None
+    comma = re.search(r"(?<![\w.,])[+-]?\d+,\d+(?![\w.]|,\d)", text.split("\n")[int(at[1]) - 1]) if at else None
     return f". Write {comma[0].replace(',', '.')} for {comma[0]}" if comma else ""
 
 
@@ -189,7 +175,7 @@ def _checked(tables: dict[str, Any], text: str, overrides: tuple[str, ...]) -> C
     title = tables.pop("title", "")
     if not isinstance(title, str):
         raise TypeError(bad("title", title, "a string"))
-    if has_control(title):
+    if has_control(title) or title != title.encode(errors="replace").decode():  # an option may have other bytes
         raise ValueError(bad("title", title, "one line, without control characters"))
     for name, table in tables.items():
         if name not in TABLES:
@@ -254,15 +240,13 @@ def _axis(key: str, value: object, table: str) -> Any:
 
 
 def _points(table: object, at: dict[str, str]) -> dict[str, Any]:
-    """Return the values in [sweep.points] by key, and add the keys to `at`.
+    """Return the values in [sweep.points] by key, which `make_plan` checks, and add the keys to `at`.
 
-    Raises ValueError if `at` already contains one of the keys.
+    Raises TypeError if it is no table, and ValueError if `at` already contains one of the keys.
     """
     if not isinstance(table, dict):
         raise TypeError(bad("sweep.points", table, "a table [sweep.points]"))
     for key, value in table.items():
-        if key not in AXES:
-            raise ValueError(unknown("key of [sweep.points]", key, AXES))
         if key in at:
             raise ValueError(bad(f"sweep.points.{key}", value, f"left out, because [{at[key]}] already gives {key}"))
         at[key] = "sweep.points"
@@ -287,7 +271,7 @@ def _range(key: str, table: Mapping[str, Any], place: str) -> np.ndarray:
     if num == 1 and start != stop:
         allowed = f">= 2, because a range contains both of its ends (one value is written as {key} = {start!r})"
         raise ValueError(bad(f"{place}.num", num, allowed))
-    refuse_large_axis(f"{place}.num", num)
+    refuse_large(f"{place}.num = {num}", "its values and their copies take", 4 * 8 * num)
     if scale == LINEAR:
         return np.linspace(start, stop, num)
     for k, end in (("start", start), ("stop", stop)):
@@ -335,14 +319,6 @@ def _extra(table: str, key: str, value: Any) -> Any:
     return value
 
 
-def _in_utf8(option: str) -> str:
-    """Return an option of the command line as text. Python makes surrogates of bytes that its locale does not know."""
-    try:
-        return os.fsencode(option).decode() if any("\ud800" <= c <= "\udfff" for c in option) else option
-    except UnicodeError:
-        raise ConfigError(bad("--set", option, "text in UTF-8")) from None
-
-
 def _override(tables: dict[str, Any], option: str) -> None:
     """Store the value of one option KEY=VALUE of `--set` in the tables read from a file."""
     key, equals, written = option.partition("=")
@@ -352,7 +328,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
     try:
         value = tomllib.loads(f"value = {written.strip()}")
     except ValueError:
-        value = {"value": _bare(key.strip(), path[-1], written.strip())}
+        value = {"value": _bare(key.strip(), written.strip())}
     if set(value) != {"value"}:
         raise ConfigError(bad("--set", option, "one KEY=VALUE"))
     if path[0] not in TABLES and path != ["title"]:
@@ -371,16 +347,14 @@ def _override(tables: dict[str, Any], option: str) -> None:
         _leave_out_idle(table)
 
 
-def _bare(key: str, name: str, word: str) -> str | float:
-    """Return the value of an option that is no TOML: a bare word, as in method=fixed, or half a number."""
-    listed = f"a list in brackets, such as {key}=[{word}]"
-    if comma := COMMA.search(word):
-        pointed = f"written with a decimal point, such as {comma[0].replace(',', '.')}"
-        several = comma[0] == word and name in AXES and ",0" not in word
-        raise ConfigError(bad(key, word, f"{pointed}, or as {listed}" if several else pointed))
-    if SEVERAL.fullmatch(word):
-        raise ConfigError(bad(key, word, listed))
-    return float(word) if HALF.fullmatch(word) else word
+def _bare(key: str, word: str) -> str | float:
+    """Return the value of an option that is no TOML: a bare word, as in method=fixed, or half a number, as in .5."""
+    if COMMA.fullmatch(word):
+        raise ConfigError(bad(key, word, f"a number with a decimal point, or a list such as {key}=[0.5, 1]"))
+    try:
+        return float(word) if "." in word else word
+    except ValueError:
+        return word
 
 
 def _take_out(tables: Mapping[str, Any], home: str, key: str) -> None:

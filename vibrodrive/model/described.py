@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import numpy as np
 
 Lines = list[tuple[str, str]]  # name and text of each line; several lines may have the same name
-
-
-def axis_facts(values: np.ndarray) -> dict[str, Any]:
-    """Return the first value, the last value and the number of values of an axis: `first`, `last` and `num`."""
-    return {"first": float(values[0]), "last": float(values[-1]), "num": len(values)}
 
 
 def counted(n: int, noun: str, ending: str = "s") -> str:
@@ -25,11 +20,6 @@ def counted(n: int, noun: str, ending: str = "s") -> str:
 def span(name: str, values: np.ndarray) -> str:
     """Return the ends and the number of values of an axis as “A 3…3.25 (100)”."""
     return f"{name} {values[0]:g}" + (f"…{values[-1]:g} ({len(values)})" if len(values) > 1 else "")
-
-
-def share_computed(share: float) -> str:
-    """Return “computed”, or the computed share in per cent."""
-    return "computed" if share == 1 else f"{100 * share:.1f} % computed"
 
 
 def numbers(fixed: Mapping[str, float]) -> str:

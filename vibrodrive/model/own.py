@@ -7,6 +7,7 @@ import functools
 import inspect
 import keyword
 import re
+import traceback
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 from unicodedata import normalize
@@ -23,7 +24,7 @@ ALIKE = 0.8
 """Likeness, as in `difflib`, from which on a unit is taken for a slip, such as "lenght" or "Velocity"."""
 
 LONGEST = 200
-"""Largest number of characters of the message of an exception that a function raised."""
+"""Largest number of characters of the type and message of an exception that a function raised."""
 
 Row = tuple[str, str, str]
 NO_ROWS: Mapping[str, Row] = {}
@@ -139,11 +140,9 @@ class Own(OfMotion):
                 allowed = "a name of its own, such as settling_time, because this one is taken"
             raise ValueError(bad(f"a name of {self}", name, allowed))
         named = Own(str(self), tuple(names), self.version, self.function, self.rows)
-        for q in named.quantities:
-            title = column(q.name, UNITS[q.scales].si if q.scales else q.unit)
-            if title != q.name and title in names:
-                allowed = f"another name than {title!r}, the column of {q.name!r} with its unit"
-                raise ValueError(bad(f"a name of {self}", title, allowed))
+        columns = {column(q.name, UNITS[q.scales].si if q.scales else q.unit) for q in named.quantities}
+        if len(columns) < len(names):
+            raise ValueError(bad(f"names of {self}", names, "names that also differ with their units, as in rise_m"))
         return named
 
     def refuse_without_version(self) -> None:
@@ -229,11 +228,8 @@ def _name_of(function: Callable[..., Any]) -> str:
 
 def message_of(error: Exception) -> str:
     """Return the type and the message of an exception of a function in one line."""
-    try:
-        text = "".join(c if c.isprintable() else " " for c in str(error))
-    except Exception:  # of its own method __str__
-        text = ""
-    return f"{type(error).__name__}: {shortened(text, LONGEST)}".removesuffix(": ")
+    text = "".join(traceback.format_exception_only(error))  # also if its own method __str__ raises
+    return shortened("".join(c if c.isprintable() else " " for c in text), LONGEST)
 
 
 def as_own(text: str) -> Own | None:

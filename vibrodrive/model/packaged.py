@@ -7,12 +7,7 @@ from pathlib import Path
 def configurations() -> Path:
     """Return the directory of the configuration files: in an installed package, or beside the package in a clone."""
     package = Path(__file__).parents[1]
-    for place in (package / "configs", package.parent / "configs"):
-        if place.is_dir():
-            return place
-    raise FileNotFoundError(
-        2, "the directory configs is neither here nor in the parent directory: install vibrodrive again", str(package)
-    )
+    return package / "configs" if (package / "configs").is_dir() else package.parent / "configs"
 
 
 def titles() -> dict[str, str]:

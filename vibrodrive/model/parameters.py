@@ -281,8 +281,6 @@ def cast_arguments(arguments: Mapping[str, Any]) -> dict[str, Any]:
             values[key] = check_setting(key, value)
         elif key == "record":
             values[key] = value
-        elif key not in AXES and key not in SCENE and key != "points":
-            raise TypeError(unknown("argument", key, [*COLUMNS, *SETTINGS, *SCENE, "record", "points"]))
         elif value is None and key in PARAMETERS and PARAMETERS[key].default is None:
             raise TypeError(bad(key, value, PARAMETERS[key].allowed))
         elif value is not None:

@@ -32,15 +32,19 @@ AMPLITUDES = ("A", "a0", "omega0", "frequency")  # names over which A varies and
 INCLINES = ("B", "mu", "alpha")  # names over which B varies
 
 
-def refuse_incomplete(names: Collection[str], axes: Collection[str]) -> None:
-    """Refuse a scene without one of its quantities. Raises ValueError."""
+def refuse_incomplete(values: Mapping[str, Any], axes: Collection[str] = ()) -> None:
+    """Refuse a scene without one of its quantities, or with two for its pace. Raises ValueError."""
     for key in ("omega0", "mu", "alpha"):
-        if key not in names and not (key in PACES and "frequency" in names):
+        if key not in values and not (key in PACES and "frequency" in values):
             needed = "omega0, mu and alpha, and a0 unless A is given (frequency may replace omega0)"
             raise ValueError(missing(key, f", because a scene needs {needed}"))
     for key in PACES.intersection(axes):
-        if "a0" not in names:
+        if "a0" not in values:
             raise ValueError(missing("a0", f" if {key} varies, because A is computed from both"))
+    if values.keys() >= PACES:
+        frequency = values["frequency"]
+        given = frequency.tolist() if hasattr(frequency, "tolist") else frequency
+        raise ValueError(bad("frequency", given, "left out if omega0 is given"))
 
 
 def friction(mu: Any, alpha: Any, g: Any) -> Any:
@@ -306,14 +310,10 @@ class Scene:
         mass: float | None = mass,
         g: float = g,
     ) -> None:
-        if omega0 is None and frequency is None:
-            raise TypeError(missing("omega0", ", a finite number > 0 in rad/s (or give frequency in hertz)"))
-        if frequency is not None and omega0 is not None:
-            raise TypeError(bad("frequency", frequency, "left out if omega0 is given"))
-        pace = {"omega0": omega0} if frequency is None else {"frequency": frequency}
-        refuse_incomplete([name for name, value in (("mu", mu), ("alpha", alpha)) if value is not None] + [*pace], ())
-        quantities = {"a0": a0, **pace, "mu": mu, "alpha": alpha, "mass": mass, "g": g}
-        self._take({key: check(key, x) for key, x in quantities.items() if key != "mass" or x is not None})
+        optional = {"omega0": omega0, "frequency": frequency, "mu": mu, "alpha": alpha, "mass": mass}
+        given = {"a0": a0, "g": g} | {name: value for name, value in optional.items() if value is not None}
+        refuse_incomplete(given)
+        self._take({name: check(name, value) for name, value in given.items()})
         has_A = self.a0 > 0.0 and math.isfinite(self.A)  # a scene with a0 = 0 gives only B and the units
         warn(slip([(self.A, self.B, 0.0, 1.0)], self.given) if has_A else ())
 
@@ -439,9 +439,6 @@ def follow_scene(varied: Mapping[str, Any], scalars: dict[str, float]) -> None:
     scalars.setdefault("g", Scene.g)
     values = {**scalars, **varied}
     refuse_incomplete(values, varied)
-    if values.keys() >= PACES:
-        frequency = varied["frequency"].tolist() if "frequency" in varied else scalars["frequency"]
-        raise ValueError(bad("frequency", frequency, "left out if omega0 is given"))
     # A and B are largest where friction is least
     ends = {name: float(axis.min() if name == "mu" else axis.max()) for name, axis in varied.items() if name in SCENE}
     extreme = Scene.quiet(**{name: value for name, value in scalars.items() if name in SCENE} | ends)

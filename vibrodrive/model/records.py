@@ -13,7 +13,7 @@ from typing import Any
 from vibrodrive.model import quantities as rows
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Method, used_by
-from vibrodrive.model.own import Own, as_own
+from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import bad, did_you_mean
 from vibrodrive.model.quantities import (  # noqa: F401  the explorer's names
     IMPACT_POWER,
@@ -162,11 +162,6 @@ def check_record(record: object) -> Records:
         if name.alone and len(items) > 1:
             raise ValueError(bad("record", record, f'"{name}" alone, because it is computed from motions of its own'))
     return (*ordered, *own)
-
-
-def read_record(text: str) -> Record | None:
-    """Return a record from the plan of a file; None for a record that this version does not know."""
-    return as_own(text) or RECORDS.get(text)
 
 
 def functions(records: Iterable[Record]) -> list[Own]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibrodrive.model.above import above
 from vibrodrive.model.choices import Status
-from vibrodrive.model.described import counted, html_table, numbers, share_computed, span
+from vibrodrive.model.described import counted, html_table, numbers, span
 from vibrodrive.model.figure import documented
 from vibrodrive.model.own import Own
 from vibrodrive.model.parameters import as_number, bad, did_you_mean, real_number, unknown, with_sentences
@@ -485,7 +485,7 @@ class Results:
             return "not readable", ""
         share = float(np.mean(status != Status.NOT_COMPUTED))
         statuses = ", ".join(f"{n} {name}" for name, n in count_statuses(status).items())
-        return share_computed(share), statuses
+        return "computed" if share == 1 else f"{100 * share:.1f} % computed", statuses
 
     def _full_index(self) -> Index:
         return (slice(None),) * len(self.axes)

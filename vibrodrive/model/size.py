@@ -124,8 +124,7 @@ def result_bytes(plan: Plan) -> int:
 
 def file_bytes(plan: Plan) -> int:
     """Return the bytes of a result file, within about 1 %."""
-    blocks = math.prod(-(-n // c) for n, c in zip(plan.shape, plan.chunk, strict=True))
-    digests = 8 * blocks * (6 + len(plan.quantities))
+    digests = 8 * plan.n_blocks * (6 + len(plan.quantities))
     axes = 8 * (sum(plan.shape) + plan.settings.periods)
     headers = 22_000 + 1_000 * len(plan.quantities)
     return plan.n_points * _bytes_of_a_point(plan) + digests + axes + headers
@@ -154,11 +153,6 @@ def _refuse(size: str, takes: str, need: int, have: int, room: str = "memory", a
         raise TooLarge(f"{size}: must be small enough for {room}; {takes} {human(need)}, and {human(have)} are {are}")
 
 
-def refuse_large_axis(key: str, num: int) -> None:
-    """Raise TooLarge if the values of one axis and their temporary copies do not fit into memory."""
-    _refuse(f"{key} = {num}", "its values and their copies take", 4 * 8 * num, available_memory())
-
-
 def refuse_large_block(plan: Plan, remote: bool = False) -> None:
     """Raise TooLarge if the blocks that exist at one time do not fit into memory."""
     need, have = working_bytes(plan, remote), available_memory()
@@ -180,11 +174,15 @@ MOTION_BYTES = 2 * 16 + 2 * 32
 """Bytes of one period of a single motion: its section point with error bounds, and two main impacts."""
 
 
+def refuse_large(size: str, takes: str, need: int, are: str = "available") -> None:
+    """Raise TooLarge if arrays of `need` bytes do not fit into memory. `size` and `takes` are parts of the message."""
+    if need > LARGE:
+        _refuse(size, takes, need, available_memory(), are=are)
+
+
 def refuse_large_reading(name: str, need: int) -> None:
     """Raise TooLarge if an array of a file does not fit into memory. Reading it takes `need` bytes."""
-    if need > LARGE:
-        are = "available (`select` reads a part)"
-        _refuse(name, "reading it takes", need, available_memory(), are=are)
+    refuse_large(name, "reading it takes", need, "available (`select` reads a part)")
 
 
 def fitting_rows(periods: int, rows: int) -> int:
@@ -197,20 +195,6 @@ def fitting_rows(periods: int, rows: int) -> int:
     need, have = MOTION_BYTES * periods, available_memory()
     _refuse(f"periods = {periods}", "the section points, error bounds and main impacts take", need, have)
     return min(rows, 64 + (have - need) // (2 * ROW_BYTES))
-
-
-def refuse_many_rows(periods: int, rows: int) -> None:
-    """Raise TooLarge if the switches of one motion do not fit into memory."""
-    need = MOTION_BYTES * periods + ROW_BYTES * rows
-    if need > LARGE:
-        _refuse(f"periods = {periods}", f"{rows} switches take", need, available_memory())
-
-
-def refuse_large_sample(per_period: int, instants: int) -> None:
-    """Raise TooLarge if the instants of one motion do not fit into memory."""
-    need = 64 * instants  # τ, ξ, ξ', H and the state, and temporary arrays
-    if need > LARGE:
-        _refuse(f"points_per_period = {per_period}", f"{instants} instants take", need, available_memory())
 
 
 def refuse_large_file(plan: Plan, path: Path) -> None:

@@ -30,15 +30,11 @@ class Grid(NamedTuple):
     batch: int  # number of values after which the search decides whether to go on
 
 
-def _round_values(k: int) -> float:
-    """Return value k of …, 0.001, 0.0011, …, 0.0099, 0.01, 0.011, …: two digits, like a step chosen by hand."""
-    return float(f"{10 + k % 90}e{k // 90 - 4}")
-
-
 GRIDS = {
     # one narrow edge: a ratio of 1.15 is enough. The last bits of a power of floats depend on the machine
     "eps": Grid(lambda k: 1e-6 * float(Fraction(1.15) ** k), 16, 1e-12, 1.0, 4),
-    "dtau": Grid(_round_values, 90, 1e-8, 2 * math.pi, 16),  # isolated losses: the grid is finer
+    # isolated losses: the grid is finer, …, 0.0099, 0.01, 0.011, …, of two digits, like a step chosen by hand
+    "dtau": Grid(lambda k: float(f"{10 + k % 90}e{k // 90 - 4}"), 90, 1e-8, 2 * math.pi, 16),
 }
 
 

@@ -21,12 +21,6 @@ def joined(path: Path, stored: Plan, plan: Plan) -> Plan:
     return replace(stored, record=plan.record)
 
 
-def written(stored: Plan, configured: Plan) -> Plan:
-    """Return the plan of the configuration in a file, with the functions of the file, which no configuration has."""
-    own = tuple(functions(stored.record))
-    return replace(configured, record=own if own == stored.record else (*configured.record, *own))
-
-
 def compare(stored: Plan, plan: Plan) -> list[str]:
     """Return the differences between a stored plan and `plan` as texts."""
     in_file, configured = _flat(stored), _flat(plan)

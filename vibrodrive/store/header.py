@@ -3,12 +3,9 @@
 import contextlib
 import errno
 import io
-import itertools
 import json
 import os
 import re
-import stat
-import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,12 +16,13 @@ import numpy as np
 
 from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.choices import Method
+from vibrodrive.model.config import special
 from vibrodrive.model.names import AXES, IDLE, NAMES, Settings
-from vibrodrive.model.own import Own
-from vibrodrive.model.parameters import Refusal, check, check_count, has_control
+from vibrodrive.model.own import Own, as_own
+from vibrodrive.model.parameters import Refusal, check_count, has_control
 from vibrodrive.model.plan import Plan, make_plan
-from vibrodrive.model.quantities import SCALES, Quantity
-from vibrodrive.model.records import SECTION, Record, quantities, read_record
+from vibrodrive.model.quantities import Quantity, length_along
+from vibrodrive.model.records import RECORDS, SECTION, Record, quantities
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.variables import POINT
 from vibrodrive.store import layout
@@ -91,7 +89,7 @@ def open_result(path: Path) -> Iterator[h5py.File]:
                     raise no_result(path, f"not a result file; `vibrodrive sweep {path} --plot` computes and draws one")
                 raise no_result(path, "not a result file (not HDF5, or its beginning is damaged)")
             access.set_fileobj_driver(h5py.h5fd.fileobj_driver, content)
-            with _opened(path, access) as file:
+            with _opened(path, access) as file, interpreting(path):
                 yield file
     except Refused as refused:
         raise OSError(refused.args[0].errno, refused.args[0].strerror, str(path)) from None
@@ -131,42 +129,14 @@ def rewritten(path: str | Path, change: str, readers: str = "h5py, xarray and ot
 
 @contextlib.contextmanager
 def interpreting(path: str | Path) -> Iterator[None]:
-    """Raise Damaged if the reader in the block fails to interpret the contents.
-
-    A TypeError means damage only if h5py raised it. Any other TypeError is a bug in the block and is raised unchanged.
-    """
+    """Raise Damaged if the reader in the block fails to interpret the contents."""
     try:
         yield
     except VibrodriveError:
         raise
     except BROKEN as error:
-        if isinstance(error, TypeError) and not _raised_by_h5py(error):
-            raise
         message = " ".join(str(error).split())
         raise Damaged(f"{path}: too damaged to be read ({message}); {RESTORE}") from error
-
-
-def _raised_by_h5py(error: BaseException) -> bool:
-    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
-    return bool(frames) and str(frames[-1].f_globals.get("__name__")).startswith("h5py")
-
-
-def special(path: str | Path) -> str | None:
-    """Return the type of a path that is not a regular file, such as "a named pipe"; None for a regular file.
-
-    Opening such a path may block. Raises OSError if the path does not exist, or if the system refuses access.
-    """
-    mode = os.stat(path).st_mode
-    return None if stat.S_ISREG(mode) else _SPECIAL.get(stat.S_IFMT(mode), "no file")
-
-
-_SPECIAL = {
-    stat.S_IFIFO: "a named pipe",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-    stat.S_IFSOCK: "a socket",
-    stat.S_IFDIR: "a directory",
-}
 
 
 def is_ours(file: h5py.File) -> bool:
@@ -177,17 +147,16 @@ def is_ours(file: h5py.File) -> bool:
 def check_kind(file: h5py.File) -> None:
     """Raise NoResult unless an open file is a sweep of a schema that this version reads."""
     path = file.filename
-    with interpreting(path):
-        if not is_ours(file):
-            raise no_result(path, "not a result file of vibrodrive")
-        if (kind := attribute(file, "kind")) != SWEEP:
-            raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
-        if lacking := [name for name in NEEDED if name not in file.attrs]:
-            raise rewritten(path, f"without the attribute {lacking[0]}")
-        if (number := attribute(file, SCHEMA)) != NUMBER:
-            raise of_another_version(file, f"{SCHEMA} = {number}: must be {NUMBER}")
-        if DIGESTS not in file:
-            raise rewritten(path, f"without the group {DIGESTS}")
+    if not is_ours(file):
+        raise no_result(path, "not a result file of vibrodrive")
+    if (kind := attribute(file, "kind")) != SWEEP:
+        raise of_another_version(file, f"kind = {kind}: must be {SWEEP}")
+    if lacking := [name for name in NEEDED if name not in file.attrs]:
+        raise rewritten(path, f"without the attribute {lacking[0]}")
+    if (number := attribute(file, SCHEMA)) != NUMBER:
+        raise of_another_version(file, f"{SCHEMA} = {number}: must be {NUMBER}")
+    if DIGESTS not in file:
+        raise rewritten(path, f"without the group {DIGESTS}")
 
 
 NEEDED = (SCHEMA, "title", "config", "overrides", "versions", "plan", "plan_sha256")
@@ -204,19 +173,15 @@ def of_another_version(file: h5py.File, contents: str) -> NoResult:
 
 def versions_of(file: h5py.File) -> dict[str, str]:
     """Return the versions of the program and of its libraries that have laid out an open file."""
-    versions: dict[str, str] = _parsed(file, "versions", dict)
-    if "vibrodrive" not in versions:
-        raise damaged(file.filename, "versions: without that of the program")
-    return versions
+    return _parsed(file, "versions")
 
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[h5py.File]:
-    """Open the file of a sweep. Raises the exceptions of `check_kind`, `open_result` and `interpreting`."""
+    """Open the file of a sweep. Raises the exceptions of `check_kind` and `open_result`."""
     with open_result(path) as file:
         check_kind(file)
-        with interpreting(path):
-            yield file
+        yield file
 
 
 def identity(file: h5py.File) -> tuple[object, ...]:
@@ -227,19 +192,17 @@ def identity(file: h5py.File) -> tuple[object, ...]:
 
 def read_header(file: h5py.File) -> Header:
     """Return the Header of an open file of a sweep. Its plan is rebuilt from the file and checked. Raises NoResult."""
-    check_kind(file)
-    with interpreting(file.filename):
-        for name, word in (("config", "configuration"), ("plan", "plan")):
-            if digest(_text(file, name)) != attribute(file, f"{name}_sha256"):
-                raise damaged(file.filename, f"the SHA-256 of the {word} differs from the stored SHA-256")
-        try:
-            plan = _plan(file, _parsed(file, "plan", dict))
-        except VibrodriveError:
-            raise
-        except NO_PLAN as error:
-            raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
-        origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides", list)), _text(file, "title"))
+    for name, word in (("config", "configuration"), ("plan", "plan")):
+        if digest(_text(file, name)) != attribute(file, f"{name}_sha256"):
+            raise damaged(file.filename, f"the SHA-256 of the {word} differs from the stored SHA-256")
+    try:
+        plan = _plan(file, _parsed(file, "plan"))
+        origin = Origin(_text(file, "config"), tuple(_parsed(file, "overrides")), _text(file, "title"))
         return Header(plan, origin, versions_of(file), how_rewritten(offsets(file, plan)))
+    except VibrodriveError:
+        raise
+    except NO_PLAN as error:
+        raise damaged(file.filename, f"plan: {' '.join(str(error).split())}") from error
 
 
 NO_PLAN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
@@ -261,48 +224,33 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
     follows = [
         name for name, of in (("A", "a0"), ("B", "alpha")) if name in parameters and of in {*parameters, *values}
     ]
-    exact = {name: check(name, parameters.pop(name)) for name in follows}  # as on the machine that wrote the file
-    if unknown := [name for name, value in parameters.items() if value is None and name != "dtau"]:
-        raise ValueError(f"{unknown[0]} = None")
+    exact = {name: parameters.pop(name) for name in follows}  # as on the machine that wrote the file
     parameters |= {name: array for name, array in values.items() if name not in (POINT, *points)}
     arguments = {"points" if name == POINT else name: parameters.get(name) for name in [*axes, *parameters]}
     arguments |= {"points": {name: values[name] for name in points}} if points else {}
     plan = make_plan(arguments | outline["settings"] | {"method": method, "record": record})
-    tiling = tuple(check_count("tiling", n, 1) for n in outline["tiling"]) if axes else ()
-    cut = next((k for k, n in enumerate(tiling) if n > 1), len(tiling) - 1)
-    if not all(n <= m if k <= cut else n == m for k, (n, m) in enumerate(zip(tiling, plan.shape, strict=True))):
-        raise ValueError(f"tiling = {tiling} of {plan.shape}")
+    tiling = tuple(check_count("tiling", n, 1) for n in outline["tiling"])
     return replace(plan.having(exact), tiling=tiling or None, stored=stored)
 
 
 def _text(file: h5py.File, name: str) -> str:
     """Return a text of the file. Raises Damaged for another value, and for characters that control a terminal."""
     text = attribute(file, name)
-    if not isinstance(text, str) or _controls(text):
+    if not isinstance(text, str) or has_control(text.translate(dict.fromkeys(b"\t\r\n"))):
         raise damaged(file.filename, f"{name}: not a text without control characters")
     return text
 
 
-def _controls(text: str) -> bool:
-    """Return whether a text has control characters other than those of its lines."""
-    return has_control(text.translate(dict.fromkeys(map(ord, "\t\r\n"))))
+CONTROL = re.compile(r"\\u(00[01789]|202[89])", re.IGNORECASE)
+"""Control characters as JSON escapes them"""
 
 
-def _parsed(file: h5py.File, name: str, kind: type) -> Any:
-    """Return a value of type `kind` that the file contains as JSON. Raises Damaged as `_text`."""
-    value = json.loads(_text(file, name))
-    if not isinstance(value, kind) or any(map(_controls, _texts(value))):
-        raise damaged(file.filename, f"{name}: not a {kind.__name__} without control characters")
-    return value
-
-
-def _texts(value: object) -> Iterator[str]:
-    """Yield all texts in a value of JSON."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, list | dict):
-        for part in value if isinstance(value, list) else itertools.chain(*value.items()):
-            yield from _texts(part)
+def _parsed(file: h5py.File, name: str) -> Any:
+    """Return a value that the file contains as JSON. Raises Damaged as `_text`, and ValueError for another text."""
+    text = _text(file, name)
+    if CONTROL.search(text):
+        raise damaged(file.filename, f"{name}: not without control characters")
+    return json.loads(text)
 
 
 def variable(file: h5py.File, name: str) -> h5py.Dataset:
@@ -342,7 +290,7 @@ def offsets(file: h5py.File, plan: Plan) -> dict[Quantity, list[int | None]]:
     """
     places: dict[Quantity, list[int | None]] = {}
     for v in variables_of(plan):
-        shape = layout.shape_of(v, plan)
+        shape = (plan.shape or (1,)) + length_along(v.along, plan.settings.periods)
         for name, dtype, expected in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", (plan.n_blocks,))):
             data = variable(file, name)
             if data.dtype != np.dtype(dtype) or data.shape != expected:
@@ -366,13 +314,10 @@ def _record(file: h5py.File, outline: dict[str, Any]) -> tuple[Record, ...]:
     """Return the records of a file. Raises NoResult if one is that of another version."""
     records = []
     for text in outline.get("record", (SECTION,)):
-        if (record := read_record(text)) is None:
+        if (record := as_own(text) or RECORDS.get(text)) is None:
             raise of_another_version(file, f"record {text!r}: unknown")
         if isinstance(record, Own) and record in outline.get("rows", {}):
             rows = {name: tuple(row) for name, row in outline["rows"][record].items()}
-            for unit, scales, label in rows.values():
-                if not isinstance(unit + label, str) or scales not in ("", *SCALES):
-                    raise ValueError(f"rows of {record}")
             record = record.with_rows(rows)
         records.append(record)
     return tuple(records)
@@ -388,10 +333,7 @@ def _stored(file: h5py.File, outline: dict[str, Any], of_record: tuple[Quantity,
     ):  # fmt: skip
         if unknown := [name for name in names if name not in ours]:
             raise of_another_version(file, f"{kind} {unknown[0]!r}: unknown")
-    for name, dtype in types.items():
-        if not re.fullmatch("<(f[48]|i[1248])", dtype):
-            raise ValueError(f"type of {name}")
-    return tuple(q._replace(dtype=types[name]) for name, q in recorded.items() if name in types)
+    return tuple(q._replace(dtype=str(types[name])) for name, q in recorded.items() if name in types)
 
 
 def damaged_descriptions(file: h5py.File, plan: Plan) -> list[str]:

@@ -71,15 +71,11 @@ class Origin(NamedTuple):
         """Return the origin that a configuration describes; `title` is used if the configuration has none."""
         return cls(config.text, config.overrides, config.title or title)
 
-    def parsed(self) -> Config:
-        """Return the checked configuration. Raises ConfigError if this version cannot read it."""
-        return parse(self.config, self.overrides)
-
     @property
     def figure(self) -> dict[str, Any]:
         """[figure] of the configuration; {} if it has a function or is of another version."""
         try:
-            return dict(self.parsed().figure)
+            return parse(self.config, self.overrides).figure
         except ConfigError:
             return {}
 
@@ -118,11 +114,6 @@ def tiles(plan: Plan) -> list[Tile]:
     return [
         Tile(start, stop, slab) for (start, stop), slab in zip(plan.blocks(), itertools.product(*cuts), strict=True)
     ]
-
-
-def shape_of(variable: Quantity, plan: Plan) -> tuple[int, ...]:
-    """Return the shape of a variable in the file."""
-    return (plan.shape or (1,)) + length_along(variable.along, plan.settings.periods)
 
 
 def lay_out(file: h5py.File, plan: Plan, origin: Origin) -> None:

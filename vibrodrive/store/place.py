@@ -3,9 +3,7 @@
 This module imports HDF5 only inside its functions, so that `--help` does not load it.
 """
 
-import contextlib
 import os
-import re
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
@@ -31,8 +29,7 @@ def check_replaced(role: str, target: Path, sources: Mapping[str, Path]) -> None
     """Raise ConfigError if a file that is written in one step cannot be written, or would replace an input or data."""
     from vibrodrive.store.header import SIGNATURE
 
-    check_different({**sources, role: target})
-    check_different({**sources, f"temporary file of the {role}": draft_of(target)})
+    check_different({**sources, role: target, f"temporary file of the {role}": draft_of(target)})
     check_place(role, target, renamed=True)
     if target.exists() and os.access(target, os.R_OK):
         with open(target, "rb") as file:
@@ -49,12 +46,11 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     from vibrodrive.store.header import reading
 
     source, role = ({}, "path") if config is None else ({"configuration": config}, "output")
-    check_different({**source, role: path})
+    check_different({**source, role: path, "temporary file of the output": draft_of(path)})
     check_place(role, path, renamed=overwrite)
     if path.suffix.lower() not in ENDINGS:
         drawn = f"; `vibrodrive plot FILE.h5 -o {path}` draws one" if path.suffix.lower() in FORMATS else ""
         raise ConfigError(bad(role, str(path), f"a result file ({' or '.join(ENDINGS)}){drawn}"))
-    check_different({**source, "temporary file of the output": draft_of(path)})
     for figure in figures:
         check_figure(figure, {**source, role: path})
     if overwrite:
@@ -68,25 +64,21 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except Damaged:
         raise
     except NoResult as error:
-        advice = "choose another file, or overwrite this one"
-        try:
-            refuse_foreign(path)
-        except NoResult:
-            advice = "choose another file, because only result files are overwritten"
+        advice = "choose another file, or overwrite this one; only result files are overwritten"
         raise ConfigError(error.args[0].at(f"{role} = {str(path)!r}") + f"; {advice}") from None
 
 
 def refuse_foreign(path: Path) -> None:
     """Raise NoResult for an existing file that is no result file of this program. Only result files may be replaced.
 
-    A damaged file may be replaced if it can be recognised. Call this function again directly before a file is replaced.
+    A damaged file may be replaced if it can be recognised.
     """
-    from vibrodrive.store.header import interpreting, is_ours, no_result, open_result
+    from vibrodrive.store.header import is_ours, no_result, open_result
 
     if not path.exists():
         return
     try:
-        with open_result(path) as file, interpreting(path):
+        with open_result(path) as file:
             ours = is_ours(file)
     except NoResult as error:
         raise NoResult(f"{error}; only result files are overwritten") from None
@@ -99,7 +91,7 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
 
     `renamed` means that a temporary file in the same directory will be written and renamed to the path.
     """
-    from vibrodrive.store.header import special
+    from vibrodrive.model.config import special
 
     try:
         kind = special(path)
@@ -110,26 +102,12 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
         raise ConfigError(bad(role, str(path), f"a path that can be written ({error.strerror})")) from None
     if kind is not None:
         raise ConfigError(bad(role, str(path), f"a file, but is {kind}"))
-    if exists and renamed and _is_mounted(path):
-        raise ConfigError(bad(role, str(path), "a file that can be replaced, but it is mounted alone"))
     parent = os.path.dirname(os.path.realpath(path))
     if not os.path.isdir(parent):
         raise ConfigError(bad(role, str(path), "in a directory that exists (No such file or directory)"))
     needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
     if not all(os.access(place, os.W_OK) for place in needed):
         raise ConfigError(bad(role, str(path), "a path with write permission (Permission denied)"))
-
-
-MOUNTS = "/proc/self/mountinfo"
-
-
-def _is_mounted(path: Path) -> bool:
-    """Return whether a file, as one of a container may be, is mounted alone, so that no other can be renamed to it."""
-    name = os.fsencode(os.path.realpath(path))
-    with contextlib.suppress(OSError), open(MOUNTS, "rb") as lines:  # only Linux mounts files
-        fields = (line.split(b" ")[4] for line in lines)
-        return name in (re.sub(rb"\\(\d{3})", lambda code: bytes([int(code[1], 8)]), field) for field in fields)
-    return False
 
 
 def check_different(files: Mapping[str, Path]) -> None:

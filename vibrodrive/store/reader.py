@@ -1,6 +1,5 @@
 """Read a result file, finished or not, and verify it."""
 
-import contextlib
 import functools
 import itertools
 import math
@@ -12,8 +11,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibrodrive.errors import ConfigError, Different
-from vibrodrive.model.described import Lines, axis_facts, counted, numbers
+from vibrodrive.errors import Different
+from vibrodrive.model.described import Lines, counted, numbers
 from vibrodrive.model.names import SCENE_AXES
 from vibrodrive.model.plan import Plan
 from vibrodrive.model.quantities import POINTS, SECTIONS, Quantity, length_along
@@ -21,14 +20,12 @@ from vibrodrive.model.records import functions, how_repeated
 from vibrodrive.model.results import Index, Results
 from vibrodrive.model.size import refuse_large_reading
 from vibrodrive.model.statuses import count_statuses
-from vibrodrive.store.compare import compare, written
 from vibrodrive.store.describe import acting
 from vibrodrive.store.digests import check_blocks, read_blocks, read_marks
 from vibrodrive.store.header import (
     Header,
     damaged_descriptions,
     identity,
-    interpreting,
     open_result,
     read_header,
     reading,
@@ -69,7 +66,7 @@ def _read(
     index = index if plan.axes else (0,)
     quantities = SECTIONS if name == "section" else (q for q in (*plan.quantities, *POINTS) if q.name == name)
     names = [q.variable for q in quantities]
-    with open_result(path) as file, interpreting(path):
+    with open_result(path) as file:
         if identity(file) != expected:
             raise Different(f"{path}: was replaced since by the file of another sweep; load it again")
         variables = [q for q in variables_of(plan) if q.variable in names]
@@ -186,7 +183,7 @@ class Report:
         scalars = {name: value for name, value in shared.items() if name in plan.scalars}
         return {
             "blocks": {"computed": int(self.done.sum()), "of": len(self.done)},
-            "axes": {name: axis_facts(values) for name, values in plan.axes.items()},
+            "axes": {n: {"first": float(v[0]), "last": float(v[-1]), "num": len(v)} for n, v in plan.axes.items()},
             "parameters": scalars,
             "settings": {name: value for name, value in shared.items() if name not in scalars},
             "statuses": self.statuses,
@@ -236,11 +233,3 @@ def verify(path: Path, progress: Progress = quiet) -> Report:
         marks = check_blocks(file, plan, progress)
         general = [f"{name}: changed after it was written" for name in damaged_descriptions(file, plan)]
     return Report(header, marks.done, count_statuses(marks.status), marks.wrong, general)
-
-
-def contradictions(header: Header) -> list[str]:
-    """Return in words what the configuration in a file says otherwise than its header."""
-    with contextlib.suppress(ConfigError):  # the configuration was written by another version
-        differences = compare(header.plan, written(header.plan, header.origin.parsed().plan()))
-        return [f"the configuration and the file differ: {difference}" for difference in differences]
-    return []

@@ -23,11 +23,8 @@ ENDING = ".csv"
 
 def write_table(path: Path, names: Iterable[str], rows: Iterable[Sequence[Any]]) -> None:
     """Write a table. Numbers are written so that they read back the same. An older file is replaced at the end."""
-    try:
-        with drafted(path) as draft, open(draft, "w", encoding="utf-8", newline="") as file:
-            write_lines(file, names, rows)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror or str(error), str(path)) from None
+    with drafted(path) as draft, open(draft, "w", encoding="utf-8", newline="") as file:
+        write_lines(file, names, rows)
 
 
 def write_lines(file: TextIO, names: Iterable[str], rows: Iterable[Sequence[Any]]) -> None:

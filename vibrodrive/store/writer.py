@@ -27,6 +27,7 @@ from vibrodrive.store.header import (
     offsets,
     open_result,
     read_header,
+    reading,
     rewritten,
     unwritable,
     versions_of,
@@ -141,11 +142,9 @@ def open_writer(path: Path, plan: Plan, origin: Origin, *, overwrite: bool = Fal
 
 
 def _resume(path: Path, plan: Plan) -> Writer:
-    with open_result(path):  # so that an unreadable file is reported as unreadable, and not as unwritable
-        pass
     lock = Lock(path)
     try:
-        with open_result(path) as file:
+        with reading(path) as file:
             stored = read_header(file).plan
         return Writer(lock, path, joined(path, stored, plan))
     except BaseException:
