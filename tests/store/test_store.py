@@ -448,6 +448,12 @@ FAILING = {
 }
 
 
+def test_fault_of_the_reader_is_no_damage_of_the_file(finished, monkeypatch):
+    monkeypatch.setattr("vibrodrive.store.reader.read_marks", lambda *arguments: len(3))
+    with pytest.raises(TypeError, match="has no len"):
+        _ = load(finished).status
+
+
 @pytest.mark.parametrize(("method", "call"), [("truncate", 1), ("write", 10), ("seek", 10)])
 def test_ctrl_c_while_hdf5_lays_a_file_out_is_not_lost(method, call, tmp_path, monkeypatch):
     act, calls = getattr(Content, method), itertools.count(1)

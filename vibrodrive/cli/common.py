@@ -37,11 +37,20 @@ class _Name(click.Path):
 FILE = _Name(dir_okay=False, path_type=Path)
 
 
+def _assignments(ctx: click.Context, option: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse `--set KEY VALUE`, before click complains of an argument too many."""
+    for value in values:
+        if "=" not in value:
+            raise click.ClickException(bad("--set", value, "KEY=VALUE or TABLE.KEY=VALUE"))
+    return values
+
+
 SET = click.option(
     "--set",
     "overrides",
     metavar="KEY=VALUE",
     multiple=True,
+    callback=_assignments,
     help="Set an entry of the configuration, such as periods=100 or A.num=50; repeatable.",
 )
 OUTPUTS = click.option(

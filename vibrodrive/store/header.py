@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -129,12 +130,19 @@ def rewritten(path: str | Path, change: str, readers: str = "h5py, xarray and ot
 
 @contextlib.contextmanager
 def interpreting(path: str | Path) -> Iterator[None]:
-    """Raise Damaged if the reader in the block fails to interpret the contents."""
+    """Raise Damaged if the reader in the block fails to interpret the contents.
+
+    A TypeError means damage only if h5py raised it. Any other TypeError is a fault of this program, and no reason to
+    delete a file.
+    """
     try:
         yield
     except VibrodriveError:
         raise
     except BROKEN as error:
+        *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+        if isinstance(error, TypeError) and not str(frame.f_globals.get("__name__")).startswith("h5py"):
+            raise
         message = " ".join(str(error).split())
         raise Damaged(f"{path}: too damaged to be read ({message}); {RESTORE}") from error
 
