@@ -169,6 +169,7 @@ REFUSED = [
     ("sweep --plot small.toml --set figure.x=B", "figure.x = 'B': must be one of the axes A, eps"),
     ("sweep c.png --plot=c.png", "figure", "another file", "c.png"),
     ("sweep c.h5.part -o c.h5", "temporary file of the output", "c.h5.part"),
+    ("trajectory c.png.part --set A=3 --set eps=0 -o c.png", "temporary file of the figure", "c.png.part"),
     ("sweep c.png.part --plot=c.png -o c.h5", "figure", "another file", "c.png.part"),
     ("orbits c.png --set eps=0 -o c.png", "figure", "another file", "c.png"),
     ("orbits c.csv --set eps=0 -o c.csv", "table", "another file", "c.csv"),

@@ -128,6 +128,7 @@ CHANGES = {
     "link within the file": lambda file, other: file.move("A", "B") or file.update(A=h5py.SoftLink("/B")),
     "title for a terminal": lambda file, other: file.attrs.update(title="\x1b]0;pwned\x07"),
     "version for a terminal": lambda file, other: file.attrs.update(versions='{"vibrodrive": "\\u001b[2J"}'),
+    "version with a backspace": lambda file, other: file.attrs.update(versions='{"vibrodrive": "1\\b2"}'),
     "configuration of a number": lambda file, other: file.attrs.update(config=3),
 }
 

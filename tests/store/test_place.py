@@ -71,6 +71,14 @@ def test_result_files_are_replaced():
         check_output(a_sweep("s.h5"), None, overwrite=overwrite)
 
 
+def test_file_that_is_mounted_alone_is_not_to_be_replaced(monkeypatch):
+    """As a file of a container: the system would refuse the renaming at the end. It may be resumed."""
+    a_sweep("a.h5")
+    monkeypatch.setattr(os.path, "ismount", lambda path: os.path.basename(path) == "a.h5")
+    refused("a.h5", ["mounted alone"], overwrite=[True])
+    check_output(Path("a.h5"), None, overwrite=False)
+
+
 @pytest.mark.parametrize("spelling", ["new.png", "./new.png", "folder/../new.png", "there/new.png"])
 def test_figure_may_not_have_the_path_of_a_new_map(spelling):
     """Neither file exists yet. The file that is written last would replace the other one."""

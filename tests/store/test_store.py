@@ -448,6 +448,12 @@ FAILING = {
 }
 
 
+def test_texts_with_backslashes_are_read_as_they_were_written(path):
+    title = r"\u007e \b"
+    open_writer(path, make(), Origin("", (f"title={title}",), title)).close()
+    assert look(path).header.origin == Origin("", (f"title={title}",), title)
+
+
 def test_fault_of_the_reader_is_no_damage_of_the_file(finished, monkeypatch):
     monkeypatch.setattr("vibrodrive.store.reader.read_marks", lambda *arguments: len(3))
     with pytest.raises(TypeError, match="has no len"):

@@ -349,7 +349,7 @@ def _override(tables: dict[str, Any], option: str) -> None:
 
 def _bare(key: str, word: str) -> str | float:
     """Return the value of an option that is no TOML: a bare word, as in method=fixed, or half a number, as in .5."""
-    if COMMA.fullmatch(word):
+    if COMMA.fullmatch(word) and key != "title":
         raise ConfigError(bad(key, word, f"a number with a decimal point, or a list such as {key}=[0.5, 1]"))
     try:
         return float(word) if "." in word else word

@@ -22,7 +22,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeAlias, TypedDict, T
 import numpy as np
 
 from vibrodrive.model.names import NAMES, PARAMETERS, SCENE
-from vibrodrive.model.parameters import refuse_unknown
+from vibrodrive.model.parameters import bad, refuse_unknown
 from vibrodrive.model.physical import Scene
 
 Axis: TypeAlias = (
@@ -98,6 +98,9 @@ def takes(
 
         @functools.wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            for name, value in [*zip(["A"] * len(args), args, strict=True), *kwargs.items()]:
+                if isinstance(value, Scene) and name != "scene" and "scene" in names:
+                    raise TypeError(bad(name, value, "given by name, as scene=…"))
             refuse_unknown(names, most, args, kwargs)
             written = dict(zip(names, args, strict=False)) | kwargs
             return run(written, **{name: written[name] for name in named & written.keys()})

@@ -140,9 +140,11 @@ class Own(OfMotion):
                 allowed = "a name of its own, such as settling_time, because this one is taken"
             raise ValueError(bad(f"a name of {self}", name, allowed))
         named = Own(str(self), tuple(names), self.version, self.function, self.rows)
-        columns = {column(q.name, UNITS[q.scales].si if q.scales else q.unit) for q in named.quantities}
-        if len(columns) < len(names):
-            raise ValueError(bad(f"names of {self}", names, "names that also differ with their units, as in rise_m"))
+        for q in named.quantities:
+            title = column(q.name, UNITS[q.scales].si if q.scales else q.unit)
+            if title != q.name and title in names:
+                allowed = f"another name than {title!r}, the column of {q.name!r} with its unit"
+                raise ValueError(bad(f"a name of {self}", title, allowed))
         return named
 
     def refuse_without_version(self) -> None:

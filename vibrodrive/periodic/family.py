@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vibrodrive.batch.trajectory import simulate
+from vibrodrive.model.parameters import bad
 from vibrodrive.model.physical import Scene
 from vibrodrive.periodic.bifurcations import MOST_VALUES, STEP, Bifurcation, Search, in_scene
 from vibrodrive.periodic.continuation import DOUBLING, FOLD, GRAZING, scale_of
@@ -87,6 +88,8 @@ def family(
     `scene` returns the machine at an A.
     """
     grid = np.unique(np.asarray(A, float))
+    if len(grid) < 2:
+        raise ValueError(bad("A", list(A), "at least two different values"))
     low, high = float(grid[0]), float(grid[-1])
     step = max(float(np.diff(grid).max()), (high - low) / MOST_VALUES)
     bifurcations = Search(B, max_period).between(low, high, step if step < STEP * scale_of(low) else None)

@@ -3,9 +3,9 @@
 import contextlib
 import errno
 import io
+import itertools
 import json
 import os
-import re
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ from vibrodrive.model.choices import Method
 from vibrodrive.model.config import special
 from vibrodrive.model.names import AXES, IDLE, NAMES, Settings
 from vibrodrive.model.own import Own, as_own
-from vibrodrive.model.parameters import Refusal, check_count, has_control
+from vibrodrive.model.parameters import Refusal, check, check_count, has_control
 from vibrodrive.model.plan import Plan, make_plan
 from vibrodrive.model.quantities import Quantity, length_along
 from vibrodrive.model.records import RECORDS, SECTION, Record, quantities
@@ -232,7 +232,7 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
     follows = [
         name for name, of in (("A", "a0"), ("B", "alpha")) if name in parameters and of in {*parameters, *values}
     ]
-    exact = {name: parameters.pop(name) for name in follows}  # as on the machine that wrote the file
+    exact = {name: check(name, parameters.pop(name)) for name in follows}  # as on the machine that wrote the file
     parameters |= {name: array for name, array in values.items() if name not in (POINT, *points)}
     arguments = {"points" if name == POINT else name: parameters.get(name) for name in [*axes, *parameters]}
     arguments |= {"points": {name: values[name] for name in points}} if points else {}
@@ -244,21 +244,31 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
 def _text(file: h5py.File, name: str) -> str:
     """Return a text of the file. Raises Damaged for another value, and for characters that control a terminal."""
     text = attribute(file, name)
-    if not isinstance(text, str) or has_control(text.translate(dict.fromkeys(b"\t\r\n"))):
+    if not isinstance(text, str) or _controls(text):
         raise damaged(file.filename, f"{name}: not a text without control characters")
     return text
 
 
-CONTROL = re.compile(r"\\u(00[01789]|202[89])", re.IGNORECASE)
-"""Control characters as JSON escapes them"""
-
-
 def _parsed(file: h5py.File, name: str) -> Any:
     """Return a value that the file contains as JSON. Raises Damaged as `_text`, and ValueError for another text."""
-    text = _text(file, name)
-    if CONTROL.search(text):
+    value = json.loads(_text(file, name))
+    if any(map(_controls, _texts(value))):
         raise damaged(file.filename, f"{name}: not without control characters")
-    return json.loads(text)
+    return value
+
+
+def _controls(text: str) -> bool:
+    """Return whether a text has control characters other than those of its lines."""
+    return has_control(text.translate(dict.fromkeys(b"\t\r\n")))
+
+
+def _texts(value: object) -> Iterator[str]:
+    """Yield all texts in a value of JSON."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, list | dict):
+        for part in value if isinstance(value, list) else itertools.chain(*value.items()):
+            yield from _texts(part)
 
 
 def variable(file: h5py.File, name: str) -> h5py.Dataset:

@@ -141,8 +141,8 @@ class Lock:
     def release(self) -> None:
         """Release the lock. A second call has no effect."""
         if self._fd >= 0:
-            os.close(self._fd)
-            self._fd = -1
+            fd, self._fd = self._fd, -1  # before: Ctrl-C after the close would let another one close a file of others
+            os.close(fd)
 
 
 @contextlib.contextmanager

@@ -64,7 +64,7 @@ def check_output(path: Path, config: Path | None, *, overwrite: bool, figures: S
     except Damaged:
         raise
     except NoResult as error:
-        advice = "choose another file, or overwrite this one; only result files are overwritten"
+        advice = "choose another file; only result files are overwritten"
         raise ConfigError(error.args[0].at(f"{role} = {str(path)!r}") + f"; {advice}") from None
 
 
@@ -103,6 +103,8 @@ def check_place(role: str, path: Path, *, renamed: bool) -> None:
     if kind is not None:
         raise ConfigError(bad(role, str(path), f"a file, but is {kind}"))
     parent = os.path.dirname(os.path.realpath(path))
+    if renamed and os.path.ismount(os.path.realpath(path)):  # as a file of a container may be
+        raise ConfigError(bad(role, str(path), "a file that can be replaced, but it is mounted alone"))
     if not os.path.isdir(parent):
         raise ConfigError(bad(role, str(path), "in a directory that exists (No such file or directory)"))
     needed = ([path] if exists else []) + ([Path(parent)] if renamed or not exists else [])
