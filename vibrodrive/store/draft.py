@@ -1,6 +1,7 @@
 """Files that are written under a temporary name in the same directory, and renamed when they are complete."""
 
 import contextlib
+import hashlib
 import os
 import shutil
 from collections.abc import Iterator
@@ -10,10 +11,12 @@ from pathlib import Path
 def draft_of(path: Path) -> Path:
     """Return the temporary path of a file, next to the target if the path is a link.
 
-    Usual file systems allow names of 255 bytes, so a long one is cut.
+    Usual file systems allow names of 255 bytes. Where this name would have more, it is a hash.
     """
     target = Path(os.path.realpath(path))
-    return target.with_name(os.fsdecode(os.fsencode(target.name)[:250]) + ".part")
+    name = os.fsencode(target.name)
+    stem = hashlib.sha256(name).hexdigest() if 250 < len(name) <= 255 else target.name
+    return target.with_name(f"{stem}.part")
 
 
 @contextlib.contextmanager
