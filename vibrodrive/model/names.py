@@ -159,6 +159,8 @@ SCENE_AXES = {name: row for name, row in SCENE.items() if row.axis}
 
 AXES = PARAMETERS | SCENE_AXES
 
+FOLLOWS = {"A": "a0", "B": "alpha"}  # parameters that a scene gives, each with the quantity by which it does
+
 OTHERS = tuple(n for n in PARAMETERS if n not in ("A", "B", "eps", "eta", "dtau", "tol", "section_phase"))
 """Parameters that captions, the explorer and limits treat alike: the start, and any that the table gets."""
 

@@ -17,7 +17,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from vibrodrive.model.choices import Method, used_by
-from vibrodrive.model.names import AXES, IDLE, NAMES, PARAMETERS, SCENE, SETTINGS, Settings
+from vibrodrive.model.names import AXES, FOLLOWS, IDLE, NAMES, PARAMETERS, SCENE, SETTINGS, Settings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -296,7 +296,7 @@ def _refuse_idle(arguments: Mapping[str, Any], values: Mapping[str, Any]) -> Non
     idle = [(name, f" with method = {Method(method).name.lower()!r}, because it is used by {used_by(name)} only")
             for name in IDLE[method] if name in by_name]  # fmt: skip
     idle += [(name, ", because it follows from the scene")
-             for name, source in (("A", "a0"), ("B", "alpha")) if name in by_name and source in by_name]  # fmt: skip
+             for name, source in FOLLOWS.items() if name in by_name and source in by_name]  # fmt: skip
     for name, why in idle:
         value = by_name[name] if arguments.get(name) is None else arguments[name]
         raise ValueError(bad(name, value.tolist() if hasattr(value, "tolist") else value, f"left out{why}"))

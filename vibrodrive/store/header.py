@@ -18,7 +18,7 @@ import numpy as np
 from vibrodrive.errors import Damaged, NoResult, Unwritable, VibrodriveError
 from vibrodrive.model.choices import Method
 from vibrodrive.model.config import special
-from vibrodrive.model.names import AXES, IDLE, NAMES, Settings
+from vibrodrive.model.names import AXES, FOLLOWS, IDLE, NAMES, Settings
 from vibrodrive.model.own import Own, as_own
 from vibrodrive.model.parameters import Refusal, check, check_count, has_control
 from vibrodrive.model.plan import Plan, make_plan
@@ -229,9 +229,7 @@ def _plan(file: h5py.File, outline: dict[str, Any]) -> Plan:
             raise damaged(file.filename, f"axis {name}: changed after it was written")
     method = Method(outline["settings"]["method"])
     parameters = {name: value for name, value in outline["scalars"].items() if name not in IDLE[method]}
-    follows = [
-        name for name, of in (("A", "a0"), ("B", "alpha")) if name in parameters and of in {*parameters, *values}
-    ]
+    follows = [name for name, of in FOLLOWS.items() if name in parameters and of in {*parameters, *values}]
     exact = {name: check(name, parameters.pop(name)) for name in follows}  # as on the machine that wrote the file
     parameters |= {name: array for name, array in values.items() if name not in (POINT, *points)}
     arguments = {"points" if name == POINT else name: parameters.get(name) for name in [*axes, *parameters]}
@@ -307,9 +305,10 @@ def offsets(file: h5py.File, plan: Plan) -> dict[Quantity, list[int | None]]:
     Raises NoResult if one cannot be read.
     """
     places: dict[Quantity, list[int | None]] = {}
+    blocks = (plan.n_blocks,)
     for v in variables_of(plan):
         shape = (plan.shape or (1,)) + length_along(v.along, plan.settings.periods)
-        for name, dtype, expected in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", (plan.n_blocks,))):
+        for name, dtype, expected in ((v.variable, v.dtype, shape), (digests_of(v), "<u8", blocks)):
             data = variable(file, name)
             if data.dtype != np.dtype(dtype) or data.shape != expected:
                 raise damaged(file.filename, f"{name}: wrong shape or data type")

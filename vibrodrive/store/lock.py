@@ -149,10 +149,9 @@ class Lock:
 def _signals_waiting() -> Iterator[None]:
     """Let signals wait for the end of the block, in which C code calls Python: it would lose what a handler raises."""
     waiting: list[int] = []
-    handlers: dict[int, Any] = {}
-    if threading.current_thread() is threading.main_thread():  # which handles all signals
-        handlers = {s: signal.getsignal(s) for s in sorted(signal.valid_signals(), reverse=True)}
-    handlers = {s: handler for s, handler in handlers.items() if callable(handler)}
+    main = threading.current_thread() is threading.main_thread()  # which handles all signals
+    signals = sorted(signal.valid_signals(), reverse=True) if main else []
+    handlers = {s: handler for s in signals if callable(handler := signal.getsignal(s))}
     try:
         for s in handlers:
             signal.signal(s, lambda number, _: waiting.append(number))
